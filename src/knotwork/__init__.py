@@ -1,0 +1,1 @@
+"""Tool poses and speeds in, a verified C² joint trajectory out."""

@@ -1,0 +1,236 @@
+"""Every error Knotwork raises on purpose: one base class, each leaf carrying its data.
+
+The command line turns `InputError` into exit code 2 and `CheckFailedError` into exit code 1.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+class KnotworkError(Exception):
+    """Base class of all errors that Knotwork raises on purpose."""
+
+
+class InputError(KnotworkError, ValueError):
+    """What the user gave can't be used as it is: a value, a name, a file or a task."""
+
+
+def did_you_mean(name: object, available: Iterable[object]) -> str:
+    """Say which of the available names is near the given one, or list them all.
+
+    Returns:
+        A clause such as `did you mean 'ur5'? Accepted: panda, ur5`.
+    """
+    names = [str(choice) for choice in available]
+    listing = f"accepted: {', '.join(names)}" if names else "none is available"
+    near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.6)
+    return f"did you mean {near[0]!r}? {listing.capitalize()}" if near else listing
+
+
+class UnknownNameError(InputError):
+    """A name that is not among those available.
+
+    Attributes:
+        kind: What is named, for example `"robot"` or `"joint"`.
+        name: The name that was given.
+        available: The names that would have been accepted.
+    """
+
+    def __init__(self, kind: str, name: str, available: Iterable[str], *, where: str = "") -> None:
+        self.kind, self.name, self.available, self.where = kind, name, tuple(available), where
+        prefix = f"{where}: " if where else ""
+        super().__init__(f"{prefix}unknown {kind} {name!r}; {did_you_mean(name, self.available)}")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong in a file.
+
+    Attributes:
+        line: Line in the file, counted from 1; `None` where there is none to name.
+        field: Path of the field, for example `waypoints[2].time`; empty for the whole file.
+        message: What is wrong, with the value found.
+        accepted: What would be accepted; empty if the message says it.
+    """
+
+    line: int | None
+    field: str
+    message: str
+    accepted: str = ""
+
+    def __str__(self) -> str:
+        where = f"line {self.line}: " if self.line is not None else ""
+        field = f"{self.field}: " if self.field else ""
+        accepted = f" ({self.accepted})" if self.accepted else ""
+        return f"{where}{field}{self.message}{accepted}"
+
+
+class DocumentError(InputError):
+    """A file that can't be read or does not say what it must, with every problem found in it.
+
+    Attributes:
+        file: The file, or `None` for a mapping given in Python.
+        problems: What is wrong, in the order of the file.
+    """
+
+    def __init__(self, file: Path | str | None, problems: Sequence[Problem]) -> None:
+        self.file, self.problems = file, tuple(problems)
+        name = str(file) if file is not None else "(given in Python)"
+        super().__init__("\n".join(f"{name}: {problem}" for problem in self.problems))
+
+
+class RobotError(InputError):
+    """A robot description that can't be planned for.
+
+    Attributes:
+        robot: Name of the robot.
+        joint: The joint or frame at fault, or `None`.
+    """
+
+    def __init__(self, robot: str, message: str, *, joint: str | None = None) -> None:
+        self.robot, self.joint = robot, joint
+        super().__init__(f"robot {robot!r}: {message}")
+
+
+class WaypointDataError(InputError):
+    """Waypoint arrays that are not finite, not of matching shape, or not in time order.
+
+    Attributes:
+        waypoint: Index of the waypoint at fault, or `None`.
+        value: The value found, or `None`.
+    """
+
+    def __init__(self, message: str, *, waypoint: int | None = None, value: Any = None) -> None:
+        self.waypoint, self.value = waypoint, value
+        super().__init__(message)
+
+
+class KnotError(InputError):
+    """Knots that leave a waypoint outside its span, are out of order, too few or too many.
+
+    Attributes:
+        waypoint: Index of the waypoint concerned, or `None`.
+        interval: Open interval of times [s] that would do for the knot, or `None`.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        waypoint: int | None = None,
+        interval: tuple[float, float] | None = None,
+    ) -> None:
+        self.waypoint, self.interval = waypoint, interval
+        super().__init__(message)
+
+
+class TimeRangeError(InputError):
+    """A curve asked for outside the time it is defined on.
+
+    Attributes:
+        time: The first time asked for that lies outside [s].
+        start_time, end_time: Where the curve is defined [s].
+    """
+
+    def __init__(self, time: float, start_time: float, end_time: float) -> None:
+        self.time, self.start_time, self.end_time = time, start_time, end_time
+        super().__init__(
+            f"time {time:.17g} s is outside the trajectory, which is defined from "
+            f"{start_time:.17g} s to {end_time:.17g} s and is not extrapolated"
+        )
+
+
+class TaskError(InputError):
+    """A waypoint that the arm can't meet as asked.
+
+    Attributes:
+        waypoint: Name of the waypoint.
+    """
+
+    def __init__(self, waypoint: str, message: str, *, where: str = "") -> None:
+        self.waypoint, self.where = waypoint, where
+        prefix = f"{where}: " if where else ""
+        super().__init__(f"{prefix}waypoint {waypoint!r}: {message}")
+
+
+class UnreachablePoseError(TaskError):
+    """No configuration of the arm, inside its limits or out, brings the tool to the pose.
+
+    Attributes:
+        position_shortfall: Distance left at the nearest pose found [m].
+        orientation_shortfall: Angle left at the nearest pose found [rad].
+    """
+
+    def __init__(
+        self,
+        waypoint: str,
+        message: str,
+        *,
+        position_shortfall: float,
+        orientation_shortfall: float,
+        where: str = "",
+    ) -> None:
+        self.position_shortfall = position_shortfall
+        self.orientation_shortfall = orientation_shortfall
+        super().__init__(waypoint, message, where=where)
+
+
+class OutsideLimitsError(TaskError):
+    """The pose is reachable only with joints outside their position limits.
+
+    Attributes:
+        joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
+    """
+
+    def __init__(
+        self,
+        waypoint: str,
+        message: str,
+        *,
+        joints: Sequence[tuple[str, float, float, float]],
+        where: str = "",
+    ) -> None:
+        self.joints = tuple(joints)
+        super().__init__(waypoint, message, where=where)
+
+
+class SingularityError(TaskError):
+    """The arm can't give the tool the velocity asked for, or only at joint speeds it hasn't got.
+
+    Attributes:
+        smallest_singular_value: Of the tool Jacobian at the waypoint.
+        residual: Of the best joint velocities: linear [m/s], angular [rad/s].
+        joint_velocity: The joint speeds that it would take, by joint name [rad/s or m/s].
+    """
+
+    def __init__(
+        self,
+        waypoint: str,
+        message: str,
+        *,
+        smallest_singular_value: float,
+        residual: tuple[float, float],
+        joint_velocity: dict[str, float],
+        where: str = "",
+    ) -> None:
+        self.smallest_singular_value = smallest_singular_value
+        self.residual = residual
+        self.joint_velocity = joint_velocity
+        super().__init__(waypoint, message, where=where)
+
+
+class CheckFailedError(KnotworkError, AssertionError):
+    """A trajectory does not keep what its scenario asks for.
+
+    Attributes:
+        report: The `knotwork.check.Report` with every requirement and what was achieved.
+    """
+
+    def __init__(self, report: Any, message: str) -> None:
+        self.report = report
+        super().__init__(message)

@@ -1,0 +1,172 @@
+"""Waypoints: what the user asks for, at the tool (`CartesianWaypoint`) or at the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knotwork.errors import WaypointDataError
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+FloatArray = NDArray[np.float64]
+
+
+def read_only(values: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:
+    """Copy values into a read-only array of floats of the given shape.
+
+    Args:
+        values: Anything NumPy takes as numbers.
+        shape: The shape it must have.
+        what: What the values are, for the error.
+
+    Raises:
+        WaypointDataError: The values are no numbers, not finite or of another shape.
+    """
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise WaypointDataError(f"{what} must be numbers, not {values!r}", value=values) from error
+    if array.shape != shape:
+        raise WaypointDataError(f"{what} must have shape {shape}, not {array.shape}", value=array)
+    if not np.isfinite(array).all():
+        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise WaypointDataError(
+            f"{what}{list(index)} is {array[index]}; every value must be finite",
+            waypoint=index[0] if index else None,
+            value=array[index],
+        )
+    array.setflags(write=False)
+    return array
+
+
+def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> FloatArray:
+    """Copy waypoint times [s], shape (n,), n >= 2, into a read-only array, strictly increasing.
+
+    Raises:
+        WaypointDataError: Fewer than two times, not finite, or one not after the one before it.
+    """
+    array = np.array(times, dtype=float)
+    if array.ndim != 1 or array.size < 2:
+        raise WaypointDataError(
+            f"a motion needs at least two waypoint times in one dimension, not shape {array.shape}"
+        )
+    array = read_only(array, array.shape, "time")
+    late = np.flatnonzero(np.diff(array) <= 0)
+    if late.size:
+        i = int(late[0]) + 1
+        name = f" ({names[i]!r})" if names is not None else ""
+        raise WaypointDataError(
+            f"time of waypoint {i}{name} is {array[i]:.17g} s; "
+            f"it must be later than {array[i - 1]:.17g} s, the time of the one before it",
+            waypoint=i,
+            value=float(array[i]),
+        )
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class CartesianWaypoint:
+    """A pose the tool must reach at a time, with the velocity it must have there.
+
+    Everything is in the axes of the robot's base frame, at the tool centre point (TCP).
+
+    Attributes:
+        name: Name of the waypoint.
+        time: When [s].
+        position: TCP position [m], shape (3,).
+        rotation: Rotation matrix of the tool, shape (3, 3).
+        linear: Linear velocity of the TCP [m/s], shape (3,).
+        angular: Angular velocity of the tool [rad/s], shape (3,).
+        where: Where the waypoint was defined, for messages.
+    """
+
+    name: str
+    time: float
+    position: FloatArray
+    rotation: FloatArray
+    linear: FloatArray
+    angular: FloatArray
+    where: str = ""
+
+    def __post_init__(self) -> None:
+        for field, shape in (
+            ("position", (3,)),
+            ("rotation", (3, 3)),
+            ("linear", (3,)),
+            ("angular", (3,)),
+        ):
+            array = read_only(getattr(self, field), shape, f"{self.name}: {field}")
+            object.__setattr__(self, field, array)
+        error = float(np.abs(self.rotation.T @ self.rotation - np.eye(3)).max())
+        if error > 1e-9 or np.linalg.det(self.rotation) < 0:
+            raise WaypointDataError(
+                f"{self.name}: rotation is no rotation matrix: R'R differs from I by {error:.3g}, "
+                f"det R = {np.linalg.det(self.rotation):.3g}"
+            )
+
+    @property
+    def pose(self) -> pin.SE3:
+        """Pose of the tool in the base frame."""
+        import pinocchio as pin
+
+        return pin.SE3(np.array(self.rotation), np.array(self.position))
+
+    @property
+    def twist(self) -> pin.Motion:
+        """Velocity of the tool at the TCP, in base axes (`local_world_aligned`)."""
+        import pinocchio as pin
+
+        return pin.Motion(np.array(self.linear), np.array(self.angular))
+
+
+@dataclass(frozen=True, eq=False)
+class JointWaypoints:
+    """Joint positions and velocities to be met at given times.
+
+    Attributes:
+        joint_names: Names of the joints, length d.
+        time: Times [s], shape (n,), n >= 2, strictly increasing.
+        position: Joint positions [rad or m], shape (n, d).
+        velocity: Joint velocities [rad/s or m/s], shape (n, d).
+        names: Names of the waypoints, length n; by default their indices.
+        joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
+
+    Raises:
+        WaypointDataError: Shapes do not match, values are not finite, times not increasing, or
+            a joint name occurs twice.
+    """
+
+    joint_names: tuple[str, ...]
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    names: tuple[str, ...] = ()
+    joint_units: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        def put(field: str, value: Any) -> None:
+            object.__setattr__(self, field, value)
+
+        put("joint_names", tuple(self.joint_names))
+        put("time", checked_times(self.time, self.names or None))
+        shape = (len(self.time), len(self.joint_names))
+        put("position", read_only(self.position, shape, "position"))
+        put("velocity", read_only(self.velocity, shape, "velocity"))
+        put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
+        put("joint_units", tuple(self.joint_units) or ("rad",) * shape[1])
+        if shape[1] == 0 or len(set(self.joint_names)) != shape[1]:
+            raise WaypointDataError(
+                f"joint names must be given, each once; got {list(self.joint_names)}"
+            )
+        for field, length in (("names", shape[0]), ("joint_units", shape[1])):
+            if len(getattr(self, field)) != length:
+                raise WaypointDataError(f"{field} must have length {length}")
+        wrong = [unit for unit in self.joint_units if unit not in ("rad", "m")]
+        if wrong:
+            raise WaypointDataError(f"joint unit {wrong[0]!r} is not accepted; use 'rad' or 'm'")
