@@ -1,0 +1,56 @@
+"""The robots and scenarios shipped with the package, found by name.
+
+In a checkout they are the top-level folders `robots/` and `scenarios/`; in an installed package
+they lie inside it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from knotwork.errors import InputError, UnknownNameError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def folder(kind: str) -> Path:
+    """Folder of the shipped files of a kind, `"robots"` or `"scenarios"`."""
+    installed = _PACKAGE / "_data" / kind
+    return installed if installed.is_dir() else _PACKAGE.parents[1] / kind
+
+
+def names(kind: str) -> list[str]:
+    """Names of the shipped files of a kind, `"robots"` or `"scenarios"`, sorted."""
+    return sorted(path.stem for path in folder(kind).glob("*.yaml"))
+
+
+def find(kind: str, reference: str | Path, suffixes: tuple[str, ...] = (".yaml", ".yml")) -> Path:
+    """Find a file by the name it is shipped under, or by its path.
+
+    What ends in one of the suffixes or holds a path separator is a path, all else a name.
+
+    Args:
+        kind: `"robots"` or `"scenarios"`.
+        reference: Name or path.
+        suffixes: What the path of such a file ends in.
+
+    Raises:
+        UnknownNameError: No file of this name is shipped.
+        InputError: There is no file at the path.
+    """
+    text = str(reference)
+    if isinstance(reference, Path) or text.endswith(suffixes) or "/" in text or "\\" in text:
+        path = Path(reference).expanduser()
+        if path.is_dir():
+            raise InputError(f"{text} is a folder; give the path of one {kind[:-1]} file in it")
+        if not path.exists():
+            known = ", ".join(names(kind))
+            raise InputError(
+                f"there is no file {text}; give the path of a {kind[:-1]} file or one of these "
+                f"names: {known}"
+            )
+        return path
+    path = folder(kind) / f"{text}.yaml"
+    if not text or not path.is_file():
+        raise UnknownNameError(kind[:-1], text, names(kind))
+    return path
