@@ -1,0 +1,23 @@
+"""Scenarios: a task for a robot arm in one YAML file, or as a mapping in Python."""
+
+from knotwork.scenario.model import (
+    JointTarget,
+    JointValues,
+    LimitOverrides,
+    Scenario,
+    ScenarioWaypoint,
+    ToleranceSet,
+    ToolPlacement,
+)
+from knotwork.scenario.resolve import load_scenario
+
+__all__ = [
+    "JointTarget",
+    "JointValues",
+    "LimitOverrides",
+    "Scenario",
+    "ScenarioWaypoint",
+    "ToleranceSet",
+    "ToolPlacement",
+    "load_scenario",
+]

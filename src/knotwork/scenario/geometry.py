@@ -1,0 +1,160 @@
+"""Rotations, placements and frames of a scenario file, in SI; the maths is Pinocchio's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.documents import Document, Location
+from knotwork.errors import did_you_mean
+from knotwork.scenario.schema import Frame, Placement
+from knotwork.waypoints import FloatArray
+
+# Values in a file are often rounded to four digits; what is further from a unit quaternion or a
+# rotation matrix than that is a mistake.
+ROTATION_TOLERANCE = 1e-3
+
+_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+
+def rotation(
+    placement: Placement, angle: float, document: Document, location: Location
+) -> FloatArray:
+    """Rotation matrix, shape (3, 3), of a placement's orientation; the identity if it has none.
+
+    Args:
+        placement: As given in the file.
+        angle: The file's unit of angle [rad].
+        document: The file, for errors.
+        location: Where the placement is in it.
+
+    Raises:
+        DocumentError: A quaternion or a matrix is no rotation.
+    """
+    for name, order in (("quaternion_xyzw", (3, 0, 1, 2)), ("quaternion_wxyz", (0, 1, 2, 3))):
+        values = getattr(placement, name)
+        if values is not None:
+            return _from_quaternion(
+                np.array([values[i] for i in order]), document, (*location, name)
+            )
+    if placement.rotation_matrix is not None:
+        matrix = np.array(placement.rotation_matrix)
+        return _from_matrix(matrix, document, (*location, "rotation_matrix"))
+    if placement.rotation_vector is not None:
+        return np.asarray(pin.exp3(angle * np.array(placement.rotation_vector)))
+    if placement.rpy is not None:
+        return np.asarray(pin.rpy.rpyToMatrix(angle * np.array(placement.rpy)))
+    result = np.eye(3)
+    if placement.euler is not None:
+        for axis, turn in zip(placement.euler.order, placement.euler.angles, strict=True):
+            result = result @ pin.exp3(angle * turn * np.array(_AXES[axis]))
+    return result
+
+
+def _from_quaternion(wxyz: FloatArray, document: Document, location: Location) -> FloatArray:
+    norm = float(np.linalg.norm(wxyz))
+    if abs(norm - 1) > ROTATION_TOLERANCE:
+        raise document.error(
+            location,
+            f"has norm {norm:.6g}",
+            f"a unit quaternion, norm 1 within {ROTATION_TOLERANCE:g}",
+        )
+    w, x, y, z = (float(value) for value in wxyz / norm)
+    return np.asarray(pin.Quaternion(w, x, y, z).matrix())
+
+
+def _from_matrix(matrix: FloatArray, document: Document, location: Location) -> FloatArray:
+    error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
+    if error > ROTATION_TOLERANCE or np.linalg.det(matrix) < 0:
+        raise document.error(
+            location,
+            f"is no rotation matrix: R'R differs from I by {error:.3g}, "
+            f"det R = {np.linalg.det(matrix):.3g}",
+            f"orthonormal rows within {ROTATION_TOLERANCE:g}, right-handed",
+        )
+    left, _, right = np.linalg.svd(matrix)  # the nearest rotation: the digits cut off are put back
+    return np.asarray(left @ right)
+
+
+def placement_in_si(
+    placement: Placement, length: float, angle: float, document: Document, location: Location
+) -> pin.SE3:
+    """Make a placement in its parent frame from its values in the file.
+
+    Raises:
+        DocumentError: As for `rotation`.
+    """
+    return pin.SE3(
+        rotation(placement, angle, document, location), length * np.array(placement.position)
+    )
+
+
+class Frames:
+    """The named frames of a scenario, each placed in the base frame.
+
+    Args:
+        frames: As given in the file.
+        length: The file's unit of length [m].
+        angle: The file's unit of angle [rad].
+        document: The file, for errors.
+
+    Raises:
+        DocumentError: A frame is placed in one that does not exist or in itself by a detour, or
+            has a reserved name.
+    """
+
+    def __init__(
+        self, frames: Mapping[str, Frame], length: float, angle: float, document: Document
+    ) -> None:
+        self._document = document
+        self._placements = {"base": pin.SE3.Identity()}
+        for reserved in ("base", "tool"):
+            if reserved in frames:
+                raise document.error(
+                    ("frames", reserved), "is a reserved name", "any other name for a frame"
+                )
+        for name in frames:
+            self._place(name, frames, length, angle, ())
+
+    def _place(
+        self,
+        name: str,
+        frames: Mapping[str, Frame],
+        length: float,
+        angle: float,
+        below: tuple[str, ...],
+    ) -> pin.SE3:
+        if name in self._placements:
+            return self._placements[name]
+        location: Location = ("frames", name)
+        if name in below:
+            chain = " in ".join((*below[below.index(name) :], name))
+            raise self._document.error((*location, "in"), f"frames placed in a circle: {chain}")
+        frame = frames[name]
+        if frame.parent != "base" and frame.parent not in frames:
+            choices = ["base", *(other for other in frames if other != name)]
+            raise self._document.error(
+                (*location, "in"),
+                f"unknown frame {frame.parent!r}",
+                did_you_mean(frame.parent, choices),
+            )
+        parent = self._place(frame.parent, frames, length, angle, (*below, name))
+        own = placement_in_si(frame, length, angle, self._document, location)
+        self._placements[name] = parent * own
+        return self._placements[name]
+
+    def __getitem__(self, name: str) -> pin.SE3:
+        return self._placements[name]
+
+    def find(self, name: str, location: Location, *also: str) -> str:
+        """Check that a frame exists (or is one of the other names) and return its name.
+
+        Raises:
+            DocumentError: There is no such frame.
+        """
+        if name in self._placements or name in also:
+            return name
+        choices = [*self._placements, *also]
+        raise self._document.error(location, f"unknown frame {name!r}", did_you_mean(name, choices))

@@ -1,0 +1,233 @@
+"""A scenario, resolved: SI units, poses and velocities in the robot's base frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.documents import Document, Location
+from knotwork.errors import did_you_mean
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+
+@dataclass(frozen=True)
+class JointValues:
+    """Values by joint name as the file gives them, to be read once the joints are known.
+
+    Whether a value is an angle or a length, and so its unit, depends on the joint.
+
+    Attributes:
+        values: By joint name, or one number for every joint, or the name of a configuration.
+        length: The file's unit of length [m].
+        angle: The file's unit of angle [rad].
+        document: The file, for errors.
+        location: Where the values are in it.
+    """
+
+    values: Mapping[str, float] | float | str
+    length: float
+    angle: float
+    document: Document
+    location: Location
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints that values are given for."""
+        return tuple(self.values) if isinstance(self.values, Mapping) else ()
+
+    def by_joint(
+        self, joint_names: Sequence[str], joint_units: Sequence[str], *, si: bool = False
+    ) -> dict[str, float]:
+        """Read the values in SI [rad or m, and per second] by joint name.
+
+        Args:
+            joint_names: The joints there are.
+            joint_units: `"rad"` or `"m"` for each.
+            si: The values are in SI whatever the file's units (efforts).
+
+        Raises:
+            DocumentError: A joint is unknown.
+        """
+        scales = {"rad": 1.0 if si else self.angle, "m": 1.0 if si else self.length}
+        scale = {name: scales[unit] for name, unit in zip(joint_names, joint_units, strict=True)}
+        if isinstance(self.values, int | float):
+            return {name: float(self.values) * scale[name] for name in joint_names}
+        if isinstance(self.values, str):
+            raise TypeError("the name of a configuration holds no values of its own")
+        for name in self.values:
+            if name not in scale:
+                raise self.document.error(
+                    (*self.location, name),
+                    f"unknown joint {name!r}",
+                    did_you_mean(name, joint_names),
+                )
+        return {name: float(value) * scale[name] for name, value in self.values.items()}
+
+    def array(
+        self,
+        joint_names: Sequence[str],
+        joint_units: Sequence[str],
+        configurations: Mapping[str, FloatArray] | None = None,
+        *,
+        missing: float | None = None,
+    ) -> FloatArray:
+        """Read a value for every joint in SI, shape (d,), in the order of the joints.
+
+        Args:
+            joint_names: The joints there are.
+            joint_units: `"rad"` or `"m"` for each.
+            configurations: Named configurations that may be referred to.
+            missing: Value of joints that are left out; `None`: none may be.
+
+        Raises:
+            DocumentError: A joint is unknown or left out, or a configuration is unknown.
+        """
+        if isinstance(self.values, str):
+            if not configurations or self.values not in configurations:
+                raise self.document.error(
+                    self.location,
+                    f"unknown configuration {self.values!r}",
+                    did_you_mean(self.values, configurations or ()),
+                )
+            return np.array(configurations[self.values])
+        given = self.by_joint(joint_names, joint_units)
+        absent = [name for name in joint_names if name not in given]
+        if absent and missing is None:
+            raise self.document.error(
+                self.location,
+                f"gives no value for joint {', '.join(absent)}",
+                f"a value for each of {', '.join(joint_names)}",
+            )
+        return np.array([given.get(name, missing or 0.0) for name in joint_names])
+
+
+@dataclass(frozen=True)
+class JointTarget:
+    """A waypoint given by joint values.
+
+    Attributes:
+        name: Name of the waypoint.
+        time: When [s].
+        joints: Joint positions, or the name of a configuration.
+        velocity: Joint velocities, or `None` for standing still.
+        where: Where the waypoint was defined, for messages.
+    """
+
+    name: str
+    time: float
+    joints: JointValues
+    velocity: JointValues | None
+    where: str = ""
+
+
+ScenarioWaypoint = CartesianWaypoint | JointTarget
+
+
+@dataclass(frozen=True)
+class ToolPlacement:
+    """Which frame of the robot carries the tool and where the tool centre point (TCP) is in it.
+
+    Attributes:
+        frame: Name of the frame, or `None` for the robot's own tool frame.
+        offset: TCP in the axes of that frame, or `None` for its origin.
+    """
+
+    frame: str | None = None
+    offset: pin.SE3 | None = None
+
+
+@dataclass(frozen=True)
+class ToleranceSet:
+    """How far the motion may be from what was asked.
+
+    Attributes:
+        position: Of the TCP [m].
+        orientation: Of the tool, as the angle of the rotation between [rad].
+        linear_velocity: Of the TCP [m/s].
+        angular_velocity: Of the tool [rad/s].
+        joint_position: At waypoints given by joint values [rad or m].
+        joint_velocity: At waypoints given by joint values [rad/s or m/s].
+    """
+
+    position: float = 1e-6
+    orientation: float = 1e-6
+    linear_velocity: float = 1e-6
+    angular_velocity: float = 1e-6
+    joint_position: float = 1e-6
+    joint_velocity: float = 1e-6
+
+
+@dataclass(frozen=True)
+class LimitOverrides:
+    """Limits that take the place of the robot's, each `None` where the robot's holds.
+
+    Attributes:
+        position_lower, position_upper: Joint position.
+        velocity, acceleration, jerk: Of joints.
+        effort: Joint torque or force, in SI whatever the file's units [N m or N].
+    """
+
+    position_lower: JointValues | None = None
+    position_upper: JointValues | None = None
+    velocity: JointValues | None = None
+    acceleration: JointValues | None = None
+    jerk: JointValues | None = None
+    effort: JointValues | None = None
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A task for a robot arm, in SI, with poses and velocities in the robot's base frame.
+
+    Attributes:
+        name: Name of the scenario.
+        description: What the task is.
+        waypoints: In order of time; at least two.
+        robot: Shipped name, path, or inline description; `None` for a task of joints alone.
+        relative_to: Folder that relative paths in `robot` start from, or `None`.
+        tool: Where the tool is.
+        near: Joint values (or configuration) that solutions are to be near, or `None`.
+        planner: Name of the planner.
+        knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
+            balanced knots, or the knot times [s], shape (m,).
+        end_acceleration: `None`, `"zero"`, or joint accelerations at the start and at the end.
+        limits: Limits that take the place of the robot's.
+        tolerances: For the check.
+        continuity: Order of continuity that the check asks for.
+        rate: Samples per second [Hz].
+        source: The file it came from, or `None`.
+    """
+
+    name: str
+    waypoints: tuple[ScenarioWaypoint, ...]
+    description: str = ""
+    robot: str | Document | None = None
+    relative_to: Path | None = None
+    tool: ToolPlacement = field(default_factory=ToolPlacement)
+    near: JointValues | None = None
+    planner: str = "modified-hermite"
+    knots: str | float | FloatArray = "paper"
+    end_acceleration: str | tuple[JointValues, JointValues] | None = None
+    limits: LimitOverrides = field(default_factory=LimitOverrides)
+    tolerances: ToleranceSet = field(default_factory=ToleranceSet)
+    continuity: int = 2
+    rate: float = 100.0
+    source: Path | None = None
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the waypoints [s], shape (n,)."""
+        return np.array([waypoint.time for waypoint in self.waypoints])
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints named by the first waypoint; for a scenario without a robot, all its joints."""
+        first = self.waypoints[0]
+        return first.joints.names if isinstance(first, JointTarget) else ()

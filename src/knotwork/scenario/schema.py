@@ -1,0 +1,310 @@
+"""What a scenario file may say: the models behind `knotwork schema`.
+
+Values stand here as the file gives them, in the file's units; `knotwork.scenario.resolve` turns
+them into SI in the robot's base frame.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+
+from knotwork.documents import StrictModel
+
+Number = Annotated[float, Field(strict=True)]
+Positive = Annotated[float, Field(strict=True, gt=0)]
+Text = Annotated[str, Field(strict=True, min_length=1)]
+Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Vector4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
+JointMap = Annotated[dict[str, Number], Field(min_length=1)]
+
+_EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
+ORIENTATIONS = (
+    "quaternion_xyzw",
+    "quaternion_wxyz",
+    "rpy",
+    "euler",
+    "rotation_vector",
+    "rotation_matrix",
+)
+
+
+def _kind(value: Any) -> str | None:
+    """Tell text, a mapping, a list and a number apart, so that only one of them is tried."""
+    if isinstance(value, str):
+        return "text"
+    if isinstance(value, dict | StrictModel):
+        return "mapping"
+    if isinstance(value, list | tuple):
+        return "list"
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return "number"
+    return None
+
+
+def _by_kind(accepted: str) -> Discriminator:
+    return Discriminator(
+        _kind, custom_error_type="kind", custom_error_message=f"Input should be {accepted}"
+    )
+
+
+def _euler_order(order: str) -> str:
+    if order in _EULER_ORDERS:
+        return order
+    if order.upper() in _EULER_ORDERS and order.islower():
+        raise ValueError(
+            f"lower case would mean fixed axes; write {order.upper()!r} for turns about the moving "
+            "axes, or use rpy for fixed x, y, z axes"
+        )
+    raise ValueError(f"must be one of {', '.join(_EULER_ORDERS)} (moving axes, in this order)")
+
+
+class Units(StrictModel):
+    """Units of every value in the file; seconds and kilograms stay what they are."""
+
+    length: Literal["m", "mm"] = "m"
+    angle: Literal["rad", "deg"] = "rad"
+
+
+class Euler(StrictModel):
+    """Euler angles: turns about the moving axes, in the order given."""
+
+    order: Annotated[str, AfterValidator(_euler_order)] = Field(
+        description="Axes in order, capital letters, for example ZYX"
+    )
+    angles: Vector3
+
+
+class Placement(StrictModel):
+    """A position and at most one form of orientation; none means the axes are parallel."""
+
+    position: Vector3
+    quaternion_xyzw: Vector4 | None = None
+    quaternion_wxyz: Vector4 | None = None
+    rpy: Vector3 | None = Field(None, description="Turns about the fixed x, y, z axes, in order")
+    euler: Euler | None = None
+    rotation_vector: Vector3 | None = Field(None, description="Axis times angle")
+    rotation_matrix: Annotated[list[Vector3], Field(min_length=3, max_length=3)] | None = Field(
+        None, description="Row by row"
+    )
+
+    @model_validator(mode="after")
+    def _one_orientation(self) -> Placement:
+        given = [name for name in ORIENTATIONS if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"gives {' and '.join(given)}; give one orientation only")
+        return self
+
+
+class Pose(Placement):
+    """A position and exactly one form of orientation."""
+
+    @model_validator(mode="after")
+    def _an_orientation(self) -> Pose:
+        if all(getattr(self, name) is None for name in ORIENTATIONS):
+            raise ValueError(f"has no orientation; give one of {', '.join(ORIENTATIONS)}")
+        return self
+
+
+class Frame(Placement):
+    """A named frame, placed in the base or in another named frame."""
+
+    parent: Text = Field("base", alias="in", description="base or the name of another frame")
+
+
+class Tool(StrictModel):
+    """The tool: which frame of the robot carries it, and where its centre point (TCP) is."""
+
+    frame: Text | None = Field(None, description="Frame of the robot; left out: the robot's own")
+    offset: Placement | None = Field(None, description="TCP in the axes of that frame")
+
+
+class Velocity(StrictModel):
+    """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
+
+    linear: Vector3 = Field(default=[0.0, 0.0, 0.0])
+    angular: Vector3 = Field(default=[0.0, 0.0, 0.0])
+    axes: Text | None = Field(
+        None,
+        alias="in",
+        description="A named frame, base or tool; left out: the frame the waypoint's pose is in",
+    )
+
+
+class _Waypoint(StrictModel):
+    name: Text | None = None
+    time: Number | None = Field(None, description="Time since the start [s]")
+    after: Positive | None = Field(None, description="Time since the waypoint before [s]")
+    stop: Literal[True] | None = Field(None, description="The arm stands still here")
+
+    @model_validator(mode="after")
+    def _one_time(self) -> _Waypoint:
+        if self.time is not None and self.after is not None:
+            raise ValueError("gives both time and after; give one")
+        return self
+
+
+class PoseWaypoint(_Waypoint):
+    """A waypoint given by the pose of the tool."""
+
+    pose: Pose
+    frame: Text | None = Field(
+        None, description="Frame the pose is in; left out: the file's `frame`, else base"
+    )
+    velocity: Velocity | None = None
+    speed: Positive | None = Field(
+        None,
+        description="Speed of the TCP along the smooth path through the neighbouring waypoints",
+    )
+
+    @model_validator(mode="after")
+    def _one_velocity(self) -> PoseWaypoint:
+        given = [name for name in ("velocity", "speed", "stop") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"gives {' and '.join(given)}; give one")
+        return self
+
+
+class JointWaypoint(_Waypoint):
+    """A waypoint given by joint values."""
+
+    joints: Annotated[
+        Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
+        _by_kind("the name of a configuration or a mapping of joint names to values"),
+    ]
+    velocity: JointMap | None = None
+
+    @model_validator(mode="after")
+    def _one_velocity(self) -> JointWaypoint:
+        if self.velocity is not None and self.stop is not None:
+            raise ValueError("gives velocity and stop; give one")
+        return self
+
+
+def _waypoint_kind(value: Any) -> str | None:
+    if isinstance(value, PoseWaypoint | JointWaypoint):
+        return type(value).__name__
+    if isinstance(value, dict) and ("pose" in value) != ("joints" in value):
+        return "PoseWaypoint" if "pose" in value else "JointWaypoint"
+    return None
+
+
+Waypoint = Annotated[
+    Annotated[PoseWaypoint, Tag("PoseWaypoint")] | Annotated[JointWaypoint, Tag("JointWaypoint")],
+    Discriminator(
+        _waypoint_kind,
+        custom_error_type="waypoint_kind",
+        custom_error_message="Input should be a mapping with either pose or joints, not both",
+    ),
+]
+
+
+class Balanced(StrictModel):
+    """Balanced knots with their constant given."""
+
+    balanced: Annotated[float, Field(strict=True, gt=0, lt=0.5)]
+
+
+class EndAcceleration(StrictModel):
+    """Joint accelerations at the two ends; joints left out have none."""
+
+    start: dict[str, Number] = Field(default_factory=dict)
+    end: dict[str, Number] = Field(default_factory=dict)
+
+
+def _range(values: list[float]) -> list[float]:
+    if values[0] >= values[1]:
+        raise ValueError(f"lower limit {values[0]:g} must be less than upper limit {values[1]:g}")
+    return values
+
+
+JointLimits = Annotated[
+    Annotated[Positive, Tag("number")]
+    | Annotated[Annotated[dict[str, Positive], Field(min_length=1)], Tag("mapping")],
+    _by_kind("a positive number for every joint or a mapping of joint names to positive numbers"),
+]
+
+
+class Limits(StrictModel):
+    """Limits that take the place of the robot's."""
+
+    position: (
+        dict[
+            str,
+            Annotated[list[Number], Field(min_length=2, max_length=2), AfterValidator(_range)],
+        ]
+        | None
+    ) = Field(default=None, description="Lower and upper limit by joint")
+    velocity: JointLimits | None = None
+    acceleration: JointLimits | None = None
+    jerk: JointLimits | None = None
+    effort: JointLimits | None = Field(default=None, description="[N m] or [N]")
+
+
+class Tolerances(StrictModel):
+    """How far the check lets the motion be from what was asked; left out: 1e-6 in SI."""
+
+    position: Positive | None = None
+    orientation: Positive | None = None
+    linear_velocity: Positive | None = None
+    angular_velocity: Positive | None = None
+    joint_position: Positive | None = None
+    joint_velocity: Positive | None = None
+
+
+JointsOrName = Annotated[
+    Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
+    _by_kind("the name of a configuration or a mapping of joint names to values"),
+]
+
+
+class ScenarioFile(StrictModel):
+    """A task for a robot arm: waypoints with times and speeds, and how to plan and check it."""
+
+    name: Text | None = Field(None, description="Left out: the file's name")
+    description: str = ""
+    units: Units = Units()
+    robot: (
+        Annotated[
+            Annotated[Text, Tag("text")] | Annotated[dict[str, Any], Tag("mapping")],
+            _by_kind("a robot's name, a path, or a mapping that describes one"),
+        ]
+        | None
+    ) = Field(
+        None,
+        description="A shipped robot's name, the path of a robot file or URDF (relative to this "
+        "file), or a robot description in place",
+    )
+    tool: Tool | None = None
+    frames: dict[str, Frame] = Field(default_factory=dict)
+    frame: Text | None = Field(None, description="Frame of poses that name none; left out: base")
+    start: JointsOrName | None = Field(
+        None, description="Where the motion starts, at rest, at time 0, before the waypoints"
+    )
+    near: JointsOrName | None = Field(
+        None,
+        description="Prefer the solutions nearest to this; left out: the start, else home, for the "
+        "first waypoint, and for each other the waypoint before it",
+    )
+    planner: Text = "modified-hermite"
+    knots: Annotated[
+        Annotated[Literal["paper", "balanced"], Tag("text")]
+        | Annotated[Balanced, Tag("mapping")]
+        | Annotated[list[Number], Tag("list")],
+        _by_kind("paper, balanced, {balanced: c} or a list of knot times"),
+    ] = "paper"
+    end_acceleration: (
+        Annotated[
+            Annotated[Literal["zero"], Tag("text")] | Annotated[EndAcceleration, Tag("mapping")],
+            _by_kind("zero or a mapping with start and end"),
+        ]
+        | None
+    ) = None
+    limits: Limits = Limits()
+    tolerances: Tolerances = Tolerances()
+    continuity: Literal[0, 1, 2] = Field(
+        2, description="Continuity the check asks for: 2 means no jump of acceleration"
+    )
+    rate: Positive = Field(100.0, description="Samples per second [Hz]")
+    waypoints: Annotated[list[Waypoint], Field(min_length=1)]

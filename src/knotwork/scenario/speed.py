@@ -1,0 +1,98 @@
+"""The direction in which a tool passes a waypoint when only its speed is given.
+
+The smooth path through a waypoint P and its neighbours A and B is the circle through the three
+(a straight line if they lie on one). With the chords h₁ = |P − A|, h₂ = |B − P| and their unit
+vectors u₁, u₂, its tangent at P is along h₂ u₁ + h₁ u₂. The tool turns with the path at the
+rate of its rotation over arc length, weighted in the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.waypoints import FloatArray
+
+# Waypoints nearer to each other than this give no direction [m].
+SMALLEST_CHORD = 1e-9
+# Below this length the mean of two unit vectors, of a path that turns straight back, is no
+# direction either.
+SMALLEST_TANGENT = 1e-6
+
+
+class NoDirectionError(ValueError):
+    """The neighbours of a waypoint give no direction to pass it in."""
+
+
+@dataclass(frozen=True)
+class _Chord:
+    length: float
+    direction: FloatArray
+    turn: FloatArray  # rotation from its start to its end, as a vector in base axes [rad]
+
+
+def _chord(start: pin.SE3, end: pin.SE3) -> _Chord:
+    step = end.translation - start.translation
+    length = float(np.linalg.norm(step))
+    if length < SMALLEST_CHORD:
+        raise NoDirectionError("a neighbouring waypoint is at the same place")
+    turn = start.rotation @ pin.log3(start.rotation.T @ end.rotation)
+    return _Chord(length, step / length, turn)
+
+
+def _arc(chord: _Chord, tangent: FloatArray) -> float:
+    """Length of the circle's arc over a chord that makes an angle with the tangent at one end."""
+    along = float(chord.direction @ tangent)
+    across = float(np.linalg.norm(chord.direction - along * tangent))
+    angle = float(np.arctan2(across, along))
+    return chord.length * angle / across if across > 1e-9 else chord.length
+
+
+def _tangent(before: _Chord, after: _Chord) -> FloatArray:
+    mean = (after.length * before.direction + before.length * after.direction) / (
+        before.length + after.length
+    )
+    norm = float(np.linalg.norm(mean))
+    if norm < SMALLEST_TANGENT:
+        raise NoDirectionError("the path turns straight back here")
+    return np.asarray(mean / norm)
+
+
+def passing_velocity(
+    poses: Sequence[pin.SE3], index: int, speed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Velocity of a tool that passes a pose at a speed along the smooth path.
+
+    At the first and the last pose the path is the circle through the three poses at that end;
+    with two poses it is the straight line.
+
+    Args:
+        poses: The waypoints in order, in the base frame.
+        index: Which of them.
+        speed: [m/s]
+
+    Returns:
+        Linear [m/s] and angular [rad/s] velocity in base axes, each of shape (3,).
+
+    Raises:
+        NoDirectionError: A neighbour is at the same place, or the path turns straight back.
+    """
+    last = len(poses) - 1
+    if last == 1:
+        chord = _chord(poses[0], poses[1])
+        return speed * chord.direction, speed * chord.turn / chord.length
+    middle = min(max(index, 1), last - 1)
+    before = _chord(poses[middle - 1], poses[middle])
+    after = _chord(poses[middle], poses[middle + 1])
+    tangent = _tangent(before, after)
+    arcs = _arc(before, tangent), _arc(after, tangent)
+    rates = before.turn / arcs[0], after.turn / arcs[1]
+    if index == middle:
+        rate = (arcs[1] * rates[0] + arcs[0] * rates[1]) / (arcs[0] + arcs[1])
+        return speed * tangent, speed * rate
+    end = before if index < middle else after
+    mirrored = 2 * (tangent @ end.direction) * end.direction - tangent
+    return speed * mirrored, speed * (rates[0] if index < middle else rates[1])
