@@ -1,0 +1,159 @@
+"""Taking a serial chain, from a base link to a tool link, out of a model of more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pinocchio as pin
+
+from knotwork.errors import RobotError, UnknownNameError
+from knotwork.robot.urdf import Urdf
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The joints that are planned for, all others locked.
+
+    Attributes:
+        model: Pinocchio model of the chain: nq = nv = the number of its joints.
+        joint_names: Names of its joints, base first.
+        base_frame: Link that poses are given in; it does not move.
+        locked: Position of every locked joint of one degree of freedom [rad or m].
+    """
+
+    model: Any
+    joint_names: tuple[str, ...]
+    base_frame: str
+    locked: Mapping[str, float]
+
+
+def select_chain(
+    urdf: Urdf,
+    robot: str,
+    *,
+    base_frame: str | None,
+    tool_frame: str | None,
+    locked: Mapping[str, float],
+) -> Chain:
+    """Lock every joint that is not on the way from the base to the tool.
+
+    Args:
+        urdf: The whole model.
+        robot: Name of the robot, for errors.
+        base_frame: Link; by default the root.
+        tool_frame: Link; without one all joints that can be planned for are kept.
+        locked: Joints locked on purpose, and where [rad or m].
+
+    Raises:
+        UnknownNameError: There is no such link or joint.
+        RobotError: The tool isn't carried by the base, no joint moves it, a joint on the way
+            can't be planned for, or a joint can't be locked where it should.
+    """
+    full = urdf.model
+    base = urdf.root if base_frame is None else base_frame
+    for link in (base, tool_frame):
+        if link is not None and link not in urdf.links:
+            raise UnknownNameError("frame", link, urdf.links, where=f"robot {robot!r}")
+    for joint in locked:
+        if joint not in urdf.types or urdf.types[joint] == "fixed":
+            known = [name for name, kind in urdf.types.items() if kind != "fixed"]
+            raise UnknownNameError("joint", joint, known, where=f"robot {robot!r}: locked")
+    if tool_frame is None:
+        moving = [i for i in range(1, full.njoints) if _obstacle(urdf, i) is None]
+        moving = [i for i in moving if full.names[i] not in locked]
+    else:
+        moving = _moving_joints(urdf, robot, base, tool_frame, locked)
+    still = [i for i in range(1, full.njoints) if i not in moving]
+    reference, values = _reference(urdf, robot, still, locked)
+    return Chain(
+        model=pin.buildReducedModel(full, still, reference),
+        joint_names=tuple(full.names[i] for i in moving),
+        base_frame=base,
+        locked=values,
+    )
+
+
+def _obstacle(urdf: Urdf, index: int) -> str | None:
+    """Why a joint can't be planned for, or `None`."""
+    name = urdf.model.names[index]
+    if name in urdf.mimics:
+        return f"mimics joint {urdf.mimics[name].joint!r}"
+    joint = urdf.model.joints[index]
+    if joint.nv != 1:
+        return f"is of type {urdf.types.get(name, joint.shortname())!r} with {joint.nv} freedoms"
+    return None
+
+
+def _moving_joints(
+    urdf: Urdf, robot: str, base: str, tool: str, locked: Mapping[str, float]
+) -> list[int]:
+    full = urdf.model
+    base_joint, tool_joint = (
+        full.frames[full.getFrameId(link, pin.BODY)].parentJoint for link in (base, tool)
+    )
+    carriers = list(full.supports[tool_joint])
+    if base_joint not in carriers:
+        raise RobotError(
+            robot,
+            f"tool frame {tool!r} is not carried by base frame {base!r}; give a base frame on "
+            f"the way from the root {urdf.root!r} to the tool",
+            joint=tool,
+        )
+    chain = carriers[carriers.index(base_joint) + 1 :]
+    moving = [i for i in chain if full.names[i] not in locked]
+    if not moving:
+        held = [full.names[i] for i in chain]
+        why = f"; these joints are locked: {', '.join(held)}" if held else ""
+        message = f"no joint moves tool frame {tool!r} relative to base frame {base!r}{why}"
+        raise RobotError(robot, message, joint=tool)
+    for i in moving:
+        obstacle = _obstacle(urdf, i)
+        if obstacle is not None:
+            raise RobotError(
+                robot,
+                f"joint {full.names[i]!r} on the way to {tool!r} {obstacle}, which can't be "
+                "planned for (only revolute, continuous and prismatic joints can); hold it "
+                f"still with `locked: {{{full.names[i]}: 0}}`",
+                joint=full.names[i],
+            )
+    return moving
+
+
+def _reference(
+    urdf: Urdf, robot: str, still: list[int], locked: Mapping[str, float]
+) -> tuple[Any, dict[str, float]]:
+    """Configuration of the whole model that the still joints are locked at, and its values."""
+    full = urdf.model
+    reference = pin.neutral(full)
+    values: dict[str, float] = {}
+    # Masters first, so that a joint that mimics one finds where it stands.
+    for i in sorted(still, key=lambda i: full.names[i] in urdf.mimics):
+        name, joint = full.names[i], full.joints[i]
+        wanted = locked.get(name)
+        if joint.nq != 1:
+            if wanted:
+                raise RobotError(
+                    robot,
+                    f"joint {name!r} of type {urdf.types.get(name)!r} can only be locked at 0, "
+                    f"where it is neutral, not at {wanted:g}",
+                    joint=name,
+                )
+            continue
+        mimic = urdf.mimics.get(name)
+        lower, upper = full.lowerPositionLimit[joint.idx_q], full.upperPositionLimit[joint.idx_q]
+        if wanted is None and mimic is not None and mimic.joint in values:
+            wanted = mimic.multiplier * values[mimic.joint] + mimic.offset
+        elif wanted is None:
+            wanted = min(max(0.0, lower), upper)
+        elif not lower <= wanted <= upper:
+            raise RobotError(
+                robot,
+                f"joint {name!r} is locked at {wanted:g}, outside its limits "
+                f"[{lower:g}, {upper:g}]",
+                joint=name,
+            )
+        values[name] = float(wanted)
+        reference[joint.idx_q] = wanted
+    return reference, values

@@ -1,0 +1,178 @@
+"""Finding and reading robots: shipped ones by name, others by file or inline."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from knotwork import resources
+from knotwork.documents import Document, read, validate
+from knotwork.errors import InputError, RobotError, UnknownNameError
+from knotwork.robot.file import LimitsFile, RobotFile
+from knotwork.robot.limits import RATE_LIMITS, LimitTables, check_tables
+from knotwork.robot.model import Description, Robot
+from knotwork.robot.urdf import Urdf, read_urdf
+
+EXAMPLE_ROBOT_DATA = "example-robot-data:"
+_SUFFIXES = (".yaml", ".yml", ".urdf")
+_DATA_FOLDER = "share/example-robot-data/robots"
+
+
+def robot_names() -> list[str]:
+    """Names of the robots shipped with the package, sorted."""
+    return resources.names("robots")
+
+
+def load_robot(
+    reference: str | Path | Document | Mapping[str, Any], *, relative_to: Path | None = None
+) -> Robot:
+    """Load a robot.
+
+    Args:
+        reference: The name of a shipped robot; the path of a robot's YAML file or of a URDF; or
+            a description inline, with the keys of a robot's YAML file, as a mapping or as the
+            part of a document.
+        relative_to: Folder that relative paths start from; by default that of the document,
+            or the working directory.
+
+    Raises:
+        UnknownNameError: There is no robot, joint or frame of a name that was given.
+        InputError: There is no file at the path.
+        DocumentError: A file can't be read or says what it must not.
+        RobotError: The URDF is broken, the tool frame is not carried by the base frame, no joint
+            or one that can't be planned for moves it, or a configuration is incomplete or
+            outside the position limits.
+    """
+    if isinstance(reference, Document):
+        folder = reference.file.parent if reference.file is not None else None
+        return _from_document(reference, relative_to or folder or Path())
+    if isinstance(reference, Mapping):
+        return _from_document(Document(dict(reference)), relative_to or Path())
+    if not isinstance(reference, (str, Path)):
+        raise InputError(
+            f"a robot is given by name, path or mapping, not by a {type(reference).__name__}"
+        )
+    path = _find(reference, relative_to)
+    if path.suffix == ".urdf":
+        name = path.stem
+        return Robot(Description(name=name, source=path, urdf=read_urdf(path, name)))
+    return _from_document(read(path), path.parent)
+
+
+def _find(reference: str | Path, relative_to: Path | None) -> Path:
+    text = str(reference)
+    if text.startswith(EXAMPLE_ROBOT_DATA):
+        return _urdf_path(text, Path(), text)
+    is_path = isinstance(reference, Path) or "/" in text or text.endswith(_SUFFIXES)
+    if is_path and relative_to is not None:
+        reference = relative_to / Path(reference).expanduser()
+    return resources.find("robots", reference, _SUFFIXES)
+
+
+def _from_document(document: Document, folder: Path) -> Robot:
+    content = validate(RobotFile, document)
+    name = content.name
+    if name is None:
+        whole_file = document.file is not None and not document.prefix
+        name = document.file.stem if whole_file and document.file else Path(content.urdf).stem
+    path = _urdf_path(content.urdf, folder, name)
+    urdf = read_urdf(path, name)
+    _check_names(content, document, urdf, name)
+    robot = Robot(
+        Description(
+            name=name,
+            description=content.description,
+            source=document.file or path,
+            urdf=urdf,
+            base_frame=content.base_frame,
+            tool_frame=content.tool_frame,
+            locked=content.locked,
+            configurations=content.configurations,
+            limits=_tables(content.limits),
+        )
+    )
+    if robot.tool_frame is not None:
+        for configuration in content.configurations:
+            _check_configuration(robot, configuration)
+    return robot
+
+
+def _tables(limits: LimitsFile) -> LimitTables:
+    return LimitTables(limits.position, {kind: getattr(limits, kind) for kind in RATE_LIMITS})
+
+
+def _check_names(content: RobotFile, document: Document, urdf: Urdf, robot: str) -> None:
+    """Check every joint and frame named, to say in which line a wrong one stands."""
+    for field in ("base_frame", "tool_frame"):
+        link = getattr(content, field)
+        if link is not None and link not in urdf.links:
+            raise UnknownNameError("frame", link, urdf.links, where=document.where((field,)))
+    joints = [name for name in urdf.model.names if name != "universe"]
+    places: list[tuple[tuple[str, ...], Mapping[str, Any]]] = [(("locked",), content.locked)]
+    places += [(("configurations", k), v) for k, v in content.configurations.items()]
+    places += [
+        (("limits", kind), table)
+        for kind in ("position", *RATE_LIMITS)
+        if isinstance(table := getattr(content.limits, kind), Mapping)
+    ]
+    for place, table in places:
+        for joint in table:
+            if joint not in joints:
+                where = document.where((*place, joint))
+                raise UnknownNameError("joint", joint, joints, where=where)
+    check_tables(_tables(content.limits), joints, robot)
+
+
+def _check_configuration(robot: Robot, name: str) -> None:
+    q = robot.configuration(name)
+    limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
+    for joint, value, (lower, upper) in zip(robot.joint_names, q, limits, strict=True):
+        if not lower <= value <= upper:
+            raise RobotError(
+                robot.name,
+                f"configuration {name!r} has joint {joint!r} at {value:g}, outside its limits "
+                f"[{lower:g}, {upper:g}]",
+                joint=joint,
+            )
+
+
+def _urdf_path(reference: str, folder: Path, robot: str) -> Path:
+    if not reference.startswith(EXAMPLE_ROBOT_DATA):
+        path = folder / Path(reference).expanduser()
+        if not path.is_file():
+            raise RobotError(robot, f"there is no URDF file {path}")
+        return path
+    data = example_robot_data(robot)
+    path = data / reference.removeprefix(EXAMPLE_ROBOT_DATA)
+    if not path.is_file():
+        near = sorted(file.relative_to(data).as_posix() for file in data.glob("*/*/*.urdf"))
+        raise UnknownNameError(
+            "example-robot-data URDF", str(path.relative_to(data)), near, where=f"robot {robot!r}"
+        )
+    return path
+
+
+def example_robot_data(robot: str) -> Path:
+    """Folder `robots` of the installed package example-robot-data, found without importing it.
+
+    Raises:
+        RobotError: It is not installed.
+    """
+    candidates = []
+    try:
+        distribution = importlib.metadata.distribution("example-robot-data")
+        candidates.append(Path(str(distribution.locate_file(f"cmeel.prefix/{_DATA_FOLDER}"))))
+    except importlib.metadata.PackageNotFoundError:
+        pass
+    candidates.append(Path(sys.prefix) / _DATA_FOLDER)  # where conda puts it
+    for folder in candidates:
+        if folder.is_dir():
+            return folder
+    raise RobotError(
+        robot,
+        "its URDF comes with the package example-robot-data, which is not installed; install it "
+        'with `pip install "example-robot-data>=5.0,<6"`',
+    )

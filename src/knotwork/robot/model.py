@@ -1,0 +1,307 @@
+"""The robot: forward kinematics (eq 1) and Jacobian (eq 2) of a chain, and what it may do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.errors import RobotError, UnknownNameError
+from knotwork.robot.chain import select_chain
+from knotwork.robot.limits import LimitTables, chain_limits, check_tables
+from knotwork.robot.urdf import Urdf
+from knotwork.waypoints import FloatArray, read_only
+
+_TCP = "knotwork: tool centre point"
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """Everything a robot is made from.
+
+    Attributes:
+        name, description: What it is called, and what it is.
+        source: File that describes it.
+        urdf: Its URDF.
+        base_frame, tool_frame: Links, or `None` for the root and for none.
+        tool_offset: TCP in the tool frame.
+        locked: Joints locked on purpose [rad or m].
+        configurations: Name to joint to position [rad or m].
+        limits: Limits that replace the URDF's.
+    """
+
+    name: str
+    source: Path
+    urdf: Urdf
+    description: str = ""
+    base_frame: str | None = None
+    tool_frame: str | None = None
+    tool_offset: Any = field(default_factory=pin.SE3.Identity)
+    locked: Mapping[str, float] = field(default_factory=dict)
+    configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    limits: LimitTables = field(default_factory=LimitTables)
+
+
+class Robot:
+    """A serial chain of joints between a base frame and a tool centre point (TCP).
+
+    A joint position is one number, also for a joint that turns without limit. All poses are of
+    the TCP in the base frame; all arrays over joints have shape (d,) and are read-only. Not to
+    be shared between threads, because Pinocchio's working memory is part of it.
+
+    Attributes:
+        name: Name of the robot.
+        description: What it is.
+        source: File that describes it.
+        urdf: File with its links, masses and shapes.
+        joint_names: Names of the d joints, base first.
+        joint_units: `"rad"` or `"m"` for each joint.
+        lower_position_limit, upper_position_limit: [rad or m], infinite where there is none.
+        velocity_limit: [rad/s or m/s], infinite where none is given; likewise those that follow.
+        acceleration_limit: [rad/s² or m/s²].
+        jerk_limit: [rad/s³ or m/s³].
+        effort_limit: [N m or N].
+        base_frame: Link that poses are given in.
+        tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
+        tool_offset: TCP in the tool frame.
+        tool_candidates: Links that carry no other, which a tool frame may be.
+        configurations: Those named configurations that place every joint [rad or m].
+        locked: Positions of the joints that do not move [rad or m].
+        model: Pinocchio model of the chain, nq = nv = d.
+        data: Its working memory.
+    """
+
+    def __init__(self, description: Description) -> None:
+        given = self._given = description
+        self.name, self.description = given.name, given.description
+        self.source, self.urdf = given.source, given.urdf.path
+        self.tool_frame = given.tool_frame
+        self.tool_offset = given.tool_offset.copy()
+        self.tool_candidates = given.urdf.leaves
+        chain = select_chain(
+            given.urdf,
+            given.name,
+            base_frame=given.base_frame,
+            tool_frame=given.tool_frame,
+            locked=given.locked,
+        )
+        self.base_frame, self.joint_names = chain.base_frame, chain.joint_names
+        self.locked = MappingProxyType(dict(chain.locked))
+        self.model = chain.model
+        self._add_frames()
+        self.joint_units = tuple(
+            "m" if given.urdf.types[name] == "prismatic" else "rad" for name in self.joint_names
+        )
+        self._set_limits()
+        self.configurations = MappingProxyType(
+            {
+                name: read_only([values[j] for j in self.joint_names], (self.dof,), name)
+                for name, values in given.configurations.items()
+                if all(joint in values for joint in self.joint_names)
+            }
+        )
+
+    def _add_frames(self) -> None:
+        model = self.model
+        base = model.frames[model.getFrameId(self.base_frame, pin.BODY)].placement
+        self._world_from_base = None if base.isIdentity(0.0) else base.copy()
+        self._base_from_world = base.inverse()
+        self.tcp_frame_id: int | None = None
+        if self.tool_frame is not None:
+            tool = model.frames[model.getFrameId(self.tool_frame, pin.BODY)]
+            placement = tool.placement * self.tool_offset
+            frame = pin.Frame(_TCP, tool.parentJoint, placement, pin.OP_FRAME)
+            self.tcp_frame_id = model.addFrame(frame)
+        self.data = model.createData()
+
+    def _set_limits(self) -> None:
+        given = self._given
+        planned = self.tool_frame is not None
+        limits = chain_limits(
+            given.urdf, given.limits, self.joint_names, self.name, planned=planned
+        )
+        self.lower_position_limit = limits.lower_position
+        self.upper_position_limit = limits.upper_position
+        self.velocity_limit = limits.velocity
+        self.acceleration_limit = limits.acceleration
+        self.jerk_limit = limits.jerk
+        self.effort_limit = limits.effort
+
+    @property
+    def dof(self) -> int:
+        """Number of joints, d."""
+        return len(self.joint_names)
+
+    @property
+    def base_placement(self) -> Any:
+        """Base frame in the axes of the URDF's root, as `pin.SE3`."""
+        return self._base_from_world.inverse()
+
+    def __repr__(self) -> str:
+        return (
+            f"<Robot {self.name!r}: {self.dof} joints from {self.base_frame!r} "
+            f"to {self.tool_frame!r}>"
+        )
+
+    def with_tool(self, frame: str | None = None, offset: Any = None) -> Robot:
+        """Choose the tool, which decides which joints are planned for.
+
+        Args:
+            frame: Link that carries the tool; by default as before.
+            offset: TCP in the tool frame, `pin.SE3`; by default as before, or none for a new
+                frame.
+
+        Raises:
+            UnknownNameError: There is no such link.
+            RobotError: The link can't be a tool frame: see `load_robot`.
+        """
+        changes: dict[str, Any] = {}
+        if frame is not None and frame != self.tool_frame:
+            changes = {"tool_frame": frame, "tool_offset": pin.SE3.Identity()}
+        if offset is not None:
+            finite = isinstance(offset, pin.SE3) and np.isfinite(offset.homogeneous).all()
+            if not finite:
+                raise RobotError(self.name, f"tool offset must be a finite pin.SE3, not {offset!r}")
+            changes["tool_offset"] = offset.copy()
+        return Robot(replace(self._given, **changes))
+
+    def with_limits(
+        self,
+        position: Mapping[str, tuple[float, float]] | None = None,
+        velocity: float | Mapping[str, float] | None = None,
+        acceleration: float | Mapping[str, float] | None = None,
+        jerk: float | Mapping[str, float] | None = None,
+        effort: float | Mapping[str, float] | None = None,
+    ) -> Robot:
+        """Replace limits, each given by joint, or as one number for all joints.
+
+        Args:
+            position: Joint to lower and upper limit [rad or m].
+            velocity: [rad/s or m/s].
+            acceleration: [rad/s² or m/s²].
+            jerk: [rad/s³ or m/s³].
+            effort: [N m or N].
+
+        Raises:
+            UnknownNameError: There is no such joint.
+            RobotError: A magnitude isn't positive, or lower isn't below upper.
+        """
+        rates = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk, "effort": effort}
+        given = {kind: value for kind, value in rates.items() if value is not None}
+        check_tables(LimitTables(position or {}, given), self.joint_names, self.name)
+        tables = self._given.limits.merged(position or {}, given)
+        return Robot(replace(self._given, limits=tables))
+
+    def configuration(self, name: str) -> FloatArray:
+        """A named configuration [rad or m], shape (d,).
+
+        Raises:
+            UnknownNameError: There is none of this name.
+            RobotError: It does not place every joint of the chain.
+        """
+        if name not in self._given.configurations:
+            raise UnknownNameError(
+                "configuration", name, self._given.configurations, where=f"robot {self.name!r}"
+            )
+        if name not in self.configurations:
+            values = self._given.configurations[name]
+            missing = next(joint for joint in self.joint_names if joint not in values)
+            raise RobotError(
+                self.name,
+                f"configuration {name!r} gives no position for joint {missing!r}",
+                joint=missing,
+            )
+        return self.configurations[name]
+
+    def forward(self, q: ArrayLike) -> Any:
+        """Pose of the TCP in the base frame (eq 1), as `pin.SE3`.
+
+        Args:
+            q: Joint positions [rad or m], shape (d,).
+
+        Raises:
+            WaypointDataError: `q` is not finite or of another shape.
+            RobotError: No tool frame has been chosen.
+        """
+        frame = self._tool("forward kinematics")
+        pin.forwardKinematics(self.model, self.data, self._checked(q, "q"))
+        return self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
+
+    def jacobian(self, q: ArrayLike) -> FloatArray:
+        """Jacobian of the TCP (eq 2), shape (6, d): twist = J(q) v.
+
+        Rows are linear [m/s], then angular [rad/s], at the TCP, in base axes
+        (`local_world_aligned`).
+
+        Raises:
+            As `forward`.
+        """
+        return self.forward_and_jacobian(q)[1]
+
+    def forward_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
+        """Pose and Jacobian of the TCP (eqs 1 and 2) at once: see `forward` and `jacobian`."""
+        frame = self._tool("the Jacobian")
+        pin.computeJointJacobians(self.model, self.data, self._checked(q, "q"))
+        pose = self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
+        J = pin.getFrameJacobian(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
+        if self._world_from_base is not None:
+            base_from_world = self._base_from_world.rotation
+            J = np.vstack([base_from_world @ J[:3], base_from_world @ J[3:]])
+        return pose, J
+
+    def twist(self, q: ArrayLike, v: ArrayLike) -> Any:
+        """Velocity of the TCP in base axes (`local_world_aligned`), as `pin.Motion`.
+
+        Args:
+            q: Joint positions [rad or m], shape (d,).
+            v: Joint velocities [rad/s or m/s], shape (d,).
+
+        Raises:
+            As `forward`.
+        """
+        return pin.Motion(self.jacobian(q) @ self._checked(v, "v"))
+
+    def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
+        """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
+
+        Gravity acts along -z of the URDF's root. Friction and loads that are not in the URDF
+        are left out.
+
+        Args:
+            q: Joint positions [rad or m], shape (d,).
+            v: Joint velocities [rad/s or m/s], shape (d,).
+            a: Joint accelerations [rad/s² or m/s²], shape (d,).
+
+        Raises:
+            WaypointDataError: An array is not finite or of another shape.
+        """
+        q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
+        return np.array(pin.rnea(self.model, self.data, q, v, a))
+
+    def _checked(self, values: ArrayLike, what: str) -> FloatArray:
+        array = np.asarray(values)
+        fine = array.shape == (self.model.nq,) and array.dtype == np.float64
+        # Faster than np.isfinite(array).all(): a sum is finite only if no term is nan or infinite.
+        if fine and np.isfinite(array.dot(array)):
+            return array
+        return read_only(values, (self.dof,), what)
+
+    def _tool(self, what: str) -> int:
+        if self.tool_frame is None or self.tcp_frame_id is None:
+            raise RobotError(
+                self.name,
+                f"{what} needs a tool frame; give one, for example one of the links at the "
+                f"end of a chain: {', '.join(self.tool_candidates)}",
+            )
+        return self.tcp_frame_id
+
+    def _in_base(self, placement: Any) -> Any:
+        if self._world_from_base is None:
+            return placement.copy()
+        return self._base_from_world * placement

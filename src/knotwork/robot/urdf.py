@@ -1,0 +1,180 @@
+"""Reading a URDF into a Pinocchio model in which every joint position is one number.
+
+Meshes are never opened: only the tree of links and joints and their masses are read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.dom import expatbuilder
+from xml.dom.minidom import Document, Element
+from xml.parsers.expat import ExpatError
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.documents import read_text
+from knotwork.errors import RobotError
+
+# Wide enough to be no limit while the URDF is parsed; replaced by infinity in the arrays.
+_WIDE = "1e9"
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: position = multiplier · position of `joint` + offset."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Urdf:
+    """A URDF, parsed.
+
+    Attributes:
+        path: The file.
+        model: All of its links and joints; unbounded joints are plain angles in it.
+        root: Name of the root link.
+        links: Names of all links, in the order of the file.
+        leaves: Names of the links that carry no other.
+        types: URDF type of each joint.
+        unbounded: Joints that turn without limit.
+        mimics: Joints that follow another.
+    """
+
+    path: Path
+    model: Any
+    root: str
+    links: tuple[str, ...]
+    leaves: tuple[str, ...]
+    types: Mapping[str, str]
+    unbounded: frozenset[str]
+    mimics: Mapping[str, Mimic]
+
+
+def read_urdf(path: Path, robot: str) -> Urdf:
+    """Read a URDF file.
+
+    Args:
+        path: The file.
+        robot: Name of the robot, for errors.
+
+    Raises:
+        DocumentError: The file can't be read.
+        RobotError: It is no valid URDF; the message says what the parser said.
+    """
+    text = read_text(path)
+    try:
+        document = expatbuilder.parseString(text.encode(), namespaces=False)
+    except ExpatError as error:
+        raise RobotError(robot, f"{path} is not XML: {error}") from error
+    root = document.documentElement
+    if root is None or root.tagName != "robot":
+        found = "nothing" if root is None else f"<{root.tagName}>"
+        raise RobotError(robot, f"{path} is no URDF: its outermost element is {found}, not <robot>")
+    joints = {e.getAttribute("name"): e for e in _children(root, "joint")}
+    types = {name: element.getAttribute("type") for name, element in joints.items()}
+    unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
+    for name in unbounded:
+        _bound(document, joints[name])
+    model = _build(document.toxml() if unbounded else text, path, robot)
+    links = tuple(e.getAttribute("name") for e in _children(root, "link"))
+    parents = {_link(element, "parent") for element in joints.values()}
+    children = {_link(element, "child") for element in joints.values()}
+    return Urdf(
+        path=path,
+        model=model,
+        root=next(link for link in links if link not in children),
+        links=links,
+        leaves=tuple(link for link in links if link not in parents),
+        types=types,
+        unbounded=unbounded,
+        mimics={name: mimic for name, e in joints.items() if (mimic := _mimic(e)) is not None},
+    )
+
+
+def _children(element: Element, tag: str) -> list[Element]:
+    nodes = element.childNodes
+    return [node for node in nodes if isinstance(node, Element) and node.tagName == tag]
+
+
+def _link(joint: Element, end: str) -> str:
+    elements = _children(joint, end)
+    return elements[0].getAttribute("link") if elements else ""
+
+
+def _mimic(joint: Element) -> Mimic | None:
+    elements = _children(joint, "mimic")
+    if not elements:
+        return None
+    mimic = elements[0]
+    multiplier, offset = mimic.getAttribute("multiplier"), mimic.getAttribute("offset")
+    return Mimic(mimic.getAttribute("joint"), float(multiplier or 1), float(offset or 0))
+
+
+def _bound(document: Document, joint: Element) -> None:
+    """Turn an unbounded joint into a revolute one with wide limits.
+
+    Pinocchio describes a continuous joint by the cosine and sine of its angle. A curve through
+    waypoints needs the angle itself, which tells one turn from the next.
+    """
+    joint.setAttribute("type", "revolute")
+    limits = _children(joint, "limit")
+    if limits:
+        limit = limits[0]
+    else:
+        limit = document.createElement("limit")
+        limit.setAttribute("velocity", "0")
+        limit.setAttribute("effort", "0")
+        joint.appendChild(limit)
+    limit.setAttribute("lower", f"-{_WIDE}")
+    limit.setAttribute("upper", _WIDE)
+
+
+def _build(text: str, path: Path, robot: str) -> Any:
+    said: list[str] = []
+    try:
+        with _captured_stderr(said):
+            model = pin.buildModelFromXML(text)
+    except Exception as error:  # Boost.Python passes on whatever the parser throws
+        reason = said[0] if said and said[0] else str(error)
+        raise RobotError(robot, f"{path} is no valid URDF: {reason}") from error
+    for frame in model.frames:
+        if not np.isfinite(frame.placement.homogeneous).all():
+            raise RobotError(
+                robot,
+                f"{path} is no valid URDF: the origin of {frame.name!r} is not finite",
+                joint=frame.name,
+            )
+    return model
+
+
+@contextlib.contextmanager
+def _captured_stderr(said: list[str]) -> Iterator[None]:
+    """Collect what C++ code writes to standard error, as one line of text, appended to `said`."""
+    with tempfile.TemporaryFile() as file:
+        try:
+            saved = os.dup(2)
+        except OSError:  # the process has no standard error
+            yield
+            return
+        os.dup2(file.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(saved, 2)
+            os.close(saved)
+            file.seek(0)
+            text = file.read().decode(errors="replace")
+            text = re.sub(r"\n\s+at line \d+ in \S+", "", text)
+            lines = [re.sub(r"^(Error|Warning):\s*", "", line) for line in text.splitlines()]
+            said.append("; ".join(line.strip() for line in lines if line.strip()))
