@@ -1,0 +1,138 @@
+"""Where polynomials of any degree may have extrema inside their piece, many pieces at once.
+
+Everything is in the unit variable s in [0, 1] of a piece. A returned point need not be a root of
+the derivative: where there is none, some other point of the piece stands in its place, which can
+not spoil a search for the largest and smallest values.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.waypoints import FloatArray
+
+ITERATIONS = 128
+"""Bound on safeguarded Newton steps; every third one at least halves the bracket, and 53 halvings
+exhaust the digits. Values at the points depend on their errors only to second order."""
+
+
+def horner(c: FloatArray, s: FloatArray) -> FloatArray:
+    """Evaluate polynomials with coefficients c[k, ...], highest power first, at s[..., ...]."""
+    value = np.broadcast_to(c[0], np.broadcast_shapes(c[0].shape, s.shape)).copy()
+    for coefficient in c[1:]:
+        value *= s
+        value += coefficient
+    return value
+
+
+def differentiate(c: FloatArray) -> FloatArray:
+    """Coefficients of the derivative of polynomials c[k, ...], highest power first."""
+    powers = np.arange(c.shape[0] - 1, 0, -1.0)
+    return np.asarray(c[:-1] * powers.reshape(-1, *[1] * (c.ndim - 1)))
+
+
+def critical_points(c: FloatArray) -> FloatArray:
+    """Points among which are all inner extrema of polynomials on [0, 1].
+
+    Degrees up to three are solved in closed form. Above, the roots of each derivative cut [0, 1]
+    into intervals on which the next lower derivative is monotone, where its root is bracketed.
+
+    Args:
+        c: Coefficients in the unit variable, shape (k+1, ...), highest power first.
+
+    Returns:
+        Points in [0, 1], ascending along the first axis, shape (max(k-1, 0), ...).
+    """
+    degree = c.shape[0] - 1
+    if degree <= 1:
+        return np.empty((0, *c.shape[1:]))
+    slope = differentiate(c)
+    # the roots do not depend on scale, but products of tiny or huge coefficients leave the range
+    scale = np.abs(slope).max(axis=0)
+    slope /= np.where(scale > 0.0, scale, 1.0)
+    if degree == 2:
+        return _linear_root(slope)
+    if degree == 3:
+        return _quadratic_roots(slope)
+    return _bracketed_roots(slope, critical_points(slope))
+
+
+def _in_piece(s: FloatArray) -> FloatArray:
+    """Replace what is not a number in [0, 1] by 0."""
+    return np.where((s >= 0.0) & (s <= 1.0), s, 0.0)
+
+
+def _linear_root(c: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return _in_piece(-c[1:] / c[:1])
+
+
+def _quadratic_roots(c: FloatArray) -> FloatArray:
+    """Roots of c[0] s² + c[1] s + c[2]; the first coefficient may vanish.
+
+    The larger root would lose digits as b - sqrt(b² - 4ac); it is taken from the product of both.
+    A discriminant just below zero is a double root of the slope up to rounding: no extremum.
+    """
+    a, b, constant = c
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        root = np.sqrt(b * b - 4.0 * a * constant)
+        q = -0.5 * (b + np.copysign(root, b))
+        return np.sort(_in_piece(np.stack((q / a, constant / q))), axis=0)
+
+
+def _bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
+    """One point for each interval between the cuts: the root of c there, if it has one.
+
+    Args:
+        c: Coefficients in the unit variable, shape (k+1, ...), monotone between the cuts.
+        cuts: Ascending points in [0, 1], shape (k-1, ...).
+
+    Returns:
+        Ascending points, shape (k, ...).
+    """
+    ends = np.zeros((1, *cuts.shape[1:])), np.ones((1, *cuts.shape[1:]))
+    low = np.concatenate((ends[0], cuts))
+    high = np.concatenate((cuts, ends[1]))
+    at_low, at_high = horner(c, low), horner(c, high)
+    point = np.where(np.abs(at_low) <= np.abs(at_high), low, high)
+    index = np.flatnonzero(np.sign(at_low) * np.sign(at_high) < 0.0)
+    if index.size:
+        columns = np.ascontiguousarray(
+            np.broadcast_to(c[:, None], (c.shape[0], *low.shape)).reshape(c.shape[0], -1)[:, index]
+        )
+        rising = at_high.reshape(-1)[index] > 0.0
+        point.reshape(-1)[index] = _safeguarded_newton(
+            columns, low.reshape(-1)[index], high.reshape(-1)[index], rising
+        )
+    return point
+
+
+def _safeguarded_newton(
+    c: FloatArray, low: FloatArray, high: FloatArray, rising: NDArray[np.bool_]
+) -> FloatArray:
+    """Roots of polynomials c[k, r] in brackets [low[r], high[r]] with a change of sign.
+
+    Newton's step is taken where it stays in the bracket, bisection elsewhere and at every third
+    step, so that multiple roots converge as well.
+    """
+    slope = differentiate(c)
+    point = 0.5 * (low + high)
+    for step in range(ITERATIONS):
+        value = horner(c, point)
+        left = (value < 0.0) == rising
+        low = np.where(left, point, low)
+        high = np.where(left, high, point)
+        middle = 0.5 * (low + high)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            newton = point - value / horner(slope, point)
+        inside = (newton > low) & (newton < high)
+        if step % 3 == 2:
+            inside &= False
+        following = np.where(inside, newton, middle)
+        following = np.where(value == 0.0, point, following)
+        settled = (following == point) | (high - low <= np.spacing(high))
+        point = following
+        if settled.all():
+            break
+    return point

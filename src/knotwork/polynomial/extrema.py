@@ -1,0 +1,90 @@
+"""Exact extrema of piecewise polynomials: from the polynomials themselves, without sampling."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.polynomial.critical_points import critical_points, horner
+from knotwork.waypoints import FloatArray
+
+BLOCK = 8192
+"""Pieces times components looked at together, so that the temporaries stay small."""
+
+
+@dataclass(frozen=True, eq=False)
+class Extrema:
+    """Least and greatest value of each component of a curve, and when it takes them first.
+
+    At a break both one-sided values count: where the curve jumps, the time of an extremum may be
+    a break at which evaluation, which takes the right-hand piece, gives the other value.
+
+    Attributes:
+        minimum, maximum: Values, of the curve's trailing shape.
+        minimum_time, maximum_time: Times [s], of the same shape.
+    """
+
+    minimum: FloatArray
+    minimum_time: FloatArray
+    maximum: FloatArray
+    maximum_time: FloatArray
+
+    @property
+    def peak(self) -> FloatArray:
+        """Greatest absolute value of each component."""
+        return np.maximum(np.abs(self.minimum), np.abs(self.maximum))
+
+    @property
+    def peak_time(self) -> FloatArray:
+        """When each component takes its greatest absolute value [s]."""
+        return np.where(
+            np.abs(self.minimum) > np.abs(self.maximum), self.minimum_time, self.maximum_time
+        )
+
+
+def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
+    """Find the extrema of a piecewise polynomial.
+
+    Args:
+        x: Breaks, shape (m+1,).
+        c: Coefficients, shape (k+1, m, d), highest power first.
+
+    Returns:
+        Extrema of shape (d,).
+    """
+    components = c.shape[2]
+    best = {sign: (np.full(components, -np.inf), np.zeros(components)) for sign in (1.0, -1.0)}
+    step = max(1, BLOCK // max(1, components))
+    for low in range(0, c.shape[1], step):
+        high = min(low + step, c.shape[1])
+        values, times = _candidates(x[low : high + 1], c[:, low:high])
+        for sign, (value, time) in best.items():
+            index = np.argmax(values if sign > 0 else -values, axis=0)[None]
+            candidate = sign * np.take_along_axis(values, index, axis=0)[0]
+            better = candidate > value
+            value[better] = candidate[better]
+            time[better] = np.take_along_axis(times, index, axis=0)[0][better]
+    return Extrema(-best[-1.0][0], best[-1.0][1], best[1.0][0], best[1.0][1])
+
+
+def _candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values and times at the ends and critical points of pieces, in time order.
+
+    Returns:
+        Both of shape (number of candidates, d).
+    """
+    size, pieces, components = c.shape
+    span = np.diff(x)[:, None]
+    powers = np.arange(size - 1, -1, -1.0)[:, None, None]
+    with np.errstate(over="ignore", under="ignore"):
+        inner = critical_points(c * span**powers)
+    local = np.empty((inner.shape[0] + 2, pieces, components))
+    local[0] = 0.0
+    np.multiply(inner, span, out=local[1:-1])
+    local[-1] = span
+    values = horner(c[:, None], local)
+    times = np.minimum(x[:-1, None] + local, x[1:, None])
+    # piece by piece, so that the first of equal values is the earliest
+    shape = (-1, components)
+    return values.swapaxes(0, 1).reshape(shape), times.swapaxes(0, 1).reshape(shape)

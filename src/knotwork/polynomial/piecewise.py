@@ -1,0 +1,271 @@
+"""`PiecewisePolynomial`: a curve as polynomials between breaks, in SciPy's conventions."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import InputError, TimeRangeError
+from knotwork.polynomial.critical_points import horner
+from knotwork.polynomial.evaluation import evaluate, falling_factorials, first_outside
+from knotwork.polynomial.extrema import Extrema, piecewise_extrema
+from knotwork.waypoints import FloatArray, checked_times
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
+
+
+def checked_order(nu: Any, what: str = "derivative order nu") -> int:
+    """Return a derivative order as an integer.
+
+    Raises:
+        InputError: It is no integer or negative.
+    """
+    if isinstance(nu, bool) or not isinstance(nu, (int, np.integer)) or nu < 0:
+        raise InputError(f"{what} is {nu!r}; it must be an integer, 0 or greater")
+    return int(nu)
+
+
+class PiecewisePolynomial:
+    """Piecewise polynomial in the local power basis (as smooth as its coefficients make it).
+
+    Between breaks x[i] and x[i+1] the curve is sum(c[r, i] * (t - x[i])**(k - r), r = 0…k), as in
+    `scipy.interpolate.PPoly`. Pieces are half open, [x[i], x[i+1]), the last one closed. Unlike
+    SciPy's, the curve is never extrapolated, and its arrays are read-only.
+
+    Args:
+        c: Coefficients, shape (k+1, m, ...), highest power first; with `axis` = p > 0, the axes
+            of length k+1 and m stand at p and p + 1.
+        x: Breaks, shape (m+1,), strictly increasing.
+        axis: Axis of the values along which time runs.
+
+    Raises:
+        InputError: The coefficients are complex, not finite, or do not fit the breaks or axis.
+        WaypointDataError: The breaks are not finite or not strictly increasing.
+    """
+
+    _x: FloatArray
+    _c: FloatArray
+    _axis: int
+
+    def __init__(self, c: ArrayLike, x: ArrayLike, *, axis: int = 0) -> None:
+        coefficients = np.asarray(c)
+        if coefficients.dtype.kind not in "buif":
+            raise InputError(f"coefficients must be real numbers, not {coefficients.dtype}")
+        if coefficients.ndim < 2 or not 0 <= axis < coefficients.ndim - 1:
+            raise InputError(
+                f"coefficients have shape {coefficients.shape}, axis is {axis}; axes {axis} and "
+                f"{axis + 1} of the coefficients must be those of powers and pieces"
+            )
+        coefficients = np.moveaxis(coefficients, (axis, axis + 1), (0, 1))
+        breaks = checked_times(x)
+        if coefficients.shape[0] == 0 or coefficients.shape[1] != breaks.size - 1:
+            raise InputError(
+                f"{breaks.size} breaks bound {breaks.size - 1} pieces; the coefficients have "
+                f"{coefficients.shape[0]} powers and {coefficients.shape[1]} pieces"
+            )
+        if not np.isfinite(coefficients).all():
+            index = np.argwhere(~np.isfinite(coefficients))[0]
+            raise InputError(
+                f"coefficient {index.tolist()} is {coefficients[tuple(index)]}; "
+                "every coefficient must be finite"
+            )
+        self._assign(np.array(coefficients, dtype=float, order="C"), breaks, axis)
+
+    def _assign(self, c: FloatArray, x: FloatArray, axis: int) -> None:
+        """Take over checked arrays without copying them: c of shape (k+1, m, ...)."""
+        c.setflags(write=False)
+        x.setflags(write=False)
+        self._c, self._x, self._axis = c, x, axis
+
+    @staticmethod
+    def _from_parts(c: FloatArray, x: FloatArray, axis: int) -> PiecewisePolynomial:
+        polynomial = object.__new__(PiecewisePolynomial)
+        polynomial._assign(c, x, axis)
+        return polynomial
+
+    @property
+    def x(self) -> FloatArray:
+        """Breaks, shape (m+1,)."""
+        return self._x
+
+    @property
+    def c(self) -> FloatArray:
+        """Coefficients, shape (k+1, m, ...), highest power first."""
+        return self._c
+
+    @property
+    def axis(self) -> int:
+        """Axis of the values along which time runs."""
+        return self._axis
+
+    @property
+    def degree(self) -> int:
+        """Degree that the coefficients allow for, k."""
+        return self._c.shape[0] - 1
+
+    @property
+    def _flat(self) -> FloatArray:
+        """Coefficients with the trailing axes as one, shape (k+1, m, d)."""
+        return self._c.reshape(*self._c.shape[:2], math.prod(self._c.shape[2:]))
+
+    def __call__(self, x: ArrayLike, nu: int = 0) -> FloatArray:
+        """Evaluate the curve or a derivative of it.
+
+        At a break the right-hand piece counts, at the end the last piece.
+
+        Args:
+            x: Times, any shape.
+            nu: Order of the derivative, >= 0.
+
+        Returns:
+            Values; the time axis of the data is replaced by the shape of `x`.
+
+        Raises:
+            TimeRangeError: A time is outside [x[0], x[-1]], be it by one rounding, or NaN.
+            InputError: `nu` is no integer or negative.
+        """
+        nu = checked_order(nu)
+        t = np.asarray(x)
+        if t.dtype.kind not in "buif":
+            raise InputError(f"times must be real numbers, not {t.dtype}")
+        flat_t = np.ascontiguousarray(t.reshape(-1), dtype=float)
+        trailing = self._c.shape[2:]
+        out = evaluate(self._x, self._flat, flat_t, nu).reshape(t.shape + trailing)
+        if self._axis == 0:
+            return out
+        # the axes of the times move behind the first `axis` axes of the data
+        order = list(range(out.ndim))
+        cut = t.ndim + self._axis
+        return out.transpose(order[t.ndim : cut] + order[: t.ndim] + order[cut:])
+
+    def derivative(self, nu: int = 1) -> PiecewisePolynomial:
+        """Return the nu-th derivative as a curve; a negative order integrates.
+
+        Raises:
+            InputError: `nu` is no integer.
+        """
+        if isinstance(nu, (int, np.integer)) and nu < 0:
+            return self.antiderivative(-nu)
+        nu = checked_order(nu)
+        size = self._c.shape[0] - nu
+        if size <= 0:
+            return self._from_parts(np.zeros((1, *self._c.shape[1:])), self._x, self._axis)
+        factors = np.array(falling_factorials(size, nu))
+        c = self._c[:size] * factors.reshape(-1, *[1] * (self._c.ndim - 1))
+        return self._from_parts(c, self._x, self._axis)
+
+    def antiderivative(self, nu: int = 1) -> PiecewisePolynomial:
+        """Return the curve that is 0 at the start and has this one as its nu-th derivative.
+
+        It is continuous with its first nu - 1 derivatives. A negative order differentiates.
+
+        Raises:
+            InputError: `nu` is no integer.
+        """
+        if isinstance(nu, (int, np.integer)) and nu < 0:
+            return self.derivative(-nu)
+        c = np.array(self._c)
+        span = np.diff(self._x).reshape(-1, *[1] * (c.ndim - 2))
+        for _ in range(checked_order(nu, "antiderivative order nu")):
+            powers = np.arange(c.shape[0], 0, -1.0).reshape(-1, *[1] * (c.ndim - 1))
+            c = np.concatenate((c / powers, np.zeros((1, *c.shape[1:]))))
+            c[-1, 1:] = np.cumsum(horner(c, span)[:-1], axis=0)
+        return self._from_parts(c, self._x, self._axis)
+
+    def integrate(self, a: float, b: float) -> FloatArray:
+        """Integrate from time a to time b; the sign changes with their order.
+
+        Returns:
+            Integrals, of the trailing shape.
+
+        Raises:
+            TimeRangeError: A bound is outside [x[0], x[-1]] or NaN.
+        """
+        bounds = np.array([a, b], dtype=float)
+        start, end = float(self._x[0]), float(self._x[-1])
+        if not ((bounds >= start) & (bounds <= end)).all():
+            raise TimeRangeError(first_outside(bounds, start, end), start, end)
+        low, high = np.sort(bounds)
+        first = min(int(np.searchsorted(self._x, low, side="right")) - 1, self._c.shape[1] - 1)
+        last = max(int(np.searchsorted(self._x, high, side="left")), first + 1)
+        x, c = self._x[first : last + 1], self._c[:, first:last]
+        shape = (-1, *[1] * (c.ndim - 2))
+        powers = np.arange(c.shape[0], 0, -1.0).reshape(-1, *[1] * (c.ndim - 1))
+        primitive = np.concatenate((c / powers, np.zeros((1, *c.shape[1:]))))
+        upper = horner(primitive, (np.minimum(high, x[1:]) - x[:-1]).reshape(shape))
+        lower = horner(primitive, (np.maximum(low, x[:-1]) - x[:-1]).reshape(shape))
+        total = np.asarray((upper - lower).sum(axis=0))
+        return total if b >= a else -total
+
+    def to_ppoly(self) -> PPoly:
+        """Return the same curve as a SciPy object that does not extrapolate (imports SciPy)."""
+        from scipy.interpolate import PPoly
+
+        return PPoly.construct_fast(np.array(self._c), np.array(self._x), False, self._axis)
+
+    def solve(self, y: float = 0.0, discontinuity: bool = True) -> Any:
+        """Find the times at which the curve takes the value y (imports SciPy).
+
+        Args:
+            y: The value.
+            discontinuity: Whether a change of sign across a jump counts.
+
+        Returns:
+            Times as `scipy.interpolate.PPoly.solve` gives them: an array, or for curves with
+            trailing shape an object array of arrays. A piece on which the curve equals y
+            throughout is reported by its start followed by NaN.
+        """
+        return self.to_ppoly().solve(y, discontinuity, False)
+
+    def roots(self, discontinuity: bool = True) -> Any:
+        """Find the times at which the curve is zero; see `solve`."""
+        return self.solve(0.0, discontinuity)
+
+    def jumps(self, nu: int = 0) -> FloatArray:
+        """Measure by how much the nu-th derivative jumps at each inner break.
+
+        Returns:
+            Right-hand less left-hand value, shape (m-1, ...).
+
+        Raises:
+            InputError: `nu` is no integer or negative.
+        """
+        c = self.derivative(checked_order(nu)).c
+        span = np.diff(self._x)[:-1].reshape(-1, *[1] * (c.ndim - 2))
+        return c[-1, 1:] - horner(c[:, :-1], span)
+
+    def extrema(self, nu: int = 0) -> Extrema:
+        """Find the least and greatest values of the nu-th derivative, without sampling.
+
+        Inner extrema come from the polynomials themselves, in closed form up to degree three,
+        by bracketed root finding above it. Both one-sided values count at breaks.
+
+        Returns:
+            Values and times, of the trailing shape.
+
+        Raises:
+            InputError: `nu` is no integer or negative.
+        """
+        size = max(1, self._c.shape[0] - checked_order(nu))
+        c = self._flat
+        if nu:
+            c = c[:size] * np.array(falling_factorials(size, nu))[:, None, None]
+            if self._c.shape[0] <= nu:
+                c = np.zeros_like(c)
+        found = piecewise_extrema(self._x, c)
+        trailing = self._c.shape[2:]
+        return Extrema(
+            *(
+                value.reshape(trailing)
+                for value in (
+                    found.minimum,
+                    found.minimum_time,
+                    found.maximum,
+                    found.maximum_time,
+                )
+            )
+        )
