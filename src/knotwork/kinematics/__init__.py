@@ -1,0 +1,16 @@
+"""Inverse kinematics of poses (eq 3) and velocities (eq 4), and how near a singularity is."""
+
+from knotwork.kinematics.pose import IKSolution, solve_pose_ik
+from knotwork.kinematics.velocity import (
+    singular_values,
+    smallest_singular_value,
+    solve_velocity_ik,
+)
+
+__all__ = [
+    "IKSolution",
+    "singular_values",
+    "smallest_singular_value",
+    "solve_pose_ik",
+    "solve_velocity_ik",
+]

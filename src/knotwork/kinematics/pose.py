@@ -1,0 +1,175 @@
+"""Inverse kinematics of a pose (eq 3): the joint positions that bring the tool to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.errors import WaypointDataError
+from knotwork.kinematics.diagnosis import raise_unsolved
+from knotwork.kinematics.levenberg_marquardt import LocalSolution, PoseSearch
+from knotwork.kinematics.nearest import settle_near
+from knotwork.kinematics.restarts import low_discrepancy, nearest_turns, search_box
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray, read_only
+
+# Restarts until a first solution is found. The hardest of the shipped arms needs some tens; ten
+# times as many leave little doubt that there is no solution.
+MAX_RESTARTS = 200
+# Restarts in the neighbourhood that a nearer solution than the one found would lie in. A sixfold
+# arm has eight solutions or more, of which half a dozen restarts find the nearest.
+NEARER_RESTARTS = 16
+# Solutions so near that no other branch is expected to be nearer are not searched around.
+CERTAINLY_NEAREST = 0.05  # [rad or m]
+# The free motion of an arm with more joints than the pose needs is followed from solutions that
+# are not much farther than the nearest.
+SETTLE_WITHIN = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class IKSolution:
+    """Joint positions for a pose, with what forward kinematics makes of them.
+
+    Attributes:
+        q: Joint positions, inside the limits [rad or m], shape (d,), read-only.
+        position_error: Distance of the TCP from the pose, by forward kinematics of `q` [m].
+        orientation_error: Angle of the tool from the pose, likewise [rad].
+        distance: From the configuration that it should be near: the Euclidean norm over the
+            joints, one metre counting as one radian.
+        iterations: Steps of all local searches.
+        restarts: Local searches beyond the first.
+        converged: Whether both errors are within the tolerances.
+        reason: How the search ended.
+    """
+
+    q: FloatArray
+    position_error: float
+    orientation_error: float
+    distance: float
+    iterations: int
+    restarts: int
+    converged: bool
+    reason: str
+
+
+def solve_pose_ik(
+    robot: Robot,
+    pose: Any,
+    start: ArrayLike,
+    *,
+    position_tolerance: float = 1e-8,
+    orientation_tolerance: float = 1e-8,
+    max_restarts: int = MAX_RESTARTS,
+    near: ArrayLike | None = None,
+    waypoint: str = "",
+    where: str = "",
+) -> IKSolution:
+    """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
+
+    A local search from the start is followed by others from points that fill the part of joint
+    space where a nearer solution would lie. Joints are taken by whole turns to where they are
+    nearest; an arm with more joints than the pose needs is moved along its free motion as near
+    as it gets. The same arguments always give the same answer.
+
+    Args:
+        robot: The robot.
+        pose: Pose of the TCP in the base frame, `pin.SE3`.
+        start: Joint positions to search from [rad or m], shape (d,).
+        position_tolerance: [m].
+        orientation_tolerance: [rad].
+        max_restarts: Searches to make at most when the first finds nothing.
+        near: Configuration that the answer should be near [rad or m], shape (d,); by default the
+            start.
+        waypoint: Name of the waypoint, for errors.
+        where: Where it is defined, for errors.
+
+    Raises:
+        OutsideLimitsError: The pose is reachable only with joints outside their limits.
+        UnreachablePoseError: It is not reachable; the message says by how much, and whether the
+            point would be in another orientation.
+        WaypointDataError: An array is not finite or of another shape.
+        RobotError: The robot has no tool frame.
+    """
+    _check_pose(pose, position_tolerance, orientation_tolerance)
+    first = np.array(read_only(start, (robot.dof,), "start"))
+    goal = first if near is None else np.array(read_only(near, (robot.dof,), "near"))
+    search = PoseSearch(robot, pose, position_tolerance, orientation_tolerance)
+    collector = _Collector(search, goal)
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    collector.try_from(np.minimum(np.maximum(first, lower), upper))
+    corner, opposite = search_box(robot, goal, np.inf)
+    points = low_discrepancy(robot.dof)
+    while collector.best is None and collector.restarts < max_restarts:
+        collector.restarts += 1
+        collector.try_from(corner + next(points) * (opposite - corner))
+    if collector.best is None:
+        raise_unsolved(search, goal, waypoint=waypoint, where=where)
+    restarts = min(NEARER_RESTARTS, max_restarts)
+    for _ in range(restarts):
+        if collector.distance < CERTAINLY_NEAREST:
+            break
+        collector.restarts += 1
+        corner, opposite = search_box(robot, goal, collector.distance)
+        collector.try_from(corner + next(points) * (opposite - corner))
+    return collector.solution(pose)
+
+
+def _check_pose(pose: Any, position_tolerance: float, orientation_tolerance: float) -> None:
+    if not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
+        raise WaypointDataError(f"pose must be a finite pin.SE3, not {pose!r}", value=pose)
+    for name, value in (
+        ("position_tolerance", position_tolerance),
+        ("orientation_tolerance", orientation_tolerance),
+    ):
+        if not value > 0:
+            raise WaypointDataError(f"{name} must be positive, not {value!r}", value=value)
+
+
+class _Collector:
+    """Keeps the nearest of the solutions found, and counts the work."""
+
+    def __init__(self, search: PoseSearch, near: FloatArray) -> None:
+        self.search, self.near = search, near
+        self.best: LocalSolution | None = None
+        self.distance = np.inf
+        self.iterations = self.restarts = 0
+        robot = search.robot
+        self._revolute = np.array([unit == "rad" for unit in robot.joint_units])
+
+    def try_from(self, start: FloatArray) -> None:
+        robot = self.search.robot
+        lower, upper = robot.lower_position_limit, robot.upper_position_limit
+        found = self.search.solve(start, lower, upper)
+        self.iterations += found.iterations
+        if not found.converged:
+            return
+        q = nearest_turns(found.q, self.near, lower, upper, self._revolute)
+        distance = float(np.linalg.norm(q - self.near))
+        if robot.dof > 6 and distance < SETTLE_WITHIN * self.distance:
+            q, steps = settle_near(self.search, q, self.near)
+            self.iterations += steps
+            distance = float(np.linalg.norm(q - self.near))
+        if distance < self.distance:
+            self.best, self.distance = LocalSolution(q, 0.0, 0.0, 0, True), distance
+
+    def solution(self, pose: Any) -> IKSolution:
+        if self.best is None:
+            raise RuntimeError("no solution has been collected")
+        q = read_only(self.best.q, self.best.q.shape, "q")
+        error = self.search.robot.forward(q).actInv(pose)
+        position = float(np.linalg.norm(error.translation))
+        orientation = float(np.linalg.norm(pin.log3(error.rotation)))
+        return IKSolution(
+            q=q,
+            position_error=position,
+            orientation_error=orientation,
+            distance=self.distance,
+            iterations=self.iterations,
+            restarts=self.restarts,
+            converged=self.search.within(position, orientation),
+            reason=f"nearest solution found in {self.restarts + 1} searches",
+        )

@@ -1,0 +1,87 @@
+"""Where pose IK searches from, and which turn of a joint is the nearest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+FULL_TURN = 2 * np.pi
+
+
+def low_discrepancy(dimension: int) -> Iterator[FloatArray]:
+    """Points that fill the unit cube evenly, the same ones every time: Roberts's R_d sequence.
+
+    The i-th point is (i α_k mod 1)_k, k = 1…d, with α_k = g^-k and g the root above 1 of
+    g^(d+1) = g + 1, which is the golden ratio for d = 1.
+
+    Yields:
+        Points, shape (dimension,).
+    """
+    g = 2.0
+    for _ in range(64):
+        g = (1.0 + g) ** (1.0 / (dimension + 1))
+    alpha = g ** -np.arange(1.0, dimension + 1.0)
+    point = np.full(dimension, 0.5)
+    while True:
+        point = (point + alpha) % 1.0
+        yield point
+
+
+def search_box(robot: Robot, near: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
+    """Box around a configuration, no wider than the limits, that starts are taken from.
+
+    Args:
+        robot: The robot.
+        near: Centre [rad or m], shape (d,).
+        radius: How far a joint may be from the centre [rad or m].
+
+    Returns:
+        Lower and upper corner, shape (d,) each. A revolute joint gets one full turn at most,
+        because the other turns repeat it.
+    """
+    radius = min(radius, np.pi)
+    lower = np.maximum(robot.lower_position_limit, near - radius)
+    upper = np.minimum(robot.upper_position_limit, near + radius)
+    # A centre outside the limits may leave nothing of the box.
+    empty = ~(lower < upper)
+    lower[empty] = np.maximum(robot.lower_position_limit, near - np.pi)[empty]
+    upper[empty] = np.minimum(robot.upper_position_limit, near + np.pi)[empty]
+    empty = ~(lower < upper)
+    lower[empty] = robot.lower_position_limit[empty]
+    upper[empty] = np.minimum(robot.upper_position_limit, lower + FULL_TURN)[empty]
+    return lower, upper
+
+
+def nearest_turns(
+    q: FloatArray, near: FloatArray, lower: FloatArray, upper: FloatArray, revolute: BoolArray
+) -> FloatArray:
+    """Turn revolute joints by whole turns to where they are nearest a configuration.
+
+    Args:
+        q: Joint positions [rad or m], shape (d,).
+        near: Configuration to be near to, shape (d,).
+        lower: Lower limits, shape (d,).
+        upper: Upper limits, shape (d,). A joint that no turn brings inside the limits is left at
+            the turn that is least outside.
+        revolute: Which joints are revolute, shape (d,).
+    """
+    turns = np.round((near - q) / FULL_TURN)
+    least, most = np.ceil((lower - q) / FULL_TURN), np.floor((upper - q) / FULL_TURN)
+    inside = np.minimum(np.maximum(turns, least), most)
+    below, above = lower - (q + most * FULL_TURN), q + least * FULL_TURN - upper
+    outside = np.where(below <= above, most, least)
+    turns = np.where(least <= most, inside, outside)
+    moved = (turns != 0) & revolute
+    result = q.copy()
+    result[moved] += turns[moved] * FULL_TURN
+    # Rounding may leave a joint beside the limit that it should have met.
+    rounded = ((result < lower) | (result > upper)) & (q >= lower) & (q <= upper)
+    result[rounded] = q[rounded]
+    return result
