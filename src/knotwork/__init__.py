@@ -1,1 +1,99 @@
-"""Tool poses and speeds in, a verified C² joint trajectory out."""
+"""Tool poses and speeds in, a verified C² joint trajectory out.
+
+    import knotwork as kw
+
+    plan = kw.plan("ur5_deburring")
+    plan.report.raise_if_failed()
+    plan.trajectory.velocity(1.2)  # joint velocities at 1.2 s [rad/s]
+    plan.save("out")
+
+Everything is loaded when it is first used, so that importing `knotwork` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from knotwork.errors import CheckFailedError, InputError, KnotworkError
+    from knotwork.interpolation import (
+        PLANNERS,
+        BalancedKnots,
+        ModifiedHermiteSpline,
+        PlannerOptions,
+        get_planner,
+    )
+    from knotwork.kinematics import solve_pose_ik, solve_velocity_ik
+    from knotwork.pipeline import Plan, plan
+    from knotwork.polynomial import PiecewisePolynomial
+    from knotwork.robot import Robot, load_robot, robot_names
+    from knotwork.scenario import Scenario, load_scenario
+    from knotwork.storage import load_trajectory
+    from knotwork.trajectory import JointTrajectory
+    from knotwork.waypoints import CartesianWaypoint, JointWaypoints
+    from knotwork.witness import Report, check
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "errors": ("CheckFailedError", "InputError", "KnotworkError"),
+    "interpolation": (
+        "PLANNERS",
+        "BalancedKnots",
+        "ModifiedHermiteSpline",
+        "PlannerOptions",
+        "get_planner",
+    ),
+    "kinematics": ("solve_pose_ik", "solve_velocity_ik"),
+    "pipeline": ("Plan", "plan"),
+    "polynomial": ("PiecewisePolynomial",),
+    "robot": ("Robot", "load_robot", "robot_names"),
+    "scenario": ("Scenario", "load_scenario"),
+    "storage": ("load_trajectory",),
+    "trajectory": ("JointTrajectory",),
+    "waypoints": ("CartesianWaypoint", "JointWaypoints"),
+    "witness": ("Report", "check"),
+}
+_MODULE = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = [
+    "PLANNERS",
+    "BalancedKnots",
+    "CartesianWaypoint",
+    "CheckFailedError",
+    "InputError",
+    "JointTrajectory",
+    "JointWaypoints",
+    "KnotworkError",
+    "ModifiedHermiteSpline",
+    "PiecewisePolynomial",
+    "Plan",
+    "PlannerOptions",
+    "Report",
+    "Robot",
+    "Scenario",
+    "check",
+    "get_planner",
+    "load_robot",
+    "load_scenario",
+    "load_trajectory",
+    "plan",
+    "robot_names",
+    "solve_pose_ik",
+    "solve_velocity_ik",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its module when it is first asked for."""
+    if name not in _MODULE:
+        raise AttributeError(f"module 'knotwork' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"knotwork.{_MODULE[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return sorted((*__all__, "__version__"))

@@ -12,15 +12,20 @@ import typing
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from knotwork.errors import DocumentError, Problem, did_you_mean
 
 Location = tuple[str | int, ...]
 ModelT = TypeVar("ModelT", bound="StrictModel")
+
+# Fields take what they say and convert nothing: text is no number, `true` is no 1.
+Number = Annotated[float, Field(strict=True)]
+Positive = Annotated[float, Field(strict=True, gt=0)]
+Text = Annotated[str, Field(strict=True, min_length=1)]
 
 
 class StrictModel(BaseModel):

@@ -10,11 +10,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from knotwork.documents import StrictModel
+from knotwork.documents import Number, Positive, StrictModel, Text
 
-Number = Annotated[float, Field(strict=True)]
-Positive = Annotated[float, Field(strict=True, gt=0)]
-Text = Annotated[str, Field(strict=True, min_length=1)]
 Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Vector4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
 JointMap = Annotated[dict[str, Number], Field(min_length=1)]

@@ -1,0 +1,49 @@
+# Two commands: `make demo` runs the main job, `make test` runs lint, types and all tests.
+# Both make their own virtual environment first; it needs Python >= 3.10 and a package index.
+
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python3.10 python; do \
+	"$$p" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2])' 2>/dev/null && echo "$$p" && break; done)
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+INSTALL := $(PIP) install --quiet --constraint constraints.txt --no-build-isolation
+# Tests are spread over the processors there are; `make test JOBS=0` runs them in one process.
+JOBS ?= auto
+
+.PHONY: demo test lint types suite picture clean
+
+demo: $(VENV)/run
+	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
+
+test: lint types suite
+
+lint: $(VENV)/dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+
+types: $(VENV)/dev
+	$(BIN)/mypy
+
+suite: $(VENV)/dev
+	$(BIN)/pytest --numprocesses $(JOBS)
+
+picture: $(VENV)/dev
+	$(BIN)/python docs/picture.py
+
+$(VENV)/base: constraints.txt pyproject.toml
+	@test -n "$(PYTHON)" || { echo "Python 3.10 or newer is needed; set PYTHON=/path/to/python3" >&2; exit 2; }
+	@echo "setting up $(VENV) with $(PYTHON); the first time this downloads about 600 MB"
+	"$(PYTHON)" -m venv --clear $(VENV)
+	$(PIP) install --quiet --constraint constraints.txt hatchling editables
+	@touch $@
+
+$(VENV)/run: $(VENV)/base
+	$(INSTALL) --editable .
+	@touch $@
+
+$(VENV)/dev: $(VENV)/run
+	$(INSTALL) --editable '.[dev]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build dist out .mypy_cache .pytest_cache .ruff_cache .hypothesis

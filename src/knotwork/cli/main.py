@@ -1,0 +1,278 @@
+"""Commands and exit codes: 0 all checks pass, 1 a check fails, 2 the input is wrong."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from knotwork import __version__
+from knotwork.errors import InputError, KnotworkError
+
+if TYPE_CHECKING:
+    from knotwork.pipeline import Plan
+
+PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+_EXIT_CODES = """
+Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
+"""
+
+
+def main() -> NoReturn:
+    """Run the command line and end the process with its exit code."""
+    try:
+        code = cli.main(standalone_mode=False)
+        sys.stdout.flush()
+    except click.ClickException as error:
+        error.show()
+        code = WRONG_INPUT
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted", err=True)
+        code = INTERRUPTED
+    except KnotworkError as error:
+        click.echo(f"error: {error}", err=True)
+        code = WRONG_INPUT
+    except BrokenPipeError:
+        # Whoever read our output has stopped reading; Python would complain when it flushes.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = PASSED
+    sys.exit(code or PASSED)
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Start with: knotwork plan ur5_deburring",
+)
+@click.version_option(__version__, "-V", "--version", message="%(prog)s %(version)s")
+def cli() -> None:
+    """Tool poses and speeds in, a verified C² joint trajectory out."""
+
+
+class _Knots(click.ParamType):
+    """`paper`, `balanced`, `balanced:C` or knot times divided by commas."""
+
+    name = "knots"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        if value in ("paper", "balanced"):
+            return value
+        text = str(value).removeprefix("balanced:")
+        try:
+            numbers = [float(part) for part in text.split(",")]
+        except ValueError:
+            self.fail(
+                f"{value!r} is not accepted; give paper, balanced, balanced:C with a constant C "
+                "between 0 and 0.5, or the knot times in s divided by commas",
+                param,
+                ctx,
+            )
+        return numbers[0] if value != text and len(numbers) == 1 else numbers
+
+
+_json = click.option(
+    "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
+)
+
+
+@cli.command(epilog=_EXIT_CODES)
+@click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True)
+@click.option(
+    "--out",
+    "-o",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Write trajectory.json, samples.csv and report.json there; with several scenarios, in a "
+    "folder for each below it.",
+)
+@click.option("--planner", metavar="NAME", help="Planner, in place of the scenario's.")
+@click.option(
+    "--knots",
+    type=_Knots(),
+    metavar="KNOTS",
+    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
+    "scenario's.",
+)
+@click.option(
+    "--rate",
+    metavar="HZ",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Samples per second in samples.csv, in place of the scenario's.",
+)
+@_json
+def plan(
+    scenarios: tuple[str, ...],
+    out: Path | None,
+    planner: str | None,
+    knots: Any,
+    rate: float | None,
+    as_json: bool,
+) -> int:
+    """Plan each SCENARIO, check the result, and print the verdict.
+
+    SCENARIO is the name of a shipped scenario (`knotwork scenarios` lists them) or the path of a
+    file.
+    """
+    from knotwork import pipeline
+
+    results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
+    for reference in _with_progress(scenarios, as_json):
+        try:
+            result = pipeline.plan(reference, planner=planner, knots=knots)
+            written: list[Path] = []
+            if out is not None:
+                folder = out / _folder_name(result, results) if len(scenarios) > 1 else out
+                written = result.save(folder, rate=rate)
+            results.append((reference, result, written))
+        except KnotworkError as error:
+            results.append((reference, error, []))
+    code = max(_verdict(result) for _, result, _ in results)
+    if as_json:
+        rows = [_plan_to_dict(*row) for row in results]
+        click.echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
+        return code
+    from knotwork.cli import tables
+
+    for _, result, written in results:
+        if isinstance(result, KnotworkError):
+            click.echo(f"error: {result}", err=True)
+        else:
+            tables.print_plan(result)
+            for path in written:
+                click.echo(f"wrote {path}")
+    if len(results) > 1:
+        tables.print_summary([(name, _word(result)) for name, result, _ in results])
+    return code
+
+
+def _with_progress(scenarios: tuple[str, ...], as_json: bool) -> Any:
+    """Show progress on standard error while several scenarios are planned."""
+    if len(scenarios) < 2 or as_json or not sys.stderr.isatty():
+        return scenarios
+    from rich.console import Console
+    from rich.progress import track
+
+    return track(scenarios, "planning", console=Console(stderr=True), transient=True)
+
+
+def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> str:
+    """Name of the scenario, which must be one of a kind among several."""
+    name = Path(result.scenario.name).name
+    for reference, other, _ in earlier:
+        if not isinstance(other, KnotworkError) and Path(other.scenario.name).name == name:
+            raise InputError(
+                f"two scenarios are named {name!r}, the other is {reference}; their files would "
+                "overwrite each other: plan them one by one or rename one"
+            )
+    return name
+
+
+def _verdict(result: Plan | KnotworkError) -> int:
+    if isinstance(result, KnotworkError):
+        return WRONG_INPUT
+    return PASSED if result.report.ok else FAILED
+
+
+def _word(result: Plan | KnotworkError) -> str:
+    return ("passed", "FAILED", "wrong input")[_verdict(result)]
+
+
+def _plan_to_dict(
+    reference: str, result: Plan | KnotworkError, written: list[Path]
+) -> dict[str, Any]:
+    if isinstance(result, KnotworkError):
+        return {
+            "scenario": reference,
+            "ok": False,
+            "error": {"type": type(result).__name__, "message": str(result)},
+        }
+    from knotwork.storage import trajectory_to_dict
+
+    return {
+        "scenario": result.scenario.name,
+        "ok": result.report.ok,
+        "report": result.report.to_dict(),
+        "trajectory": trajectory_to_dict(result.trajectory),
+        "files": [str(path) for path in written],
+    }
+
+
+@cli.command(epilog=_EXIT_CODES)
+@click.argument("trajectory", type=click.Path(path_type=Path))
+@click.option(
+    "--scenario",
+    "-s",
+    "reference",
+    required=True,
+    metavar="SCENARIO",
+    help="What the trajectory is to do: a shipped scenario's name or the path of a file.",
+)
+@_json
+def check(trajectory: Path, reference: str, as_json: bool) -> int:
+    """Check a stored TRAJECTORY against a scenario and print the verdict.
+
+    TRAJECTORY is a trajectory.json, or a folder with one in it.
+    """
+    from knotwork import storage
+    from knotwork.scenario import load_scenario
+    from knotwork.witness import check as check_trajectory
+
+    document = storage.read_trajectory_document(trajectory)
+    stored = storage.trajectory_from_dict(document)
+    disagreement = storage.knot_disagreement(document, stored)
+    scenario = load_scenario(reference)
+    defects = [disagreement] if disagreement is not None else []
+    report = check_trajectory(stored, scenario, defects=defects)
+    if as_json:
+        click.echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
+    else:
+        from knotwork.cli import tables
+
+        tables.print_report(report, scenario)
+    return PASSED if report.ok else FAILED
+
+
+@cli.command()
+@click.argument("name", required=False)
+@_json
+def robots(name: str | None, as_json: bool) -> int:
+    """List the shipped robots, or show one: joints, limits, frames and configurations.
+
+    NAME is a shipped robot's name or the path of a robot file or URDF.
+    """
+    from knotwork.cli import tables
+    from knotwork.robot import load_robot, robot_names
+
+    shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
+    if as_json:
+        rows = [tables.robot_to_dict(robot) for robot in shown]
+        click.echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
+    elif name is not None:
+        tables.print_robot(shown[0])
+    else:
+        tables.print_robots(shown)
+    return PASSED
+
+
+@cli.command()
+def scenarios() -> int:
+    """List the shipped scenarios."""
+    from knotwork import resources
+    from knotwork.cli import tables
+    from knotwork.scenario import load_scenario
+
+    tables.print_scenarios([load_scenario(name) for name in resources.names("scenarios")])
+    return PASSED
+
+
+@cli.command()
+def schema() -> int:
+    """Print the JSON Schema of scenario files."""
+    from knotwork.scenario.schema import ScenarioFile
+
+    click.echo(json.dumps(ScenarioFile.model_json_schema(), indent=2))
+    return PASSED

@@ -1,0 +1,269 @@
+"""Plans, reports and robots as tables on a terminal."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from knotwork.scenario import Scenario
+from knotwork.witness import LimitUse, Report, Requirement
+
+if TYPE_CHECKING:
+    from knotwork.pipeline import Plan
+    from knotwork.robot import Robot
+
+# Wide enough for every table, for output that goes to a file or a pipe.
+FILE_WIDTH = 120
+MOST_FAILURES = 20
+
+
+def _console() -> Console:
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else FILE_WIDTH
+    return Console(width=width, highlight=False, soft_wrap=False)
+
+
+def _table(title: str, columns: Sequence[str], left: int = 1) -> Table:
+    """Make a table whose first columns are text and all others numbers."""
+    table = Table(title=title, title_justify="left", title_style="bold", header_style="dim")
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i < left else "right", no_wrap=i > 0)
+    return table
+
+
+def _mark(ok: bool) -> str:
+    return "[green]ok[/]" if ok else "[bold red]FAIL[/]"
+
+
+def print_plan(plan: Plan) -> None:
+    """Print a plan: what was planned, the waypoints, the limits, and the verdict."""
+    trajectory = plan.trajectory
+    knots = plan.scenario.knots
+    placed = knots if isinstance(knots, str) else "as given"
+    if isinstance(knots, int | float):
+        placed = f"balanced, c = {knots:g}"
+    print_report(
+        plan.report,
+        plan.scenario,
+        f"{trajectory.planner}, knots {placed}: {len(plan.scenario.waypoints)} waypoints, "
+        f"{len(trajectory.breaks)} knots, {trajectory.duration:g} s",
+    )
+
+
+def print_report(report: Report, scenario: Scenario, made: str = "") -> None:
+    """Print a report as tables of waypoints and limits, and the verdict.
+
+    Args:
+        report: What the check found.
+        scenario: What it was checked against.
+        made: How the trajectory was made; by default what it says itself.
+    """
+    console = _console()
+    console.print(f"[bold]{escape(report.scenario)}[/]  {escape(scenario.description.strip())}")
+    robot = f"robot {report.robot}" if report.robot else "joints alone"
+    console.print(f"{escape(robot)}; {escape(made or report.planner)}")
+    console.print(_waypoint_table(report.requirements))
+    console.print(_limit_table(report.limits))
+    for jump in report.jumps:
+        state = "" if jump.required else " (not required)"
+        console.print(
+            f"{_mark(jump.ok)} {jump.quantity} continuity: largest jump {jump.value:.2e} "
+            f"{jump.unit}, {jump.relative:.1e} of its peak{state}"
+        )
+    if report.singularity is not None:
+        near = report.singularity
+        console.print(
+            f"   smallest singular value of the Jacobian {near.smallest_singular_value:.4f} at "
+            f"{near.time:.3f} s (sampled at {near.samples} times)"
+        )
+    failures = report.failures
+    for failure in failures[:MOST_FAILURES]:
+        console.print(f"{_mark(False)} {escape(str(failure))}")
+    if len(failures) > MOST_FAILURES:
+        console.print(f"   and {len(failures) - MOST_FAILURES} more")
+    met = sum(item.ok for item in report.requirements)
+    verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
+    console.print(
+        f"{verdict} {escape(report.scenario)}: {met} of {len(report.requirements)} requirements "
+        f"met, {len(failures)} failures"
+    )
+
+
+def _waypoint_table(requirements: Sequence[Requirement]) -> Table:
+    """One row a waypoint: what was asked, and how far off the trajectory is."""
+    quantities = list(dict.fromkeys(item.quantity for item in requirements))
+    columns = ["waypoint", "time [s]"]
+    for quantity in quantities:
+        units = dict.fromkeys(item.unit for item in requirements if item.quantity == quantity)
+        columns.append(f"{quantity.replace('_', ' ')}\nerror [{' or '.join(units)}]")
+    if "linear_velocity" in quantities:
+        columns.insert(2, "tool speed\n[m/s]")
+    table = _table("Waypoints", [*columns, ""])
+    by_waypoint: dict[tuple[str, float], dict[str, Requirement]] = {}
+    for item in requirements:
+        by_waypoint.setdefault((item.waypoint, item.time), {})[item.quantity] = item
+    for (name, time), items in by_waypoint.items():
+        cells = [escape(name), f"{time:.3f}"]
+        if "linear_velocity" in quantities:
+            asked = items.get("linear_velocity")
+            cells.append(f"{np.linalg.norm(asked.requested):.4f}" if asked else "")
+        for quantity in quantities:
+            found = items.get(quantity)
+            text = f"{found.error:.1e}" if found else ""
+            cells.append(text if found is None or found.ok else f"[bold red]{text}[/]")
+        table.add_row(*cells, _mark(all(item.ok for item in items.values())))
+    return table
+
+
+def _limit_table(limits: Sequence[LimitUse]) -> Table:
+    """One row a joint and quantity; where no limit is given, one row for the worst joint."""
+    table = _table(
+        "Limits", ["quantity", "joint", "value", "limit", "margin", "unit", "at [s]", ""], 2
+    )
+    for quantity in dict.fromkeys(item.quantity for item in limits):
+        items = [item for item in limits if item.quantity == quantity]
+        for item in items:
+            if item.limit is not None and item.margin is not None:
+                table.add_row(
+                    quantity + (" (sampled)" if item.sampled else ""),
+                    escape(item.joint),
+                    f"{item.value:.4f}",
+                    f"{item.limit:.4f}",
+                    f"{item.margin:.4f}",
+                    item.unit,
+                    f"{item.time:.3f}",
+                    _mark(item.ok),
+                )
+        free = [item for item in items if item.limit is None]
+        if free:
+            worst = max(free, key=lambda item: abs(item.value))
+            table.add_row(
+                quantity + (" (sampled)" if worst.sampled else ""),
+                f"{escape(worst.joint)} (of {len(free)})",
+                f"{worst.value:.4f}",
+                "none given",
+                "",
+                worst.unit,
+                f"{worst.time:.3f}",
+                "",
+            )
+        table.add_section()
+    return table
+
+
+def print_summary(rows: Sequence[tuple[str, str]]) -> None:
+    """Print one line a scenario."""
+    table = _table("Scenarios", ["scenario", "verdict"], 2)
+    for name, word in rows:
+        colour = "green" if word == "passed" else "bold red"
+        table.add_row(escape(name), f"[{colour}]{word}[/]")
+    _console().print(table)
+
+
+def print_scenarios(scenarios: Sequence[Scenario]) -> None:
+    """Print the shipped scenarios."""
+    table = Table(title="Scenarios", title_justify="left", title_style="bold", header_style="dim")
+    for column in ("name", "robot", "waypoints", "duration [s]", "description"):
+        table.add_column(column)
+    for scenario in scenarios:
+        robot = scenario.robot if isinstance(scenario.robot, str) else None
+        times = scenario.times
+        table.add_row(
+            escape(scenario.name),
+            escape(robot or "-"),
+            str(len(times)),
+            f"{times[-1] - times[0]:g}",
+            escape(scenario.description.strip()),
+        )
+    _console().print(table)
+
+
+def print_robots(robots: Sequence[Robot]) -> None:
+    """Print the shipped robots."""
+    table = Table(title="Robots", title_justify="left", title_style="bold", header_style="dim")
+    for column in ("name", "joints", "tool frame", "description"):
+        table.add_column(column)
+    for robot in robots:
+        table.add_row(
+            escape(robot.name),
+            str(len(robot.joint_names)),
+            escape(robot.tool_frame or "-"),
+            escape(robot.description.strip()),
+        )
+    console = _console()
+    console.print(table)
+    console.print("knotwork robots NAME shows one of them")
+
+
+def print_robot(robot: Robot) -> None:
+    """Print a robot's joints, limits, frames and configurations."""
+    console = _console()
+    console.print(f"[bold]{escape(robot.name)}[/]  {escape(robot.description.strip())}")
+    console.print(f"model {escape(str(robot.urdf))}", soft_wrap=True)
+    console.print(f"base frame {escape(robot.base_frame)}, tool frame {robot.tool_frame}")
+    columns = ["joint", "unit", "lower", "upper", "velocity", "acceleration", "jerk", "effort"]
+    table = _table("Joints and limits", columns, 2)
+    for i, name in enumerate(robot.joint_names):
+        limits = (
+            robot.lower_position_limit,
+            robot.upper_position_limit,
+            robot.velocity_limit,
+            robot.acceleration_limit,
+            robot.jerk_limit,
+            robot.effort_limit,
+        )
+        cells = [f"{limit[i]:.4f}" if np.isfinite(limit[i]) else "none" for limit in limits]
+        table.add_row(escape(name), robot.joint_units[i], *cells)
+    console.print(table)
+    if robot.configurations:
+        table = _table("Configurations", ["name", *map(escape, robot.joint_names)])
+        for name, values in robot.configurations.items():
+            table.add_row(escape(name), *(f"{value:.4f}" for value in values))
+        console.print(table)
+    if robot.locked:
+        locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
+        console.print(f"locked joints: {escape(locked)}")
+    console.print(f"frames: {escape(', '.join(robot.frame_names))}")
+
+
+def robot_to_dict(robot: Robot) -> dict[str, Any]:
+    """Give a robot as plain data; `null` stands for no limit."""
+    names = robot.joint_names
+
+    def finite(values: Any) -> dict[str, float | None]:
+        return {
+            name: float(value) if np.isfinite(value) else None
+            for name, value in zip(names, values, strict=True)
+        }
+
+    return {
+        "name": robot.name,
+        "description": robot.description,
+        "model": str(robot.urdf),
+        "base_frame": robot.base_frame,
+        "tool_frame": robot.tool_frame,
+        "frames": list(robot.frame_names),
+        "joints": dict(zip(names, robot.joint_units, strict=True)),
+        "limits": {
+            kind: finite(getattr(robot, kind))
+            for kind in (
+                "lower_position_limit",
+                "upper_position_limit",
+                "velocity_limit",
+                "acceleration_limit",
+                "jerk_limit",
+                "effort_limit",
+            )
+        },
+        "locked": dict(robot.locked),
+        "configurations": {
+            name: dict(zip(names, map(float, values), strict=True))
+            for name, values in robot.configurations.items()
+        },
+    }

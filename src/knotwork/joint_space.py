@@ -1,0 +1,107 @@
+"""The joints a scenario is about: its robot with its tool and limits, or bare joints without one.
+
+What plans a scenario and what checks it both start here, so both speak of the same joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.scenario import JointValues, LimitOverrides, Scenario
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+LIMITED = ("velocity", "acceleration", "jerk", "effort")
+
+
+@dataclass(frozen=True)
+class JointSpace:
+    """Joints with their units and limits, and the robot they belong to, if any.
+
+    Attributes:
+        joint_names: Names, length d.
+        joint_units: `"rad"` or `"m"` for each joint.
+        lower_position_limit, upper_position_limit: [rad or m], shape (d,); infinite where there
+            is none.
+        limits: Largest magnitude by quantity: `"velocity"`, `"acceleration"`, `"jerk"` (of rad
+            or m) and `"effort"` [N m or N], each of shape (d,), infinite where none is given.
+        configurations: Named joint positions, each of shape (d,).
+        robot: The robot with the scenario's tool and position limits, or `None`.
+    """
+
+    joint_names: tuple[str, ...]
+    joint_units: tuple[str, ...]
+    lower_position_limit: FloatArray
+    upper_position_limit: FloatArray
+    limits: Mapping[str, FloatArray]
+    configurations: Mapping[str, FloatArray]
+    robot: Robot | None = None
+
+    def values(self, given: JointValues, *, missing: float | None = None) -> FloatArray:
+        """Read joint values of the scenario as an array of shape (d,) in SI.
+
+        Raises:
+            DocumentError: A joint or configuration is unknown, or a joint is left out.
+        """
+        return given.array(self.joint_names, self.joint_units, self.configurations, missing=missing)
+
+
+def joint_space(scenario: Scenario) -> JointSpace:
+    """Load what a scenario moves: its robot with tool and limits, or its bare joints.
+
+    Raises:
+        InputError: The robot, its tool frame or a joint named in the scenario's limits does not
+            exist, or the robot can't be planned for.
+    """
+    if scenario.robot is None:
+        return _bare_joints(scenario)
+    from knotwork.robot import load_robot
+
+    robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
+    robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
+    overrides = _overrides(scenario.limits, robot.joint_names, robot.joint_units)
+    robot = robot.with_limits(**overrides)
+    limits = {kind: getattr(robot, f"{kind}_limit") for kind in LIMITED}
+    return JointSpace(
+        robot.joint_names,
+        robot.joint_units,
+        robot.lower_position_limit,
+        robot.upper_position_limit,
+        limits,
+        robot.configurations,
+        robot,
+    )
+
+
+def _bare_joints(scenario: Scenario) -> JointSpace:
+    names = scenario.joint_names
+    units = ("rad",) * len(names)
+    overrides = _overrides(scenario.limits, names, units)
+    none = np.full(len(names), np.inf)
+    lower, upper = -none, none.copy()
+    for i, name in enumerate(names):
+        lower[i], upper[i] = overrides["position"].get(name, (-np.inf, np.inf))
+    limits = {
+        kind: np.array([overrides[kind].get(name, np.inf) for name in names]) for kind in LIMITED
+    }
+    return JointSpace(names, units, lower, upper, limits, {})
+
+
+def _overrides(
+    limits: LimitOverrides, names: tuple[str, ...], units: tuple[str, ...]
+) -> dict[str, dict[str, float] | dict[str, tuple[float, float]]]:
+    result: dict[str, dict[str, float] | dict[str, tuple[float, float]]] = {"position": {}}
+    if limits.position_lower is not None and limits.position_upper is not None:
+        lower = limits.position_lower.by_joint(names, units)
+        upper = limits.position_upper.by_joint(names, units)
+        result["position"] = {name: (lower[name], upper[name]) for name in lower}
+    for kind in LIMITED:
+        given: JointValues | None = getattr(limits, kind)
+        result[kind] = given.by_joint(names, units, si=kind == "effort") if given else {}
+    return result

@@ -1,0 +1,121 @@
+"""The whole way from a scenario to a checked trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork import storage
+from knotwork.errors import KnotError
+from knotwork.interpolation import BalancedKnots, PlannerOptions, get_planner
+from knotwork.joint_space import JointSpace, joint_space
+from knotwork.scenario import Scenario, load_scenario
+from knotwork.task_to_joint import task_to_joint
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import JointWaypoints
+from knotwork.witness import Report, check
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A scenario, its waypoints at the joints, the trajectory through them, and the verdict.
+
+    Attributes:
+        scenario: What was asked for.
+        space: The joints it moves and their robot.
+        joint_waypoints: Joint positions and velocities at the waypoints.
+        trajectory: The motion.
+        report: What the check found.
+    """
+
+    scenario: Scenario
+    space: JointSpace
+    joint_waypoints: JointWaypoints
+    trajectory: JointTrajectory
+    report: Report
+
+    def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
+        """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
+
+        Args:
+            folder: Made if it does not exist; files of these names in it are replaced.
+            rate: Samples per second [Hz]; by default the scenario's.
+
+        Returns:
+            Paths of the files.
+
+        Raises:
+            InputError: The folder can't be written to, or the rate makes too many samples.
+        """
+        rate = rate if rate is not None else self.scenario.rate
+        return storage.write_files(
+            folder,
+            {
+                "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
+                "samples.csv": storage.samples_to_csv(self.trajectory, rate),
+                "report.json": storage.to_json(self.report.to_dict()),
+            },
+        )
+
+
+def plan(
+    scenario: str | Path | Mapping[str, Any] | Scenario,
+    *,
+    planner: str | None = None,
+    knots: str | float | ArrayLike | None = None,
+) -> Plan:
+    """Plan a scenario and check the result.
+
+    Args:
+        scenario: A shipped scenario's name, the path of a file, a mapping of the same shape, or
+            a loaded scenario.
+        planner: Takes the place of the scenario's planner.
+        knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, the constant of
+            balanced knots, or the knot times [s].
+
+    Returns:
+        The plan. Its `report.ok` says whether it does what was asked: a limit that is broken is
+        no error here.
+
+    Raises:
+        InputError: The scenario is wrong, or a waypoint can't be met as asked. The error names
+            what, where, the value found and what would be accepted.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    if planner is not None:
+        scenario = replace(scenario, planner=planner)
+    if knots is not None:
+        given = knots if isinstance(knots, str | int | float) else np.array(knots, dtype=float)
+        scenario = replace(scenario, knots=given)
+    interpolate = get_planner(scenario.planner)
+    space = joint_space(scenario)
+    options = _options(scenario, space)
+    waypoints = task_to_joint(scenario, space)
+    try:
+        trajectory = interpolate(waypoints, options)
+    except KnotError as error:
+        name = f" ({waypoints.names[error.waypoint]!r})" if error.waypoint is not None else ""
+        raise KnotError(
+            f"{scenario.name}: knots{name}: {error}",
+            waypoint=error.waypoint,
+            interval=error.interval,
+        ) from error
+    report = check(trajectory, scenario, space=space)
+    return Plan(scenario, space, waypoints, trajectory, report)
+
+
+def _options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
+    knots = scenario.knots
+    ends = scenario.end_acceleration
+    return PlannerOptions(
+        knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
+        end_acceleration=ends
+        if ends is None or isinstance(ends, str)
+        else (space.values(ends[0], missing=0.0), space.values(ends[1], missing=0.0)),
+    )

@@ -1,0 +1,273 @@
+"""Trajectories, samples and reports to and from files; a file is written whole or not at all."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from knotwork import documents
+from knotwork.documents import Document, Number, StrictModel, Text
+from knotwork.errors import DocumentError, InputError, Problem
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.trajectory import JointTrajectory, Knots
+
+FORMAT = "knotwork.trajectory"
+# Knots and coefficients of a stored trajectory say the same within this, relative to the scale
+# of the values: both are written with all their digits.
+KNOT_AGREEMENT = 1e-9
+# More rows than this are a mistake in the rate rather than a file anybody reads.
+MOST_SAMPLES = 10_000_000
+
+_NUMBERS = re.compile(r"\[\s+-?\d[-+\d.eE,\s]*\]")
+
+_Row = list[Number]
+_Table = list[_Row]
+
+
+class _Units(StrictModel):
+    time: Literal["s"] = "s"
+    joints: list[Literal["rad", "m"]]
+
+
+class _Knots(StrictModel):
+    time: _Row
+    position: _Table
+    velocity: _Table
+    acceleration: _Table
+
+
+class _TrajectoryFile(StrictModel):
+    """A joint trajectory: piece k is Σᵢ coefficients[i][k] (t − breaks[k])^(degree−i)."""
+
+    format: Literal["knotwork.trajectory"]
+    version: Literal[1]
+    planner: str = ""
+    joint_names: Annotated[list[Text], Field(min_length=1)]
+    units: _Units
+    waypoint_times: _Row | None = None
+    breaks: Annotated[_Row, Field(min_length=2)]
+    coefficients: Annotated[list[_Table], Field(min_length=1)]
+    knots: _Knots | None = None
+
+
+def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
+    """Give a trajectory as plain data, ready for JSON, in SI with its units named.
+
+    `coefficients` have SciPy's `PPoly` order and the shape (degree + 1, pieces, joints). A curve
+    of cubics also states its `knots`, which carry all of it.
+    """
+    data: dict[str, Any] = {
+        "format": FORMAT,
+        "version": 1,
+        "planner": trajectory.planner,
+        "joint_names": list(trajectory.joint_names),
+        "units": {"time": "s", "joints": list(trajectory.joint_units)},
+    }
+    if trajectory.waypoint_times is not None:
+        data["waypoint_times"] = np.asarray(trajectory.waypoint_times).tolist()
+    data["breaks"] = trajectory.breaks.tolist()
+    data["coefficients"] = trajectory.polynomial.c.tolist()
+    if len(trajectory.polynomial.c) == 4:
+        knots = trajectory.knots
+        data["knots"] = {name: getattr(knots, name).tolist() for name in _Knots.model_fields}
+    return data
+
+
+def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
+    """Make a trajectory from plain data as `trajectory_to_dict` gives it.
+
+    The coefficients are the curve; use `knot_disagreement` to see whether the knots still say
+    the same.
+
+    Raises:
+        DocumentError: Something is missing, unknown, not finite, of the wrong shape or out of
+            order.
+    """
+    document = data if isinstance(data, Document) else Document(dict(data))
+    content = documents.validate(_TrajectoryFile, document)
+    joints, pieces = len(content.joint_names), len(content.breaks) - 1
+    coefficients = _array(document, ("coefficients",), content.coefficients, 3)
+    if coefficients.shape[1:] != (pieces, joints):
+        raise document.error(
+            ("coefficients",),
+            f"has shape {coefficients.shape}",
+            f"(degree + 1, {pieces} pieces, {joints} joints)",
+        )
+    for i, (before, after) in enumerate(zip(content.breaks, content.breaks[1:], strict=False)):
+        if after <= before:
+            raise document.error(
+                ("breaks", i + 1), f"{after!r} is not greater than {before!r}, the one before it"
+            )
+    if len(content.units.joints) != joints:
+        raise document.error(
+            ("units", "joints"), f"has {len(content.units.joints)} entries", f"{joints}, as joints"
+        )
+    return JointTrajectory(
+        content.joint_names,
+        PiecewisePolynomial(coefficients, np.array(content.breaks)),
+        joint_units=tuple(content.units.joints),
+        planner=content.planner,
+        waypoint_times=None if content.waypoint_times is None else np.array(content.waypoint_times),
+    )
+
+
+def _array(
+    document: Document, location: documents.Location, values: Any, dimensions: int
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    try:
+        array = np.array(values, dtype=float)
+    except ValueError as error:
+        raise document.error(location, "has rows of different lengths") from error
+    if array.ndim != dimensions:
+        raise document.error(location, f"has {array.ndim} dimensions", f"{dimensions} dimensions")
+    return array
+
+
+def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None:
+    """Say where the knots stated in a stored trajectory differ from its coefficients, if they do.
+
+    Raises:
+        DocumentError: The knots are not of the trajectory's shape.
+    """
+    stated = data.data.get("knots")
+    if stated is None:
+        return None
+    knots: Knots = trajectory.knots
+    for name in _Knots.model_fields:
+        true = np.asarray(getattr(knots, name))
+        given = _array(data, ("knots", name), stated[name], true.ndim)
+        if given.shape != true.shape:
+            raise data.error(("knots", name), f"has shape {given.shape}", f"{true.shape}")
+        scale = max(float(np.abs(true).max()), np.finfo(float).tiny)
+        error = np.abs(given - true)
+        if error.max() > KNOT_AGREEMENT * scale:
+            index = np.unravel_index(int(error.argmax()), error.shape)
+            at = documents.field_path(("knots", name, *(int(i) for i in index)))
+            return (
+                f"{at} is {given[index]:.9g}, but the coefficients make it {true[index]:.9g}; "
+                "the check is of the coefficients"
+            )
+    return None
+
+
+def read_trajectory_document(path: Path | str) -> Document:
+    """Read the JSON of a stored trajectory.
+
+    Raises:
+        DocumentError: The file can't be read or is no JSON.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / "trajectory.json"
+
+    def refuse(word: str) -> Any:
+        raise DocumentError(path, [Problem(None, "", f"{word} is no finite number")])
+
+    try:
+        data = json.loads(documents.read_text(path), parse_constant=refuse)
+    except json.JSONDecodeError as error:
+        message = f"is not valid JSON: {error.msg} (column {error.colno})"
+        raise DocumentError(path, [Problem(error.lineno, "", message)]) from error
+    return Document(data, path)
+
+
+def load_trajectory(path: Path | str) -> JointTrajectory:
+    """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
+
+    Raises:
+        DocumentError: The file can't be read, or is no trajectory.
+    """
+    return trajectory_from_dict(read_trajectory_document(path))
+
+
+def samples_to_csv(trajectory: JointTrajectory, rate: float) -> str:
+    """Write samples of position, velocity, acceleration and jerk as CSV with a header.
+
+    Args:
+        trajectory: The curve.
+        rate: Samples per second [Hz]; the last sample is at the end whatever the rate.
+
+    Raises:
+        InputError: The rate makes more than `MOST_SAMPLES` samples.
+    """
+    if rate * trajectory.duration > MOST_SAMPLES:
+        raise InputError(
+            f"rate {rate:g} Hz over {trajectory.duration:g} s makes more than {MOST_SAMPLES} "
+            f"samples; a rate below {MOST_SAMPLES / trajectory.duration:g} Hz is accepted"
+        )
+    samples = trajectory.sample(rate)
+    header = ["time_s"]
+    columns = [samples.time[:, np.newaxis]]
+    for quantity, power in (
+        ("position", ""),
+        ("velocity", "_per_s"),
+        ("acceleration", "_per_s2"),
+        ("jerk", "_per_s3"),
+    ):
+        columns.append(getattr(samples, quantity))
+        header += [
+            f"{name}.{quantity}_{unit}{power}"
+            for name, unit in zip(trajectory.joint_names, trajectory.joint_units, strict=True)
+        ]
+    text = io.StringIO()
+    np.savetxt(
+        text, np.hstack(columns), fmt="%.17g", delimiter=",", header=",".join(header), comments=""
+    )
+    return text.getvalue()
+
+
+def write_files(folder: Path | str, contents: Mapping[str, str]) -> list[Path]:
+    """Write text files into a folder, all of them or none; existing ones are replaced.
+
+    Args:
+        folder: Made if it does not exist.
+        contents: Text by file name.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: The folder can't be made or written to.
+    """
+    folder = Path(folder)
+    written: list[tuple[str, Path]] = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in contents.items():
+            handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
+            written.append((temporary, folder / name))
+            with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+                file.write(text)
+            Path(temporary).chmod(0o666 & ~_umask())
+        for temporary, path in written:
+            os.replace(temporary, path)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"can't write to {folder}: {reason}; give a folder that can be made and written to"
+        ) from error
+    finally:
+        for temporary, _ in written:
+            Path(temporary).unlink(missing_ok=True)
+    return [path for _, path in written]
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def to_json(data: Mapping[str, Any]) -> str:
+    """Write plain data as JSON text, rows of numbers on a line each so that it can be read."""
+    text = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
+    return _NUMBERS.sub(lambda row: " ".join(row.group().split()), text) + "\n"

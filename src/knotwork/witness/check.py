@@ -1,0 +1,139 @@
+"""The independent witness: does a trajectory do what its scenario asks for?
+
+It knows nothing of how the trajectory was made. From the trajectory and the scenario alone it
+recomputes the tool's pose and velocity at each waypoint, the joint limits over all time, and
+continuity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.joint_space import JointSpace, joint_space
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.scenario import JointTarget, Scenario
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+from knotwork.witness.motion import limit_use, measured_jumps, rate_unit
+from knotwork.witness.report import Defect, LimitUse, Report, Requirement, Singularity
+
+# Torque and nearness to singularities are looked at this often, and at every break.
+SAMPLES = 500
+
+
+def check(
+    trajectory: JointTrajectory,
+    scenario: Scenario,
+    *,
+    space: JointSpace | None = None,
+    defects: Sequence[str] = (),
+) -> Report:
+    """Check a trajectory against a scenario.
+
+    Position, velocity, acceleration and jerk limits hold over all time: their extrema are exact.
+    Effort is sampled by inverse dynamics, and marked so.
+
+    Args:
+        trajectory: The motion; its joints in any order.
+        scenario: What is asked for.
+        space: The scenario's joints and robot, if they have been loaded already.
+        defects: Faults of the trajectory known beforehand, which the report is to count.
+
+    Raises:
+        InputError: The trajectory is not of the scenario's joints, or the scenario's robot can't
+            be loaded.
+    """
+    space = space if space is not None else joint_space(scenario)
+    curve = _in_order(trajectory, space)
+    requirements, missed = _requirements(trajectory, curve, scenario, space)
+    limits: list[LimitUse] = list(limit_use(space, curve))
+    singularity: Singularity | None = None
+    if space.robot is not None:
+        from knotwork.witness.tool import effort_use, smallest_singular_value
+
+        time = np.union1d(np.linspace(trajectory.start_time, trajectory.end_time, SAMPLES), curve.x)
+        q, v, a = curve(time), curve(time, 1), curve(time, 2)
+        limits += effort_use(space, space.robot, time, q, v, a)
+        singularity = smallest_singular_value(space.robot, time, q)
+    return Report(
+        scenario=scenario.name,
+        robot=space.robot.name if space.robot is not None else None,
+        planner=trajectory.planner,
+        start_time=trajectory.start_time,
+        end_time=trajectory.end_time,
+        requirements=tuple(requirements),
+        limits=tuple(limits),
+        jumps=tuple(measured_jumps(space, curve, scenario.continuity)),
+        defects=tuple(Defect(message) for message in (*defects, *missed)),
+        singularity=singularity,
+    )
+
+
+def _in_order(trajectory: JointTrajectory, space: JointSpace) -> PiecewisePolynomial:
+    """The curve with its joints in the order of the joint space."""
+    ours, theirs = space.joint_names, trajectory.joint_names
+    missing = [name for name in ours if name not in theirs]
+    extra = [name for name in theirs if name not in ours]
+    if missing or extra:
+        faults = [f"lacks joint {', '.join(missing)}"] if missing else []
+        faults += [f"has joint {', '.join(extra)}"] if extra else []
+        raise InputError(
+            f"the trajectory {' and '.join(faults)}; the scenario's joints are {', '.join(ours)}"
+        )
+    if ours == theirs:
+        return trajectory.polynomial
+    order = [theirs.index(name) for name in ours]
+    polynomial = trajectory.polynomial
+    return PiecewisePolynomial(polynomial.c[:, :, order], polynomial.x)
+
+
+def _requirements(
+    trajectory: JointTrajectory, curve: PiecewisePolynomial, scenario: Scenario, space: JointSpace
+) -> tuple[list[Requirement], list[str]]:
+    """Requirements at the waypoints, and those waypoints that the trajectory does not last to."""
+    requirements: list[Requirement] = []
+    missed: list[str] = []
+    for waypoint in scenario.waypoints:
+        if not trajectory.start_time <= waypoint.time <= trajectory.end_time:
+            missed.append(
+                f"waypoint {waypoint.name!r} is at {waypoint.time:g} s, but the trajectory lasts "
+                f"from {trajectory.start_time:g} s to {trajectory.end_time:g} s"
+            )
+            continue
+        q, v = curve(waypoint.time), curve(waypoint.time, 1)
+        if isinstance(waypoint, JointTarget):
+            requirements += _joint_requirements(waypoint, q, v, space, scenario)
+        elif space.robot is not None:
+            from knotwork.witness.tool import tool_requirements
+
+            requirements += tool_requirements(waypoint, space.robot, q, v, scenario.tolerances)
+    return requirements, missed
+
+
+def _joint_requirements(
+    target: JointTarget, q: FloatArray, v: FloatArray, space: JointSpace, scenario: Scenario
+) -> Iterator[Requirement]:
+    position = space.values(target.joints)
+    velocity = np.zeros_like(q)
+    if target.velocity is not None:
+        velocity = space.values(target.velocity, missing=0.0)
+    for order, (quantity, requested, achieved) in enumerate(
+        (("joint_position", position, q), ("joint_velocity", velocity, v))
+    ):
+        errors = np.abs(achieved - requested)
+        worst = int(errors.argmax())
+        tolerance = getattr(scenario.tolerances, quantity)
+        yield Requirement(
+            target.name,
+            target.time,
+            quantity,
+            tuple(requested.tolist()),
+            tuple(achieved.tolist()),
+            float(errors[worst]),
+            tolerance,
+            rate_unit(space.joint_units[worst], order),
+            bool(errors[worst] <= tolerance),
+        )

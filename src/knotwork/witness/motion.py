@@ -1,0 +1,97 @@
+"""Joint limits over all time from the exact extrema, and continuity as measured at the breaks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from knotwork.joint_space import JointSpace
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.witness.report import Jump, LimitUse
+
+QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+# A limit counts as kept if the excess is within rounding, relative to the limit (or to 1 in SI).
+LIMIT_SLACK = 1e-9
+# A jump counts as none if it is within rounding, relative to the peak of the quantity.
+JUMP_TOLERANCE = 1e-9
+# Below this, relative to what the motion's size and duration make natural, a peak is itself
+# rounding: a joint that stands still has no acceleration to compare a jump with.
+NEGLIGIBLE = 1e-9
+
+
+def rate_unit(unit: str, order: int) -> str:
+    """Unit of the derivative of some order, for example `rad/s²`."""
+    return unit + ("", "/s", "/s²", "/s³")[order]
+
+
+def limit_use(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[LimitUse]:
+    """Compare exact extrema of position, velocity, acceleration and jerk with the limits.
+
+    Args:
+        space: The joints and their limits.
+        curve: Joint positions, trailing shape (d,), joints in the order of `space`.
+    """
+    for order, quantity in enumerate(QUANTITIES):
+        extrema = curve.extrema(order)
+        if quantity == "position":
+            lower, upper = space.lower_position_limit, space.upper_position_limit
+        else:
+            upper = space.limits[quantity]
+            lower = -upper
+        for i, joint in enumerate(space.joint_names):
+            low = (float(extrema.minimum[i]), float(extrema.minimum_time[i]), float(lower[i]))
+            high = (float(extrema.maximum[i]), float(extrema.maximum_time[i]), float(upper[i]))
+            below, above = low[0] - low[2], high[2] - high[0]
+            if np.isinf(below) and np.isinf(above):
+                at_low = quantity != "position" and abs(low[0]) > abs(high[0])
+            else:
+                at_low = below < above
+            value, time, limit = low if at_low else high
+            margin = below if at_low else above
+            given = bool(np.isfinite(limit))
+            yield LimitUse(
+                joint,
+                quantity,
+                value,
+                limit if given else None,
+                margin if given else None,
+                time,
+                rate_unit(space.joint_units[i], order),
+                False,
+                margin >= -LIMIT_SLACK * max(1.0, abs(limit)) if given else True,
+            )
+
+
+def measured_jumps(
+    space: JointSpace, curve: PiecewisePolynomial, required_order: int
+) -> Iterator[Jump]:
+    """Measure the jumps of position, velocity and acceleration at the inner breaks.
+
+    Args:
+        space: The joints.
+        curve: Joint positions, trailing shape (d,), joints in the order of `space`.
+        required_order: Order of continuity asked for.
+    """
+    extrema = curve.extrema(0)
+    size = np.maximum(extrema.maximum - extrema.minimum, NEGLIGIBLE * np.maximum(extrema.peak, 1.0))
+    duration = float(curve.x[-1] - curve.x[0])
+    for order in range(3):
+        jumps = np.abs(curve.jumps(order))
+        peak = np.maximum(curve.extrema(order).peak, NEGLIGIBLE * size / duration**order)
+        if not len(jumps):
+            jumps = np.zeros((1, len(peak)))
+        relative = jumps / peak
+        where, joint = np.unravel_index(int(relative.argmax()), relative.shape)
+        ok = bool(relative[where, joint] <= JUMP_TOLERANCE)
+        yield Jump(
+            QUANTITIES[order],
+            float(jumps[where, joint]),
+            float(relative[where, joint]),
+            JUMP_TOLERANCE,
+            space.joint_names[joint],
+            float(curve.x[min(where + 1, len(curve.x) - 1)]),
+            rate_unit(space.joint_units[joint], order),
+            order <= required_order,
+            ok or order > required_order,
+        )
