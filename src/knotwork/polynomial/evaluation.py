@@ -7,6 +7,7 @@ operations in the same order, so a value does not depend on which times are aske
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -100,7 +101,7 @@ def _by_slices(
 ) -> None:
     """Evaluate sorted times; those from cuts[i] to cuts[i+1] lie in piece first + i."""
     size = len(factors) if factors is not None else c.shape[0]
-    for offset, (low, high) in enumerate(zip(cuts[:-1], cuts[1:], strict=True)):
+    for offset, (low, high) in enumerate(itertools.pairwise(cuts)):
         if low == high:
             continue
         i = first + offset

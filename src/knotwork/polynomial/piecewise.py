@@ -24,7 +24,7 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
     Raises:
         InputError: It is no integer or negative.
     """
-    if isinstance(nu, bool) or not isinstance(nu, (int, np.integer)) or nu < 0:
+    if isinstance(nu, bool) or not isinstance(nu, int | np.integer) or nu < 0:
         raise InputError(f"{what} is {nu!r}; it must be an integer, 0 or greater")
     return int(nu)
 

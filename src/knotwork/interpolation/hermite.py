@@ -1,0 +1,171 @@
+"""The paper's interpolant: positions and velocities met by a C2 cubic on rebuilt knots."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import InputError, UnknownNameError, WaypointDataError
+from knotwork.interpolation.accelerations import waypoint_accelerations
+from knotwork.interpolation.assembly import coefficients
+from knotwork.interpolation.knots import BalancedKnots, place_knots
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.waypoints import FloatArray, checked_times
+
+EndAcceleration = str | tuple[ArrayLike, ArrayLike] | None
+"""`None`, `"zero"`, or the accelerations at start and end."""
+
+
+class ModifiedHermiteSpline(PiecewisePolynomial):
+    """Modified piecewise cubic Hermite interpolator of values and first derivatives (C2 smooth).
+
+    A cubic Hermite spline through the waypoints is C1 only. This one has its knots rebuilt, one
+    before and one after each inner waypoint, and so meets every value and every derivative with a
+    continuous second derivative, still at degree three: Eqs. (30), (31), (34) of the paper, on the
+    knots of Eq. (39). Building it costs time and memory linear in n, whatever the times.
+
+    The interface is that of `scipy.interpolate.CubicHermiteSpline`, without extrapolation.
+
+    Args:
+        x: Waypoint times [s], shape (n,), n >= 2, strictly increasing.
+        y: Values, n along `axis`, any shape, finite.
+        dydx: Derivatives, of the shape of `y`, finite.
+        axis: Axis of `y` along which time runs.
+        knots: `"paper"` for Eq. (39); `"balanced"` or a `BalancedKnots` for knots at equal
+            distances beside each waypoint; or the m knot times [s] themselves.
+        end_acceleration: `None` for the paper's curve, m = 2n - 2 knots, which starts and stops
+            with an acceleration of its own; or the second derivatives wanted at start and end, a
+            pair of scalars or arrays of the trailing shape of `y`, or `"zero"` for both: one more
+            knot in the first and in the last interval, m = 2n.
+
+    Attributes:
+        x: Knot times, the breaks of the curve, shape (m,). For n = 2 without end accelerations
+            there is nothing to rebuild: the one cubic is the plain Hermite one.
+        c: Coefficients, shape (4, m-1, ...), highest power first.
+        axis: As given, counted from 0.
+        waypoint_times: Times of the waypoints, shape (n,).
+        waypoint_acceleration: Second derivative at the waypoints, of the shape of `y`.
+
+    Raises:
+        WaypointDataError: The data are complex or not finite, their shapes do not match, there
+            are fewer than two waypoints or their times do not increase.
+        KnotError: A knot leaves a waypoint outside its span, or there are too few or too many.
+        InputError: The end accelerations don't fit; the curve leaves the range of floats.
+        UnknownNameError: There is no knot rule or end acceleration of that name.
+    """
+
+    def __init__(
+        self,
+        x: ArrayLike,
+        y: ArrayLike,
+        dydx: ArrayLike,
+        *,
+        axis: int = 0,
+        knots: str | BalancedKnots | ArrayLike = "paper",
+        end_acceleration: EndAcceleration = None,
+    ) -> None:
+        times = checked_times(_real(x, "x"))
+        values, axis = _along_time(y, times.size, axis, "y")
+        derivatives, _ = _along_time(dydx, times.size, axis, "dydx")
+        if values.shape != derivatives.shape:
+            raise WaypointDataError(
+                f"y and dydx must have the same shape; with the time axis first they have "
+                f"{values.shape} and {derivatives.shape}"
+            )
+        trailing = values.shape[1:]
+        ends = _end_accelerations(end_acceleration, trailing)
+        placed = place_knots(times, knots, doubled_ends=ends is not None)
+        positions, velocities = (
+            array.reshape(times.size, math.prod(trailing)).T for array in (values, derivatives)
+        )
+        a = waypoint_accelerations(times, positions, velocities, placed, ends)
+        if not np.isfinite(a).all():
+            i = int(np.flatnonzero(~np.isfinite(a).all(axis=0))[0])
+            raise InputError(
+                f"the acceleration at waypoint {i} exceeds the range of floating-point numbers; "
+                "the times are too close for the values given"
+            )
+        c = coefficients(times, positions, velocities, a, placed)
+        self._assign(c.reshape(*c.shape[:2], *trailing), placed.time, axis)
+        self._waypoint_times = times
+        acceleration = np.moveaxis(a.T.reshape(values.shape), 0, axis)
+        acceleration.setflags(write=False)
+        self._waypoint_acceleration = acceleration
+
+    @property
+    def waypoint_times(self) -> FloatArray:
+        """Times of the waypoints [s], shape (n,)."""
+        return self._waypoint_times
+
+    @property
+    def waypoint_acceleration(self) -> FloatArray:
+        """Second derivative at the waypoints, of the shape of the data."""
+        return self._waypoint_acceleration
+
+
+def _real(values: ArrayLike, what: str) -> FloatArray:
+    """Take real numbers as an array of floats.
+
+    Raises:
+        WaypointDataError: They are complex or no numbers.
+    """
+    array = np.asarray(values)
+    if array.dtype.kind not in "buif":
+        raise WaypointDataError(f"{what} must be real numbers, not {array.dtype}", value=values)
+    return np.asarray(array, dtype=float)
+
+
+def _along_time(values: ArrayLike, n: int, axis: int, what: str) -> tuple[FloatArray, int]:
+    """Check data and move their time axis to the front; return the axis counted from 0."""
+    array = _real(values, what)
+    if not -array.ndim <= axis < array.ndim:
+        raise WaypointDataError(f"{what} has shape {array.shape}; there is no axis {axis} in it")
+    axis %= array.ndim
+    if array.shape[axis] != n:
+        raise WaypointDataError(
+            f"{what} has length {array.shape[axis]} along axis {axis}; there are {n} times"
+        )
+    array = np.moveaxis(array, axis, 0)
+    if not np.isfinite(array).all():
+        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise WaypointDataError(
+            f"{what} of waypoint {index[0]}"
+            + (f", component {list(index[1:])}," if index[1:] else "")
+            + f" is {array[index]}; every value must be finite",
+            waypoint=index[0],
+            value=float(array[index]),
+        )
+    return array, axis
+
+
+def _end_accelerations(
+    given: EndAcceleration | Any, trailing: tuple[int, ...]
+) -> tuple[FloatArray, FloatArray] | None:
+    """Flat start and end accelerations, shape (d,) each."""
+    if given is None:
+        return None
+    if isinstance(given, str):
+        if given != "zero":
+            raise UnknownNameError("end acceleration", given, ("zero",))
+        given = (0.0, 0.0)
+    try:
+        start, end = given
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"end_acceleration is {given!r}; it must be None, 'zero' or a pair (start, end)"
+        ) from error
+    flat = []
+    for what, value in (("start", start), ("end", end)):
+        array = _real(value, f"{what} acceleration")
+        if array.shape not in ((), trailing):
+            raise InputError(
+                f"{what} acceleration has shape {array.shape}; it must be a scalar or of the "
+                f"shape of one waypoint, {trailing}"
+            )
+        if not np.isfinite(array).all():
+            raise InputError(f"{what} acceleration is {array}; it must be finite")
+        flat.append(np.broadcast_to(array, trailing).reshape(-1))
+    return flat[0], flat[1]

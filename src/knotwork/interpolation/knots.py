@@ -1,0 +1,231 @@
+"""Where the rebuilt knots sit: one before and one after each inner waypoint.
+
+Each inner waypoint x[i] lies strictly between its *left* and its *right* knot; the first and the
+last knot are the first and the last waypoint. So an inner interval holds two knots, the first and
+the last interval one each: m = 2n - 2. With end accelerations asked for, the first waypoint gets
+a right knot and the last one a left knot as well: m = 2n, two in every interval.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import InputError, KnotError, UnknownNameError
+from knotwork.waypoints import FloatArray
+
+PAPER_INNER = (0.25, 0.75)
+"""Fractions of an interval at which its two knots sit: Eqs. (35), (36)."""
+
+PAPER_END = 0.618
+"""Fraction of an end interval, from the end inwards, at which its knot sits: Eqs. (37), (38)."""
+
+KNOT_RULES = ("paper", "balanced")
+"""Names of the rules that place knots."""
+
+
+@dataclass(frozen=True)
+class BalancedKnots:
+    """Knots at equal distances before and after each waypoint.
+
+    The knots of waypoint i sit at x[i] ± c·min(x[i] - x[i-1], x[i+1] - x[i]); a first or last
+    waypoint has but one neighbour. Where interval lengths differ much this keeps the curve's peaks
+    lower than Eq. (39); a small `c` trades jerk, which grows as 1/c, for lower peak velocity and
+    acceleration.
+
+    Attributes:
+        c: The fraction, 0 < c <= 1/2.
+
+    Raises:
+        InputError: `c` is out of bounds.
+    """
+
+    c: float = 0.2
+
+    def __post_init__(self) -> None:
+        try:
+            c = float(self.c)
+        except (TypeError, ValueError):
+            c = np.nan
+        if not 0.0 < c <= 0.5:
+            raise InputError(
+                f"the fraction c of balanced knots is {self.c!r}; it must be in (0, 0.5]"
+            )
+        object.__setattr__(self, "c", c)
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedKnots:
+    """The left and the right knot of every waypoint.
+
+    Attributes:
+        sides: Left and right knot time of each waypoint in turn [s], shape (2n,). The left knot of
+            the first waypoint and the right one of the last are these waypoints themselves, and
+            without doubled ends so are the first one's right and the last one's left.
+        doubled_ends: Whether the end intervals hold two knots like all others.
+    """
+
+    sides: FloatArray
+    doubled_ends: bool
+
+    @property
+    def left(self) -> FloatArray:
+        """Knot at or before each waypoint [s], shape (n,)."""
+        return self.sides[0::2]
+
+    @property
+    def right(self) -> FloatArray:
+        """Knot at or after each waypoint [s], shape (n,)."""
+        return self.sides[1::2]
+
+    @property
+    def time(self) -> FloatArray:
+        """Every knot once [s], shape (m,)."""
+        return self.sides if self.doubled_ends else self.sides[1:-1]
+
+
+def place_knots(
+    x: FloatArray, rule: str | BalancedKnots | ArrayLike = "paper", *, doubled_ends: bool = False
+) -> PlacedKnots:
+    """Place knots around waypoints.
+
+    Args:
+        x: Waypoint times [s], shape (n,), n >= 2, strictly increasing.
+        rule: `"paper"` for Eq. (39), at 1/4 and 3/4 of an interval with two knots and at 0.618
+            from the end in an interval with one; `"balanced"` or a `BalancedKnots`; or the knot
+            times [s] themselves, of shape (m,), the first and the last waypoint included.
+        doubled_ends: Whether the end intervals hold two knots, m = 2n, rather than one,
+            m = 2n - 2.
+
+    Raises:
+        KnotError: A knot is not on its side of its waypoint or not before the next knot, or
+            there are too few or too many.
+        UnknownNameError: There is no rule of that name.
+    """
+    if isinstance(rule, str):
+        if rule not in KNOT_RULES:
+            raise UnknownNameError("knot rule", rule, KNOT_RULES)
+        rule = BalancedKnots() if rule == "balanced" else rule
+    if isinstance(rule, BalancedKnots):
+        left, right = _balanced(x, rule.c, doubled_ends)
+    elif isinstance(rule, str):
+        left, right = _paper(x, doubled_ends)
+    else:
+        left, right = _given(x, rule, doubled_ends)
+    left[0], right[-1] = x[0], x[-1]
+    if not doubled_ends:
+        right[0], left[-1] = x[0], x[-1]
+    _check_order(x, left, right, doubled_ends)
+    sides = np.empty(2 * x.size)
+    sides[0::2], sides[1::2] = left, right
+    return PlacedKnots(sides, doubled_ends)
+
+
+def _paper(x: FloatArray, doubled_ends: bool) -> tuple[FloatArray, FloatArray]:
+    h = np.diff(x)
+    left, right = x.copy(), x.copy()
+    right[:-1] += PAPER_INNER[0] * h
+    left[1:] = x[:-1] + PAPER_INNER[1] * h
+    if not doubled_ends:
+        left[1] = x[0] + PAPER_END * h[0]
+        right[-2] = x[-1] - PAPER_END * h[-1]
+    return left, right
+
+
+def _balanced(x: FloatArray, c: float, doubled_ends: bool) -> tuple[FloatArray, FloatArray]:
+    h = np.diff(x)
+    reach = c * np.minimum(np.append(h, np.inf), np.insert(h, 0, np.inf))
+    meeting = reach[:-1] + reach[1:] >= h
+    if not doubled_ends:
+        meeting[[0, -1]] = False
+    if meeting.any():
+        i = int(np.flatnonzero(meeting)[0])
+        raise KnotError(
+            f"balanced knots with c = {c:g} coincide between waypoints {i} and {i + 1}, where "
+            "neither neighbouring interval is shorter; choose c below 0.5",
+            waypoint=i,
+        )
+    return x - reach, x + reach
+
+
+def _given(x: FloatArray, knots: ArrayLike, doubled_ends: bool) -> tuple[FloatArray, FloatArray]:
+    n = x.size
+    expected = 2 * n if doubled_ends else 2 * n - 2
+    counted = "2n, as end accelerations are asked for" if doubled_ends else "2n - 2"
+    try:
+        t = np.array(knots, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise KnotError(f"knots must be a rule or times in seconds, not {knots!r}") from error
+    if t.ndim != 1:
+        raise KnotError(f"knot times must have one dimension, not shape {t.shape}")
+    if t.size != expected:
+        raise KnotError(
+            f"{n} waypoints need {expected} knots ({counted}); {t.size} are given",
+            waypoint=_first_unmatched(x, t, doubled_ends),
+        )
+    if not np.isfinite(t).all():
+        j = int(np.flatnonzero(~np.isfinite(t))[0])
+        raise KnotError(
+            f"knot {j} is {t[j]}; every knot must be finite", waypoint=_owner(j, doubled_ends)
+        )
+    for end, i in ((0, 0), (-1, n - 1)):
+        if t[end] != x[end]:
+            raise KnotError(
+                f"the {'last' if end else 'first'} knot is {t[end]:.17g} s; it must be the time of "
+                f"waypoint {i}, {x[end]:.17g} s",
+                waypoint=i,
+            )
+    if not doubled_ends:
+        t = np.concatenate((t[:1], t, t[-1:]))
+    return t[0::2].copy(), t[1::2].copy()
+
+
+def _owner(knot: int, doubled_ends: bool) -> int:
+    """Index of the waypoint whose left or right knot a knot is."""
+    return knot // 2 if doubled_ends else (knot + 1) // 2
+
+
+def _first_unmatched(x: FloatArray, t: FloatArray, doubled_ends: bool) -> int | None:
+    """First waypoint whose own interval to the next holds the wrong number of knots."""
+    inside = t[np.isfinite(t)]
+    count = np.array([np.sum((inside > a) & (inside < b)) for a, b in itertools.pairwise(x)])
+    needed = np.full(x.size - 1, 2)
+    if not doubled_ends:
+        needed[0] -= 1
+        needed[-1] -= 1
+    wrong = np.flatnonzero(count != needed)
+    return int(wrong[0]) if wrong.size else None
+
+
+def _check_order(x: FloatArray, left: FloatArray, right: FloatArray, doubled_ends: bool) -> None:
+    """Raise a KnotError for the first knot that is out of its place."""
+    # a knot and its waypoint coincide at the ends only
+    wrong_left = ~((left[1:] > x[:-1]) & (left[1:] < x[1:]))
+    wrong_right = ~((right[:-1] > x[:-1]) & (right[:-1] < x[1:]))
+    wrong_order = ~(right[:-1] < left[1:])
+    if not doubled_ends:
+        wrong_left[-1] = wrong_right[0] = False
+        if x.size == 2:
+            return
+    wrong = wrong_left | wrong_right | wrong_order
+    if not wrong.any():
+        return
+    i = int(np.flatnonzero(wrong)[0])
+    if wrong_right[i]:
+        raise _misplaced(i, "after", right[i], x[i], x[i + 1])
+    if wrong_left[i]:
+        raise _misplaced(i + 1, "before", left[i + 1], x[i], x[i + 1])
+    raise _misplaced(i + 1, "before", left[i + 1], right[i], x[i + 1])
+
+
+def _misplaced(i: int, side: str, knot: float, low: float, high: float) -> KnotError:
+    low, high = float(low), float(high)
+    return KnotError(
+        f"the knot {side} waypoint {i} is at {knot:.17g} s; it must lie strictly between "
+        f"{low:.17g} s and {high:.17g} s",
+        waypoint=i,
+        interval=(low, high),
+    )
