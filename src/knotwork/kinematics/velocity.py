@@ -29,8 +29,8 @@ def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
         robot: The robot.
         q: Joint positions [rad or m], shape (d,).
     """
-    values: FloatArray = np.linalg.svd(robot.jacobian(q), compute_uv=False)
-    return values
+    values = np.linalg.svd(robot.jacobian(q), compute_uv=False)
+    return np.asarray(values, dtype=float)
 
 
 def smallest_singular_value(robot: Robot, q: ArrayLike) -> float:
