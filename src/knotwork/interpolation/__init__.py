@@ -2,5 +2,14 @@
 
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
 from knotwork.interpolation.knots import BalancedKnots
+from knotwork.interpolation.options import Planner, PlannerOptions
+from knotwork.interpolation.registry import PLANNERS, get_planner
 
-__all__ = ["BalancedKnots", "ModifiedHermiteSpline"]
+__all__ = [
+    "PLANNERS",
+    "BalancedKnots",
+    "ModifiedHermiteSpline",
+    "Planner",
+    "PlannerOptions",
+    "get_planner",
+]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import operator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,9 +26,13 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
     Raises:
         InputError: It is no integer or negative.
     """
-    if isinstance(nu, bool) or not isinstance(nu, int | np.integer) or nu < 0:
+    order = -1
+    if not isinstance(nu, bool | np.bool_):
+        with contextlib.suppress(TypeError):
+            order = operator.index(nu)
+    if order < 0:
         raise InputError(f"{what} is {nu!r}; it must be an integer, 0 or greater")
-    return int(nu)
+    return order
 
 
 class PiecewisePolynomial:

@@ -1,0 +1,388 @@
+"""`JointTrajectory`: a motion of named joints as a piecewise polynomial in time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.polynomial import Extrema, PiecewisePolynomial
+from knotwork.waypoints import FloatArray, checked_times, read_only
+
+QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+"""Names of the derivatives of order 0 … 3."""
+
+CONTINUITY_TOLERANCE = 1e-9
+"""A derivative counts as continuous if it jumps by less than this, relative to its peak.
+
+Rounding makes jumps of about 1e-14; a controller's resolution is far coarser than 1e-9."""
+
+SAMPLE_COINCIDENCE = 1e-6
+"""Where the end is less than this fraction of a period after a sample, it takes its place."""
+
+MAX_SAMPLES = 20_000_000
+"""More samples than this are refused: each takes 32 bytes a joint."""
+
+LEAST_PERIOD = 16
+"""A sample period must be at least this many times the resolution of the times."""
+
+ROUNDING = 64 * np.finfo(float).eps
+"""Jumps below this are what rounding of the coefficients makes; see `Jump.relative`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A trajectory at a sequence of times.
+
+    Attributes:
+        time: Times [s], shape (s,), strictly increasing.
+        position: [rad or m], shape (s, d).
+        velocity: [rad/s or m/s], shape (s, d).
+        acceleration: [rad/s² or m/s²], shape (s, d).
+        jerk: [rad/s³ or m/s³], shape (s, d); at a break that of the piece after it.
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Knots:
+    """A trajectory at its breaks; for degree three or less this carries the whole curve.
+
+    Attributes:
+        time: Times [s], shape (m,).
+        position: [rad or m], shape (m, d).
+        velocity: [rad/s or m/s], shape (m, d).
+        acceleration: [rad/s² or m/s²], shape (m, d); of the piece after the break if it jumps.
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+
+@dataclass(frozen=True)
+class Jump:
+    """The largest jump of one quantity at the inner breaks of a trajectory, as measured.
+
+    Attributes:
+        jump: Its absolute value, in the unit of the joint.
+        joint: Name of the joint; `None` if there is no inner break.
+        time: Time of the break [s]; `None` if there is none.
+        relative: The largest ratio of a joint's jump to that joint's own peak absolute value.
+            Jumps no larger than the rounding of the coefficients can make are left out of it, so
+            that noise about zero, as in the acceleration of a straight motion, does not count.
+    """
+
+    jump: float
+    joint: str | None
+    time: float | None
+    relative: float
+
+
+@dataclass(frozen=True)
+class Continuity:
+    """How smooth a trajectory is at its breaks, measured from its polynomials.
+
+    Attributes:
+        position, velocity, acceleration: The largest jumps.
+        order: The largest k such that the derivatives 0 … k of every joint jump by less than
+            `CONTINUITY_TOLERANCE` relative to their peak: 2 for a C2 curve, -1 if the position
+            jumps. From the degree of the curve on there is nothing left to jump; a curve without
+            any jump has its degree as order.
+    """
+
+    position: Jump
+    velocity: Jump
+    acceleration: Jump
+    order: int
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrajectory:
+    """Motion of named joints over time (as smooth as its planner made it; see `continuity`).
+
+    Defined on [start_time, end_time] and nowhere else, not even one rounding outside.
+
+    Attributes:
+        joint_names: Names of the joints, length d.
+        polynomial: Joint positions [rad or m] over time [s], trailing shape (d,).
+        joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
+        planner: Name of the planner that made it, or empty.
+        waypoint_times: Times of the waypoints it was planned through [s], or `None`.
+
+    Raises:
+        InputError: The polynomial has not one component a joint, a name occurs twice, a unit is
+            unknown, or a waypoint time is outside the trajectory.
+    """
+
+    joint_names: tuple[str, ...]
+    polynomial: PiecewisePolynomial
+    joint_units: tuple[str, ...] = field(default=(), kw_only=True)
+    planner: str = field(default="", kw_only=True)
+    waypoint_times: FloatArray | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        names = tuple(self.joint_names)
+        if not names or len(set(names)) != len(names):
+            raise InputError(f"joint names must be given, each once; got {list(names)}")
+        if self.polynomial.axis != 0 or self.polynomial.c.shape[2:] != (len(names),):
+            raise InputError(
+                f"{len(names)} joints need a polynomial with trailing shape ({len(names)},) and "
+                f"time axis 0, not {self.polynomial.c.shape[2:]} and axis {self.polynomial.axis}"
+            )
+        units = tuple(self.joint_units or ()) or ("rad",) * len(names)
+        if len(units) != len(names) or not set(units) <= {"rad", "m"}:
+            raise InputError(f"joint units are {units}; give 'rad' or 'm' for each of {len(names)}")
+        object.__setattr__(self, "joint_names", names)
+        object.__setattr__(self, "joint_units", units)
+        if self.waypoint_times is not None:
+            times = checked_times(self.waypoint_times)
+            if times[0] < self.start_time or times[-1] > self.end_time:
+                raise InputError(
+                    f"waypoint times run from {times[0]:.17g} s to {times[-1]:.17g} s; the "
+                    f"trajectory is defined from {self.start_time:.17g} s to {self.end_time:.17g} s"
+                )
+            object.__setattr__(self, "waypoint_times", times)
+
+    @classmethod
+    def from_knots(
+        cls,
+        joint_names: Sequence[str],
+        time: ArrayLike,
+        position: ArrayLike,
+        velocity: ArrayLike,
+        *,
+        joint_units: Sequence[str] | None = None,
+        planner: str = "",
+        waypoint_times: ArrayLike | None = None,
+    ) -> JointTrajectory:
+        """Join positions and velocities by cubic Hermite pieces (C1; C2 if the data are).
+
+        This gives back any trajectory of degree three or less, C1 or smoother, from its `knots`.
+
+        Args:
+            joint_names: Names of the joints, length d.
+            time: Times of the breaks [s], shape (m,), strictly increasing.
+            position: [rad or m], shape (m, d).
+            velocity: [rad/s or m/s], shape (m, d).
+            joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
+            planner: Name of the planner that made it.
+            waypoint_times: Times of the waypoints [s].
+
+        Raises:
+            WaypointDataError: Times do not increase, shapes do not match, values are not finite.
+        """
+        t = checked_times(time)
+        shape = (t.size, len(joint_names))
+        r, v = read_only(position, shape, "position"), read_only(velocity, shape, "velocity")
+        return cls(
+            tuple(joint_names),
+            PiecewisePolynomial(hermite_coefficients(t, r, v), t),
+            joint_units=tuple(joint_units or ()),
+            planner=planner,
+            waypoint_times=None if waypoint_times is None else checked_times(waypoint_times),
+        )
+
+    @property
+    def start_time(self) -> float:
+        """First time at which the trajectory is defined [s]."""
+        return float(self.polynomial.x[0])
+
+    @property
+    def end_time(self) -> float:
+        """Last time at which the trajectory is defined [s]."""
+        return float(self.polynomial.x[-1])
+
+    @property
+    def duration(self) -> float:
+        """End time less start time [s]."""
+        return self.end_time - self.start_time
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Times at which the polynomials meet, both ends included [s], shape (m,)."""
+        return self.polynomial.x
+
+    def __call__(self, t: ArrayLike, nu: int = 0) -> FloatArray:
+        """Evaluate the nu-th derivative of the joint positions.
+
+        At a break the piece after it counts, at the end time the last piece.
+
+        Args:
+            t: Times [s], any shape.
+            nu: Order of the derivative, >= 0.
+
+        Returns:
+            Values, shape of `t` followed by (d,).
+
+        Raises:
+            TimeRangeError: A time is before the start or after the end, be it by one rounding, or
+                NaN.
+            InputError: `nu` is no integer or negative.
+        """
+        return self.polynomial(t, nu)
+
+    def position(self, t: ArrayLike) -> FloatArray:
+        """Joint positions [rad or m] at times t [s]; raises as calling does."""
+        return self.polynomial(t, 0)
+
+    def velocity(self, t: ArrayLike) -> FloatArray:
+        """Joint velocities [rad/s or m/s] at times t [s]; raises as calling does."""
+        return self.polynomial(t, 1)
+
+    def acceleration(self, t: ArrayLike) -> FloatArray:
+        """Joint accelerations [rad/s² or m/s²] at times t [s]; raises as calling does."""
+        return self.polynomial(t, 2)
+
+    def jerk(self, t: ArrayLike) -> FloatArray:
+        """Joint jerks [rad/s³ or m/s³] at times t [s]; raises as calling does.
+
+        At a break, where the jerk of a cubic spline jumps, it is that of the piece after the
+        break; at the end time, that of the last piece.
+        """
+        return self.polynomial(t, 3)
+
+    def sample(self, rate: float) -> Samples:
+        """Sample the trajectory at a fixed rate, its start and its end included.
+
+        The samples are 1/rate apart, from the start on; the last one is at the end time exactly,
+        whatever the rate, so the last step may be shorter. It is never shorter than
+        `SAMPLE_COINCIDENCE` periods.
+
+        Args:
+            rate: Samples a second [Hz].
+
+        Raises:
+            InputError: The rate is no positive finite number, gives more than `MAX_SAMPLES`
+                samples, or a period that the times cannot resolve.
+        """
+        time = sample_times(self.start_time, self.end_time, rate)
+        return Samples(time, *(self.polynomial(time, nu) for nu in range(4)))
+
+    def extrema(self, quantity: int | str = 0) -> Extrema:
+        """Find the exact least and greatest value of a quantity for every joint.
+
+        They come from the polynomials, not from samples; at breaks both one-sided values count.
+
+        Args:
+            quantity: `"position"`, `"velocity"`, `"acceleration"`, `"jerk"`, or the order of the
+                derivative.
+
+        Returns:
+            Values in the joints' units and their times [s], shape (d,) each.
+
+        Raises:
+            UnknownNameError: There is no quantity of that name.
+            InputError: The order is no integer or negative.
+        """
+        if isinstance(quantity, str):
+            if quantity not in QUANTITIES:
+                raise UnknownNameError("quantity", quantity, QUANTITIES)
+            return self.polynomial.extrema(QUANTITIES.index(quantity))
+        return self.polynomial.extrema(quantity)
+
+    def all_extrema(self) -> dict[str, Extrema]:
+        """Extrema of position, velocity, acceleration and jerk, by these names."""
+        return {name: self.extrema(name) for name in QUANTITIES}
+
+    @property
+    def knots(self) -> Knots:
+        """The trajectory at its breaks."""
+        t = self.breaks
+        return Knots(t, *(self.polynomial(t, nu) for nu in range(3)))
+
+    @cached_property
+    def continuity(self) -> Continuity:
+        """The jumps of position, velocity and acceleration at the inner breaks, measured."""
+        degree = self.polynomial.degree
+        jumps = [self._largest_jump(nu) for nu in range(max(3, degree + 1))]
+        broken = [nu for nu, jump in enumerate(jumps) if not jump.relative < CONTINUITY_TOLERANCE]
+        order = broken[0] - 1 if broken else degree
+        return Continuity(jumps[0], jumps[1], jumps[2], order)
+
+    def _largest_jump(self, nu: int) -> Jump:
+        sizes = np.abs(self.polynomial.jumps(nu))
+        if not sizes.size:
+            return Jump(0.0, None, None, 0.0)
+        knot, joint = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
+        peak = self.polynomial.extrema(nu).peak
+        largest = np.where(sizes > self._rounding(nu), sizes, 0.0).max(axis=0)
+        relative = np.divide(largest, peak, out=np.zeros_like(peak), where=peak > 0.0)
+        return Jump(
+            float(sizes[knot, joint]),
+            self.joint_names[joint],
+            float(self.breaks[knot + 1]),
+            float(relative.max()),
+        )
+
+    def _rounding(self, nu: int) -> FloatArray:
+        """Jump of the nu-th derivative that rounding can make at each inner break, shape (m-2, d).
+
+        Each term c H^k of a piece of length H is as good as the largest of them is rounded.
+        """
+        c = self.polynomial.c
+        h = np.diff(self.breaks)[:, None]
+        size = np.zeros(c.shape[1:])
+        for power, coefficient in enumerate(c[::-1]):
+            np.maximum(size, np.abs(coefficient) * h**power, out=size)
+        size *= ROUNDING / h**nu
+        return np.maximum(size[:-1], size[1:])
+
+
+def hermite_coefficients(t: FloatArray, r: FloatArray, v: FloatArray) -> FloatArray:
+    """Coefficients of the cubics that join positions and velocities: Eqs. (5), (6), (18).
+
+    Args:
+        t: Times, shape (m,).
+        r: Positions, shape (m, d).
+        v: Velocities, shape (m, d).
+
+    Returns:
+        Coefficients in the local time of each piece, shape (4, m-1, d), highest power first.
+    """
+    h = np.diff(t)[:, None]
+    slope = np.diff(r, axis=0) / h
+    # both in units of acceleration: how far the end velocities are off the mean one
+    early, late = (slope - v[:-1]) / h, (v[1:] - slope) / h
+    return np.stack(((late - early) / h, 2.0 * early - late, v[:-1], r[:-1]))
+
+
+def sample_times(start: float, end: float, rate: float) -> FloatArray:
+    """Times 1/rate apart from the start on, the last one the end; see `JointTrajectory.sample`."""
+    try:
+        rate = float(rate)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the sample rate is {rate!r}; it must be a number in Hz") from error
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise InputError(f"the sample rate is {rate:g} Hz; it must be positive and finite")
+    duration = end - start
+    periods = duration * rate
+    if periods > MAX_SAMPLES - 1:
+        raise InputError(
+            f"a rate of {rate:g} Hz over {duration:g} s gives {periods:.3g} samples; at most "
+            f"{MAX_SAMPLES} are taken, a rate of {(MAX_SAMPLES - 1) / duration:.6g} Hz"
+        )
+    resolution = math.ulp(max(abs(start), abs(end)))
+    if periods > 1.0 and 1.0 / rate < LEAST_PERIOD * resolution:
+        raise InputError(
+            f"at a rate of {rate:g} Hz the samples are too close for times near {end:g} s, which "
+            f"are resolved to {resolution:.3g} s; choose at most "
+            f"{1.0 / (LEAST_PERIOD * resolution):.6g} Hz"
+        )
+    count = max(1, math.ceil(periods - max(SAMPLE_COINCIDENCE, 2.0 * resolution * rate)))
+    time = np.empty(count + 1)
+    np.divide(np.arange(count), rate, out=time[:-1])
+    time[:-1] += start
+    time[-1] = end
+    return time
