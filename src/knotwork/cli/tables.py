@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -31,9 +32,18 @@ def _console() -> Console:
 
 def _table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     """Make a table whose first columns are text and all others numbers."""
-    table = Table(title=title, title_justify="left", title_style="bold", header_style="dim")
+    table = Table(
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        header_style="dim",
+        box=SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+    )
     for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i < left else "right", no_wrap=i > 0)
+        table.add_column(escape(column), justify="left" if i < left else "right", no_wrap=True)
     return table
 
 
@@ -96,65 +106,79 @@ def print_report(report: Report, scenario: Scenario, made: str = "") -> None:
 
 
 def _waypoint_table(requirements: Sequence[Requirement]) -> Table:
-    """One row a waypoint: what was asked, and how far off the trajectory is."""
+    """One row a waypoint: the speed asked for, and how far off the trajectory is."""
     quantities = list(dict.fromkeys(item.quantity for item in requirements))
-    columns = ["waypoint", "time [s]"]
+    cartesian = "linear_velocity" in quantities
+    columns, allowed = ["waypoint", "time\n[s]"], ["allowed error", ""]
+    if cartesian:
+        columns.append("speed\n[m/s]")
+        allowed.append("")
     for quantity in quantities:
-        units = dict.fromkeys(item.unit for item in requirements if item.quantity == quantity)
-        columns.append(f"{quantity.replace('_', ' ')}\nerror [{' or '.join(units)}]")
-    if "linear_velocity" in quantities:
-        columns.insert(2, "tool speed\n[m/s]")
-    table = _table("Waypoints", [*columns, ""])
+        items = [item for item in requirements if item.quantity == quantity]
+        units = " or ".join(dict.fromkeys(item.unit for item in items))
+        columns.append(quantity.replace("_", "\n") + f"\n[{units}]")
+        allowed.append(f"{items[0].tolerance:.1e}")
+    table = _table("Errors at the waypoints", [*columns, ""])
     by_waypoint: dict[tuple[str, float], dict[str, Requirement]] = {}
     for item in requirements:
         by_waypoint.setdefault((item.waypoint, item.time), {})[item.quantity] = item
-    for (name, time), items in by_waypoint.items():
+    for (name, time), found in by_waypoint.items():
         cells = [escape(name), f"{time:.3f}"]
-        if "linear_velocity" in quantities:
-            asked = items.get("linear_velocity")
-            cells.append(f"{np.linalg.norm(asked.requested):.4f}" if asked else "")
-        for quantity in quantities:
-            found = items.get(quantity)
-            text = f"{found.error:.1e}" if found else ""
-            cells.append(text if found is None or found.ok else f"[bold red]{text}[/]")
-        table.add_row(*cells, _mark(all(item.ok for item in items.values())))
+        if cartesian:
+            asked = found.get("linear_velocity")
+            cells.append(f"{np.linalg.norm(asked.requested):.3f}" if asked else "")
+        cells += [_error(found.get(quantity)) for quantity in quantities]
+        table.add_row(*cells, _mark(all(item.ok for item in found.values())))
+    table.add_row(*allowed, "", style="dim")
     return table
+
+
+def _error(item: Requirement | None) -> str:
+    if item is None:
+        return ""
+    return _coloured(f"{item.error:.1e}", item.ok)
 
 
 def _limit_table(limits: Sequence[LimitUse]) -> Table:
     """One row a joint and quantity; where no limit is given, one row for the worst joint."""
-    table = _table(
-        "Limits", ["quantity", "joint", "value", "limit", "margin", "unit", "at [s]", ""], 2
-    )
+    columns = ["quantity", "joint", "value", "limit", "margin", "at [s]", ""]
+    table = _table("Joint limits, over all time", columns, 2)
     for quantity in dict.fromkeys(item.quantity for item in limits):
         items = [item for item in limits if item.quantity == quantity]
         for item in items:
             if item.limit is not None and item.margin is not None:
                 table.add_row(
-                    quantity + (" (sampled)" if item.sampled else ""),
+                    _quantity(item),
                     escape(item.joint),
-                    f"{item.value:.4f}",
-                    f"{item.limit:.4f}",
-                    f"{item.margin:.4f}",
-                    item.unit,
+                    *(_coloured(f"{x:.3f}", item.ok) for x in (item.value, item.limit)),
+                    _coloured(f"{item.margin:.3f}", item.ok),
                     f"{item.time:.3f}",
                     _mark(item.ok),
                 )
         free = [item for item in items if item.limit is None]
         if free:
             worst = max(free, key=lambda item: abs(item.value))
+            others = f" (most of {len(free)})" if len(free) > 1 else ""
             table.add_row(
-                quantity + (" (sampled)" if worst.sampled else ""),
-                f"{escape(worst.joint)} (of {len(free)})",
-                f"{worst.value:.4f}",
-                "none given",
+                _quantity(worst),
+                escape(worst.joint) + others,
+                f"{worst.value:.3f}",
+                "no limit given",
                 "",
-                worst.unit,
                 f"{worst.time:.3f}",
-                "",
+                "-",
             )
         table.add_section()
     return table
+
+
+def _quantity(item: LimitUse) -> str:
+    sampled = " sampled" if item.sampled else ""
+    return escape(f"{item.quantity} [{item.unit}]{sampled}")
+
+
+def _coloured(text: str, ok: bool) -> str:
+    return text if ok else f"[bold red]{text}[/]"
 
 
 def print_summary(rows: Sequence[tuple[str, str]]) -> None:
@@ -168,9 +192,9 @@ def print_summary(rows: Sequence[tuple[str, str]]) -> None:
 
 def print_scenarios(scenarios: Sequence[Scenario]) -> None:
     """Print the shipped scenarios."""
-    table = Table(title="Scenarios", title_justify="left", title_style="bold", header_style="dim")
-    for column in ("name", "robot", "waypoints", "duration [s]", "description"):
-        table.add_column(column)
+    table = _table("Scenarios", ["name", "robot", "waypoints", "duration [s]", "description"], 2)
+    table.columns[-1].justify = "left"
+    table.columns[-1].no_wrap = False
     for scenario in scenarios:
         robot = scenario.robot if isinstance(scenario.robot, str) else None
         times = scenario.times
@@ -186,9 +210,8 @@ def print_scenarios(scenarios: Sequence[Scenario]) -> None:
 
 def print_robots(robots: Sequence[Robot]) -> None:
     """Print the shipped robots."""
-    table = Table(title="Robots", title_justify="left", title_style="bold", header_style="dim")
-    for column in ("name", "joints", "tool frame", "description"):
-        table.add_column(column)
+    table = _table("Robots", ["name", "joints", "tool frame", "description"], 4)
+    table.columns[-1].no_wrap = False
     for robot in robots:
         table.add_row(
             escape(robot.name),

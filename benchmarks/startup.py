@@ -1,0 +1,121 @@
+"""How long `knotwork plan` takes from a cold start, beside the bare imports it can't do without.
+
+Each command is a process of its own; they take turns, so that a noisy machine disturbs all of them
+alike. The ratio to the bare import of Pinocchio is what to look at.
+"""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+COMMANDS = {
+    "python -c pass": ["-c", "pass"],
+    "import numpy": ["-c", "import numpy"],
+    "import pinocchio": ["-c", "import pinocchio"],
+    "import pinocchio, pydantic, click, yaml, rich.table": [
+        "-c",
+        "import pinocchio, pydantic, click, yaml, rich.table",
+    ],
+    "import knotwork": ["-c", "import knotwork"],
+    "knotwork --help": ["-m", "knotwork", "--help"],
+    "knotwork plan SCENARIO": ["-m", "knotwork", "plan", "{scenario}"],
+}
+REFERENCE = "import pinocchio"
+
+
+def whole_commands(scenario: str, runs: int) -> dict[str, float]:
+    """Median wall time of each command [s], the commands in turn."""
+    times: dict[str, list[float]] = {name: [] for name in COMMANDS}
+    for _ in range(runs + 1):  # the first run warms the disk cache and does not count
+        for name, arguments in COMMANDS.items():
+            line = [sys.executable, *(part.format(scenario=scenario) for part in arguments)]
+            start = time.perf_counter()
+            subprocess.run(line, check=True, stdout=subprocess.DEVNULL)
+            times[name].append(time.perf_counter() - start)
+    return {name: statistics.median(values[1:]) for name, values in times.items()}
+
+
+def stages(scenario: str) -> list[tuple[str, float]]:
+    """Time of each stage of a plan in one fresh process [s], imports included."""
+    rows: list[tuple[str, float]] = []
+
+    def timed(name: str, action: Callable[[], Any]) -> Any:
+        start = time.perf_counter()
+        result = action()
+        rows.append((name, time.perf_counter() - start))
+        return result
+
+    def imported(name: str) -> Callable[[], Any]:
+        return lambda: __import__(name, fromlist=["_"])
+
+    timed("import numpy", imported("numpy"))
+    timed("import pinocchio", imported("pinocchio"))
+    timed("import pydantic", imported("pydantic"))
+    timed("import click, yaml", lambda: (imported("click")(), imported("yaml")()))
+    pipeline = timed("import knotwork.pipeline", imported("knotwork.pipeline"))
+    task = timed("read the scenario", lambda: pipeline.load_scenario(scenario))
+    space = timed("load the robot", lambda: pipeline.joint_space(task))
+    waypoints = timed("inverse kinematics", lambda: pipeline.task_to_joint(task, space))
+    planner = pipeline.get_planner(task.planner)
+    options = pipeline._options(task, space)
+    trajectory = timed("interpolate", lambda: planner(waypoints, options))
+    report = timed("check", lambda: pipeline.check(trajectory, task, space=space))
+    tables = timed("import the tables", imported("knotwork.cli.tables"))
+    plan = pipeline.Plan(task, space, waypoints, trajectory, report)
+    timed("print (to standard error)", lambda: _print_to_stderr(tables, plan))
+    return rows
+
+
+def _print_to_stderr(tables: Any, plan: Any) -> None:
+    import contextlib
+    import io
+
+    with contextlib.redirect_stdout(io.StringIO()):
+        tables.print_plan(plan)
+
+
+@click.command()
+@click.option("--scenario", default="ur5_deburring", show_default=True)
+@click.option("--runs", default=11, show_default=True, help="Counted runs of each command.")
+@click.option("--stages-only", is_flag=True, hidden=True)
+def main(scenario: str, runs: int, stages_only: bool) -> None:
+    """Measure the cold start of `knotwork plan` and show where the time goes."""
+    if stages_only:
+        for name, seconds in stages(scenario):
+            print(f"{name}\t{seconds}")
+        return
+    console = Console()
+    medians = whole_commands(scenario, runs)
+    table = Table(title=f"Whole processes, median of {runs}", title_justify="left")
+    table.add_column("command")
+    table.add_column("ms", justify="right")
+    table.add_column(f"ratio to {REFERENCE!r}", justify="right")
+    for name, seconds in medians.items():
+        table.add_row(name, f"{1e3 * seconds:.0f}", f"{seconds / medians[REFERENCE]:.2f}")
+    console.print(table)
+    line = [sys.executable, __file__, "--stages-only", "--scenario", scenario]
+    found: dict[str, list[float]] = {}
+    for _ in range(runs):
+        output = subprocess.run(line, check=True, capture_output=True, text=True).stdout
+        for row in output.splitlines():
+            name, seconds = row.split("\t")
+            found.setdefault(name, []).append(float(seconds))
+    table = Table(title=f"Where it goes, in order, median of {runs}", title_justify="left")
+    table.add_column("stage")
+    table.add_column("ms", justify="right")
+    for name, values in found.items():
+        table.add_row(name, f"{1e3 * statistics.median(values):.1f}")
+    console.print(table)
+
+
+if __name__ == "__main__":
+    main()
