@@ -25,7 +25,8 @@ MAX_STEP = 1.0
 FIRST_FACTOR = 1e-2
 MIN_FACTOR = 1e-6
 MAX_FACTOR = 1e8
-# Once inside the tolerances, go on while each further iteration is worth its time.
+# Once inside the tolerances, go on until the error is this part of them, or so many times.
+POLISHED = 1e-4
 POLISH_ITERATIONS = 2
 
 
@@ -136,11 +137,12 @@ class PoseSearch:
         q = start
         e, J, position, orientation = self.evaluate(q)
         square, factor = e.dot(e), FIRST_FACTOR
+        polished_square = (POLISHED * min(self._tolerances)) ** 2
         checkpoint, polished, accepted, iteration = square, 0, True, 0
         at_limit = bool(((q <= lower) | (q >= upper)).any())
         while iteration < max_iterations:
             if self.within(position, orientation):
-                if polished == POLISH_ITERATIONS:
+                if polished == POLISH_ITERATIONS or square <= polished_square:
                     break
                 polished += 1
             if iteration % STALL_ITERATIONS == STALL_ITERATIONS - 1:

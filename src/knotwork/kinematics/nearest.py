@@ -15,7 +15,9 @@ SMALLEST_STEP = 1e-6
 CORRECTION_ITERATIONS = 12
 
 
-def settle_near(search: PoseSearch, q: FloatArray, near: FloatArray) -> tuple[FloatArray, int]:
+def settle_near(
+    search: PoseSearch, q: FloatArray, near: FloatArray, smallest_step: float = SMALLEST_STEP
+) -> tuple[FloatArray, int]:
     """Minimise |q − near| over the configurations with the same pose, from one of them.
 
     Each step goes along (I − J⁺J)(near − q), which leaves the pose alone to first order, and then
@@ -25,6 +27,7 @@ def settle_near(search: PoseSearch, q: FloatArray, near: FloatArray) -> tuple[Fl
         search: The pose, and the robot.
         q: A solution, shape (d,).
         near: Where to be near, shape (d,).
+        smallest_step: Steps shorter than this end it [rad or m].
 
     Returns:
         A solution no farther than `q`, and the number of iterations spent.
@@ -35,7 +38,7 @@ def settle_near(search: PoseSearch, q: FloatArray, near: FloatArray) -> tuple[Fl
     for _ in range(MAX_STEPS):
         if step is None:
             step = _free_motion(search, q, near, lower, upper)
-        if length * np.linalg.norm(step) < SMALLEST_STEP:
+        if length * np.linalg.norm(step) < smallest_step:
             break
         candidate = np.minimum(np.maximum(q + length * step, lower), upper)
         found = search.solve(candidate, lower, upper, CORRECTION_ITERATIONS)
