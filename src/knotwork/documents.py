@@ -22,6 +22,11 @@ from knotwork.errors import DocumentError, Problem, did_you_mean
 Location = tuple[str | int, ...]
 ModelT = TypeVar("ModelT", bound="StrictModel")
 
+# Deeper than any document of ours, and shallow enough for the parser, which is recursive.
+MOST_NESTED = 100
+# Aliases of aliases can make a short file hold more than any memory.
+MOST_VALUES = 1_000_000
+
 # Fields take what they say and convert nothing: text is no number, `true` is no 1.
 Number = Annotated[float, Field(strict=True)]
 Positive = Annotated[float, Field(strict=True, gt=0)]
@@ -98,10 +103,11 @@ class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoa
     yaml_implicit_resolvers: typing.ClassVar[dict[str, list[Any]]] = {}
 
 
+_TAG = "tag:yaml.org,2002:"
 _SCALARS: tuple[tuple[str, str, str], ...] = (
     ("null", r"^(?:~|null|Null|NULL|)$", "~nN"),
     ("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF"),
-    ("int", r"^[-+]?[0-9]+$", "-+0123456789"),
+    ("int", r"^(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)$", "-+0123456789"),
     (
         "float",
         r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
@@ -109,9 +115,10 @@ _SCALARS: tuple[tuple[str, str, str], ...] = (
         "-+.0123456789",
     ),
 )
-for _tag, _pattern, _first in _SCALARS:
-    _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(_pattern), list(_first))
-_Loader.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"^$"), [""])
+_PATTERNS = {_TAG + kind: re.compile(pattern) for kind, pattern, _ in _SCALARS}
+for _kind, _, _first in _SCALARS:
+    _Loader.add_implicit_resolver(_TAG + _kind, _PATTERNS[_TAG + _kind], list(_first))
+_Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^$"), [""])
 
 
 class _Reader:
@@ -122,25 +129,34 @@ class _Reader:
         self.lines: dict[Location, int] = {}
         self.problems: list[Problem] = []
         self.open: set[int] = set()
+        self.values = 0
 
     def _problem(self, node: yaml.Node, location: Location, message: str, hint: str = "") -> None:
         line = node.start_mark.line + 1
         self.problems.append(Problem(line, field_path(location), message, hint))
 
     def read(self, node: yaml.Node, location: Location) -> Any:
-        self.lines.setdefault(location, node.start_mark.line + 1)
+        line = node.start_mark.line + 1
+        self.lines.setdefault(location, line)
+        self.values += 1
+        if self.values > MOST_VALUES:
+            message = f"its aliases make more than {MOST_VALUES} values"
+            raise DocumentError(self.file, [Problem(line, "", message)])
+        if isinstance(node, yaml.ScalarNode):
+            return self._scalar(node, location)
         if id(node) in self.open:
             self._problem(node, location, "refers to itself")
+            return None
+        if len(location) > MOST_NESTED:
+            raise DocumentError(self.file, [_too_deep(line)])
+        if node.tag not in (_TAG + "map", _TAG + "seq"):
+            self._problem(node, location, f"has the tag {node.tag!r}", "plain values without tags")
             return None
         self.open.add(id(node))
         try:
             if isinstance(node, yaml.MappingNode):
                 return self._mapping(node, location)
-            if isinstance(node, yaml.SequenceNode):
-                return [self.read(child, (*location, i)) for i, child in enumerate(node.value)]
-            if isinstance(node, yaml.ScalarNode):
-                return self._scalar(node, location)
-            raise TypeError(f"unknown kind of YAML node {type(node).__name__}")
+            return [self.read(child, (*location, i)) for i, child in enumerate(node.value)]
         finally:
             self.open.discard(id(node))
 
@@ -160,32 +176,44 @@ class _Reader:
         return data
 
     def _scalar(self, node: yaml.ScalarNode, location: Location) -> Any:
-        kind, text = node.tag.rpartition(":")[2], node.value
-        if kind == "str":
+        tag, text = node.tag, node.value
+        if tag == _TAG + "str":
             return text
-        if kind == "null":
+        if tag not in _PATTERNS:
+            self._problem(node, location, f"has the tag {tag!r}", "plain values without tags")
             return None
-        if kind == "bool":
+        if not _PATTERNS[tag].match(text):
+            kind = tag.removeprefix(_TAG)
+            self._problem(node, location, f"{_shown(text)} is tagged as {kind}, which it is not")
+            return None
+        if tag == _TAG + "null":
+            return None
+        if tag == _TAG + "bool":
             return text.lower() == "true"
-        if kind == "int":
-            return int(text)
-        if kind == "float":
-            special = re.sub(r"^([-+]?)\.(inf|nan)$", r"\1\2", text.lower())
-            return float(special)
-        self._problem(node, location, f"has the tag {node.tag!r}", "plain values without tags")
-        return None
+        if tag == _TAG + "float":
+            return float(re.sub(r"^([-+]?)\.(inf|nan)$", r"\1\2", text.lower()))
+        try:
+            return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+        except ValueError:  # Python reads no more than some thousands of digits
+            self._problem(node, location, f"has {len(text)} digits, which is too many")
+            return None
 
 
 def parse(text: str, file: Path | None = None) -> Document:
     """Parse YAML text.
 
     Raises:
-        DocumentError: The text is no YAML, is empty, or gives a key twice.
+        DocumentError: The text is no YAML, is empty, gives a key twice, or is nested too deep.
     """
     try:
+        _check_depth(text, file)
         node = yaml.compose(text, Loader=_Loader)
     except yaml.YAMLError as error:
         raise DocumentError(file, [_syntax_problem(error)]) from error
+    except UnicodeEncodeError as error:
+        line = text.count("\n", 0, error.start) + 1
+        message = f"is not valid YAML: {text[error.start]!a} is half a character"
+        raise DocumentError(file, [Problem(line, "", message)]) from error
     if node is None:
         raise DocumentError(file, [Problem(None, "", "the file is empty")])
     reader = _Reader(file)
@@ -193,6 +221,28 @@ def parse(text: str, file: Path | None = None) -> Document:
     if reader.problems:
         raise DocumentError(file, reader.problems)
     return Document(data, file, reader.lines)
+
+
+def _check_depth(text: str, file: Path | None) -> None:
+    """Refuse deep nesting before the parser, which crashes on it, makes a tree of the text.
+
+    Raises:
+        DocumentError: The text is nested too deep.
+        yaml.YAMLError: It is no YAML.
+    """
+    depth = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+            if depth > MOST_NESTED:
+                line = event.start_mark.line + 1 if event.start_mark is not None else None
+                raise DocumentError(file, [_too_deep(line)])
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+
+
+def _too_deep(line: int | None) -> Problem:
+    return Problem(line, "", f"is nested more than {MOST_NESTED} levels deep")
 
 
 def _syntax_problem(error: yaml.YAMLError) -> Problem:
@@ -262,7 +312,10 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
 
 
 def _shown(value: Any) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no more than some thousands of digits
+        return "an integer of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 

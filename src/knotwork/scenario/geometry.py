@@ -116,34 +116,29 @@ class Frames:
                     ("frames", reserved), "is a reserved name", "any other name for a frame"
                 )
         for name in frames:
-            self._place(name, frames, length, angle, ())
+            for link in reversed(self._unplaced(name, frames)):
+                frame = frames[link]
+                own = placement_in_si(frame, length, angle, document, ("frames", link))
+                self._placements[link] = self._placements[frame.parent] * own
 
-    def _place(
-        self,
-        name: str,
-        frames: Mapping[str, Frame],
-        length: float,
-        angle: float,
-        below: tuple[str, ...],
-    ) -> pin.SE3:
-        if name in self._placements:
-            return self._placements[name]
-        location: Location = ("frames", name)
-        if name in below:
-            chain = " in ".join((*below[below.index(name) :], name))
-            raise self._document.error((*location, "in"), f"frames placed in a circle: {chain}")
-        frame = frames[name]
-        if frame.parent != "base" and frame.parent not in frames:
-            choices = ["base", *(other for other in frames if other != name)]
-            raise self._document.error(
-                (*location, "in"),
-                f"unknown frame {frame.parent!r}",
-                did_you_mean(frame.parent, choices),
-            )
-        parent = self._place(frame.parent, frames, length, angle, (*below, name))
-        own = placement_in_si(frame, length, angle, self._document, location)
-        self._placements[name] = parent * own
-        return self._placements[name]
+    def _unplaced(self, name: str, frames: Mapping[str, Frame]) -> list[str]:
+        """Follow a frame to the first one around it that is placed; list those that are not."""
+        chain: dict[str, None] = {}
+        while name not in self._placements:
+            location: Location = ("frames", name, "in")
+            if name in chain:
+                links = list(chain)
+                circle = " in ".join((*links[links.index(name) :], name))
+                raise self._document.error(location, f"frames placed in a circle: {circle}")
+            chain[name] = None
+            parent = frames[name].parent
+            if parent != "base" and parent not in frames:
+                choices = ["base", *(other for other in frames if other != name)]
+                raise self._document.error(
+                    location, f"unknown frame {parent!r}", did_you_mean(parent, choices)
+                )
+            name = parent
+        return list(chain)
 
     def __getitem__(self, name: str) -> pin.SE3:
         return self._placements[name]

@@ -10,8 +10,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from knotwork.documents import Number, Positive, StrictModel, Text
+from knotwork.documents import StrictModel, Text
 
+# No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
+# this size leaves the range of floats.
+LARGEST = 1e12
+Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST)]
 Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Vector4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
 JointMap = Annotated[dict[str, Number], Field(min_length=1)]

@@ -1,0 +1,575 @@
+"""YAML in, validated models out: scalars, structure, lines and fields of every problem."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from pydantic import Discriminator, Field, Tag
+
+from knotwork import documents
+from knotwork.documents import Document, Number, Positive, StrictModel, Text
+from knotwork.errors import DocumentError, KnotworkError
+from knotwork.scenario import Scenario, load_scenario
+
+
+def problems(caught: pytest.ExceptionInfo[DocumentError]) -> list[tuple[int | None, str]]:
+    return [(problem.line, problem.field) for problem in caught.value.problems]
+
+
+def refused(text: str) -> DocumentError:
+    with pytest.raises(DocumentError) as caught:
+        documents.parse(text)
+    return caught.value
+
+
+# Scalars
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1e-3", 1e-3),
+        ("1E3", 1000.0),
+        ("-1.5e+2", -150.0),
+        (".5", 0.5),
+        ("3.", 3.0),
+        ("+7", 7),
+        ("-0", 0),
+        ("012", 12),  # YAML 1.1 would say 10
+        ("0o17", 15),
+        ("0x1F", 31),
+        ("1_000", "1_000"),  # YAML 1.1 would say 1000
+        ("12:30", "12:30"),  # YAML 1.1 would say 750
+        ("2026-01-01", "2026-01-01"),  # YAML 1.1 would make a date
+        ("on", "on"),
+        ("off", "off"),
+        ("yes", "yes"),
+        ("No", "No"),
+        ("y", "y"),
+        ("true", True),
+        ("False", False),
+        ("tRUE", "tRUE"),
+        ("null", None),
+        ("~", None),
+        ("", None),
+        ("nil", "nil"),
+        (".inf", math.inf),
+        ("-.INF", -math.inf),
+        ("inf", "inf"),
+        ("1e", "1e"),
+        ("1.2.3", "1.2.3"),
+        ("'1'", "1"),
+        ('"true"', "true"),
+        ("=", "="),
+        ("<<", "<<"),
+    ],
+)
+def test_plain_scalars_are_those_of_yaml_1_2(text: str, value: Any) -> None:
+    read = documents.parse(f"key: {text}\n").data["key"]
+    assert read == value
+    assert type(read) is type(value)
+
+
+@pytest.mark.parametrize("text", [".nan", ".NaN", ".NAN"])
+def test_nan_is_a_number_of_yaml(text: str) -> None:
+    assert math.isnan(documents.parse(f"key: {text}").data["key"])
+
+
+def test_merge_keys_are_not_of_yaml_1_2() -> None:
+    data = documents.parse("a: &a {x: 1}\nb: {<<: *a, y: 2}\n").data
+    assert data["b"] == {"<<": {"x": 1}, "y": 2}
+
+
+def test_an_integer_of_thousands_of_digits_is_refused_with_its_line() -> None:
+    error = refused("a: 1\nb: " + "9" * 5000)
+    assert error.problems[0].line == 2
+    assert error.problems[0].field == "b"
+    assert len(str(error)) < 300
+
+
+# Structure
+
+
+def test_anchors_and_aliases_give_the_same_data_in_both_places() -> None:
+    document = documents.parse("a: &here\n  x: [1, 2]\nb: *here\n")
+    assert document.data == {"a": {"x": [1, 2]}, "b": {"x": [1, 2]}}
+    assert document.line(("b",)) == 3
+    assert document.line(("b", "x", 1)) == 2
+
+
+@pytest.mark.parametrize("text", ["a: &x [1, *x]", "&x {a: {b: *x}}"])
+def test_what_refers_to_itself_is_refused(text: str) -> None:
+    assert "refers to itself" in str(refused(text))
+
+
+def test_aliases_that_multiply_without_end_are_refused() -> None:
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    for i in range(1, 12):
+        lines.append(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]")
+    assert "values" in str(refused("\n".join(lines)))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 500 + "]" * 500,
+        "[" * 100_000,
+        "a: " + "[{b: " * 100_000,
+        "- " * 5000 + "x",
+        "\n".join(" " * i + "a:" for i in range(400)),
+    ],
+)
+def test_deep_nesting_is_an_error_and_no_crash(text: str) -> None:
+    assert "nested" in str(refused(text))
+
+
+def test_deep_nesting_through_aliases_is_an_error() -> None:
+    lines = ["a0: &a0 [x]"] + [f"a{i}: &a{i} [*a{i - 1}]" for i in range(1, 3000)]
+    assert "nested" in str(refused("\n".join(lines)))
+
+
+@pytest.mark.parametrize("tag", ["!thing", "!!python/object:os.system", "!!binary", "!!set"])
+def test_tags_are_refused(tag: str) -> None:
+    error = refused(f"a: 1\nb: {tag} x\n")
+    assert problems_of(error) == [(2, "b")]
+    assert "tag" in str(error)
+
+
+def test_a_tag_on_a_mapping_or_list_is_refused_too() -> None:
+    assert problems_of(refused("a: !thing {x: 1}\nb: !thing [1]\n")) == [(1, "a"), (2, "b")]
+
+
+@pytest.mark.parametrize("scalar", ["!!int x", "!!float x", "!!int 1.5"])
+def test_a_tag_that_does_not_fit_its_value_is_refused(scalar: str) -> None:
+    assert problems_of(refused(f"a: {scalar}")) == [(1, "a")]
+
+
+def problems_of(error: DocumentError) -> list[tuple[int | None, str]]:
+    return [(problem.line, problem.field) for problem in error.problems]
+
+
+def test_keys_given_twice_are_all_named_with_both_lines() -> None:
+    error = refused("a: 1\nb:\n  c: 1\n  d: 2\n  c: 3\na: 2\n")
+    assert problems_of(error) == [(5, "b.c"), (6, "a")]
+    assert "first in line 3" in str(error)
+    assert "first in line 1" in str(error)
+
+
+def test_keys_are_text_and_nothing_else() -> None:
+    assert documents.parse("1: a\ntrue: b\nnull: c\n").data == {"1": "a", "true": "b", "null": "c"}
+    assert problems_of(refused("a:\n  ? [1, 2]\n  : 3\n")) == [(2, "a")]
+
+
+@pytest.mark.parametrize("text", ["", "\n\n", "# nothing\n", "---\n"])
+def test_an_empty_file_says_so(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "empty.yaml"
+    path.write_text(text)
+    with pytest.raises(DocumentError, match=r"empty\.yaml: .*(empty|a mapping of keys)"):
+        load_scenario(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"), [("- a\n- b\n", "list"), ("just words", "str"), ("3", "int")]
+)
+def test_a_file_that_is_no_mapping_says_what_it_is(text: str, found: str, tmp_path: Path) -> None:
+    path = tmp_path / "task.yaml"
+    path.write_text(text)
+    with pytest.raises(DocumentError, match=rf"line 1: .*{found}.*mapping"):
+        load_scenario(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("a: 1\nb: [1, 2\nc: 3\n", 3),
+        ("a: 1\n\tb: 2\n", 2),
+        ("a: 'open\nb: 1\n", 3),
+        ("a: 1\n b: 2\n", 2),
+        ("a: *nowhere\n", 1),
+        ("a: 1\n---\nb: 2\n", 2),
+    ],
+)
+def test_a_syntax_error_has_its_line(text: str, line: int) -> None:
+    error = refused(text)
+    assert "is not valid YAML" in str(error)
+    assert error.problems[0].line == line
+
+
+def test_characters_yaml_does_not_allow_are_refused() -> None:
+    assert "not valid YAML" in str(refused("a: \x00"))
+    refused("a: \ud800")
+
+
+def test_a_file_that_is_not_utf_8_says_where(tmp_path: Path) -> None:
+    path = tmp_path / "latin.yaml"
+    path.write_bytes("description: Fräse\n".encode("latin-1"))
+    with pytest.raises(DocumentError, match=r"latin\.yaml: is not UTF-8 text \(byte 15\)"):
+        documents.read(path)
+
+
+def test_a_byte_order_mark_is_no_part_of_the_first_key(tmp_path: Path) -> None:
+    path = tmp_path / "marked.yaml"
+    path.write_bytes(b"\xef\xbb\xbfa: 1\n")
+    assert documents.read(path).data == {"a": 1}
+
+
+def test_a_folder_or_missing_file_can_not_be_read(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "none.yaml"):
+        with pytest.raises(DocumentError, match="can't be read"):
+            documents.read(path)
+
+
+# Validation
+
+
+class Inner(StrictModel):
+    size: Positive
+    label: Text | None = None
+
+
+class Circle(StrictModel):
+    radius: Positive
+
+
+class Box(StrictModel):
+    width: Positive
+    parts: list[Inner] = Field(default_factory=list)
+
+
+def _shape(value: Any) -> str | None:
+    return None if not isinstance(value, dict) else "Circle" if "radius" in value else "Box"
+
+
+Shape = Annotated[
+    Annotated[Circle, Tag("Circle")] | Annotated[Box, Tag("Box")], Discriminator(_shape)
+]
+
+
+class Outer(StrictModel):
+    name: Text
+    inner: Inner | None = None
+    shapes: list[Shape] = Field(default_factory=list)
+    table: dict[str, Inner] = Field(default_factory=dict)
+    pair: tuple[Number, Number] | None = None
+    renamed: Text = Field("", alias="in")
+
+
+def outer(text: str, file: Path | None = None) -> Outer:
+    return documents.validate(Outer, documents.parse(text, file))
+
+
+def test_a_valid_document_becomes_the_model() -> None:
+    model = outer("name: a\nin: b\ninner: {size: 2}\nshapes: [{radius: 1}, {width: 2}]\n")
+    assert model.name == "a"
+    assert model.renamed == "b"
+    assert isinstance(model.shapes[0], Circle)
+    assert isinstance(model.shapes[1], Box)
+
+
+def test_every_problem_is_reported_in_the_order_of_the_file() -> None:
+    text = """\
+inner:
+  size: -1
+  lable: x
+shapes:
+  - radius: big
+  - width: 1
+    parts:
+      - size: 1
+      - siez: 2
+table:
+  a: {size: true}
+pair: [1]
+nmae: x
+"""
+    with pytest.raises(DocumentError) as caught:
+        outer(text, Path("folder/task.yaml"))
+    error = caught.value
+    expected = [
+        (2, "inner.size"),
+        (3, "inner.lable"),
+        (5, "shapes[0].radius"),
+        (9, "shapes[1].parts[1].siez"),
+        (9, "shapes[1].parts[1].size"),
+        (11, "table.a.size"),
+        (13, "nmae"),
+    ]
+    found = problems_of(error)
+    assert [line for line, _ in found if line] == sorted(line for line, _ in found if line)
+    assert set(expected) <= set(found)
+    assert any(field.startswith("pair") and line == 12 for line, field in found)
+    assert any(
+        field == "name" and "missing" in p.message for p in error.problems for field in [p.field]
+    )
+    text = str(error)
+    assert all(line.startswith("folder/task.yaml: ") for line in text.splitlines())
+    assert "did you mean 'label'?" in text
+    assert "did you mean 'size'?" in text
+    assert "did you mean 'name'?" in text
+    assert "-1: must be greater than 0" in text
+    assert "'big': must be a valid number" in text
+    assert "True: must be a valid number" in text
+
+
+def test_unknown_keys_inside_a_union_offer_only_the_keys_of_the_kind_meant() -> None:
+    with pytest.raises(DocumentError) as caught:
+        outer("name: a\nshapes:\n  - width: 1\n    part: []\n")
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.field) == (4, "shapes[0].part")
+    assert problem.accepted == "did you mean 'parts'? Accepted: parts, width"
+
+
+def test_the_name_in_the_file_counts_and_not_the_name_in_the_code() -> None:
+    with pytest.raises(DocumentError, match=r"renamed: unknown key .*\bin\b"):
+        outer("name: a\nrenamed: b\n")
+
+
+def test_a_part_of_a_document_still_knows_where_it_stands() -> None:
+    document = documents.parse("x: 1\nshapes:\n  - a: 1\n  - size: no\n", Path("d/t.yaml"))
+    part = document.part(("shapes", 1))
+    assert part.where(("size",)) == "t.yaml:4: shapes[1].size"
+    with pytest.raises(DocumentError) as caught:
+        documents.validate(Inner, part)
+    assert problems_of(caught.value) == [(4, "shapes[1].size")]
+    again = document.part(("shapes",)).part((1,))
+    assert again.where(("size",)) == part.where(("size",))
+
+
+def test_a_mapping_given_in_python_has_fields_and_no_lines() -> None:
+    with pytest.raises(DocumentError) as caught:
+        documents.validate(Outer, Document({"name": "a", "inner": {"size": "x"}}))
+    assert problems_of(caught.value) == [(None, "inner.size")]
+    assert str(caught.value).startswith("(given in Python): inner.size: ")
+
+
+def test_long_values_are_shortened_in_messages() -> None:
+    with pytest.raises(DocumentError) as caught:
+        outer(f"name: a\ninner: {{size: {'x' * 10_000}}}\n")
+    assert len(str(caught.value)) < 300
+
+
+# Whatever comes in, either a scenario or an error of ours comes out.
+
+SCENARIO_KEYS = st.sampled_from(
+    [
+        *("name", "description", "units", "robot", "tool", "frames", "frame", "start", "near"),
+        *("planner", "knots", "end_acceleration", "limits", "tolerances", "continuity", "rate"),
+        *("waypoints", "pose", "joints", "position", "rpy", "euler", "order", "angles", "in"),
+        *("quaternion_xyzw", "rotation_matrix", "rotation_vector", "velocity", "linear", "time"),
+        *("after", "speed", "stop", "length", "angle", "balanced", "offset", "effort", "base"),
+    ]
+)
+SCALARS = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.sampled_from([10**400, 2**63, 5e-324, 1.7e308, -1.7e308, 1e200, 0, 1]),
+    st.floats(),
+    st.text(max_size=8),
+    st.sampled_from(["base", "tool", "home", "ur5", "deg", "mm", "zero", "paper", "ZYX", "\ud800"]),
+)
+VALUES = st.recursive(
+    SCALARS,
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=4),
+        st.lists(st.floats(), min_size=3, max_size=4),
+        st.dictionaries(st.one_of(SCENARIO_KEYS, st.text(max_size=4)), inner, max_size=5),
+    ),
+    max_leaves=20,
+)
+ODD_KEYS = st.one_of(
+    SCENARIO_KEYS, st.integers(), st.none(), st.booleans(), st.floats(), st.tuples()
+)
+
+
+def scenario_or_error(reference: Any) -> None:
+    try:
+        scenario = load_scenario(reference)
+    except KnotworkError as error:
+        str(error).encode("utf-8")  # a message that can be printed
+    else:
+        assert isinstance(scenario, Scenario)
+        assert np.isfinite(scenario.times).all()
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.dictionaries(ODD_KEYS, VALUES, max_size=6))
+def test_any_mapping_gives_a_scenario_or_an_error(mapping: dict[Any, Any]) -> None:
+    scenario_or_error(mapping)
+
+
+NUMBERS = st.one_of(
+    st.floats(-10, 10),
+    st.floats(),
+    st.sampled_from([0, 1, 1e12, -1e12, 1.7e308, -1.7e308, 1e200, 5e-324]),
+)
+VECTORS = st.lists(NUMBERS, min_size=3, max_size=3)
+PLACEMENTS = st.fixed_dictionaries(
+    {"position": VECTORS},
+    optional={
+        "rpy": VECTORS,
+        "rotation_vector": VECTORS,
+        "quaternion_wxyz": st.lists(NUMBERS, min_size=4, max_size=4),
+        "rotation_matrix": st.lists(VECTORS, min_size=3, max_size=3),
+        "euler": st.fixed_dictionaries(
+            {"order": st.sampled_from(["ZYX", "zyx"]), "angles": VECTORS}
+        ),
+    },
+)
+FRAMES = st.dictionaries(
+    st.sampled_from(["a", "b", "c", "base", "tool"]),
+    st.builds(
+        lambda placement, parent: {**placement, "in": parent},
+        PLACEMENTS,
+        st.sampled_from(["a", "b", "c", "base", "x"]),
+    ),
+    max_size=3,
+)
+WAYPOINTS = st.lists(
+    st.one_of(
+        st.fixed_dictionaries(
+            {"pose": PLACEMENTS},
+            optional={
+                "time": NUMBERS,
+                "after": NUMBERS,
+                "speed": NUMBERS,
+                "stop": st.booleans(),
+                "frame": st.sampled_from(["a", "b", "base", "tool", "x"]),
+                "velocity": st.fixed_dictionaries(
+                    {},
+                    optional={
+                        "linear": VECTORS,
+                        "angular": VECTORS,
+                        "in": st.sampled_from(["a", "tool", "x"]),
+                    },
+                ),
+            },
+        ),
+        st.fixed_dictionaries(
+            {"joints": st.dictionaries(st.sampled_from(["j", "k"]), NUMBERS)},
+            optional={"time": NUMBERS, "after": NUMBERS},
+        ),
+    ),
+    max_size=4,
+)
+TASKS = st.fixed_dictionaries(
+    {"waypoints": WAYPOINTS},
+    optional={
+        "robot": st.just("ur5"),
+        "frames": FRAMES,
+        "tool": st.fixed_dictionaries({}, optional={"offset": PLACEMENTS}),
+        "units": st.just({"length": "mm", "angle": "deg"}),
+        "knots": st.lists(NUMBERS, max_size=4),
+        "start": st.just("home"),
+        "tolerances": st.fixed_dictionaries({"position": NUMBERS}),
+    },
+)
+HUGE, FAR = [1e200, 0, 0], [1e12, 0, 0]
+
+
+@settings(max_examples=400, deadline=None)
+@given(TASKS)
+@example(
+    {"waypoints": [{"joints": {"j": 0}, "time": 1.7e308}, {"joints": {"j": 1}, "after": 1.7e308}]}
+)
+@example(
+    {
+        "robot": "ur5",
+        "waypoints": [{"pose": {"position": [0, 0, 0], "rotation_matrix": [HUGE] * 3}}],
+    }
+)
+@example(
+    {
+        "robot": "ur5",
+        "frames": {"a": {"position": [1e12] * 3, "rpy": [1, 1, 1]}},
+        "frame": "a",
+        "waypoints": [
+            {"pose": {"position": [1e12] * 3, "rpy": FAR}, "velocity": {"linear": [1e12] * 3}},
+            {"pose": {"position": [-1e12] * 3, "rpy": FAR}, "after": 1, "speed": 1e12},
+            {"pose": {"position": [0, 0, 0], "rpy": FAR}, "after": 1e12, "stop": True},
+        ],
+    }
+)
+def test_any_task_of_the_right_shape_gives_a_finite_scenario_or_an_error(
+    task: dict[str, Any],
+) -> None:
+    scenario_or_error(task)
+
+
+@pytest.mark.parametrize("digits", [400, 5000])
+def test_integers_too_large_for_a_float_are_an_error(digits: int) -> None:
+    huge = 10**digits
+    task = {"rate": huge, "waypoints": [{"joints": {"a": huge}, "time": huge}]}
+    with pytest.raises(DocumentError, match="rate"):
+        load_scenario(task)
+
+
+def test_a_mapping_that_holds_itself_is_an_error() -> None:
+    mapping: dict[str, Any] = {"waypoints": []}
+    mapping["frames"] = mapping
+    mapping["robot"] = mapping
+    scenario_or_error(mapping)
+
+
+def test_a_deeply_nested_mapping_is_an_error() -> None:
+    value: Any = 0
+    for _ in range(5000):
+        value = {"a": [value]}
+    scenario_or_error({"waypoints": value})
+    scenario_or_error({"robot": value, "waypoints": [{"joints": {"a": 0}}]})
+
+
+def test_a_long_chain_of_frames_is_resolved() -> None:
+    names = [f"f{i}" for i in range(3000)]
+    frames = {
+        name: {"in": parent, "position": [0.001, 0, 0]}
+        for name, parent in reversed(list(zip(names, ["base", *names], strict=False)))
+    }
+    pose = {"position": [0, 0, 0], "rpy": [0, 0, 0]}
+    scenario = load_scenario(
+        {
+            "robot": "ur5",
+            "frames": frames,
+            "frame": names[-1],
+            "waypoints": [{"pose": pose}, {"pose": pose, "after": 1}],
+        }
+    )
+    position = getattr(scenario.waypoints[0], "position")  # noqa: B009
+    assert position[0] == pytest.approx(3.0, rel=1e-12)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.text(max_size=60))
+@example("&a [*a]")
+@example("? {a: 1}\n: b")
+@example("!!float 1_0")
+@example("!!int ''")
+@example("!!bool maybe")
+@example("!!null x")
+@example("a: !!timestamp 2026-01-01")
+@example("%YAML 3.0\n---\na")
+@example("\ufeffwaypoints: []")
+def test_any_text_gives_a_document_or_an_error(text: str) -> None:
+    try:
+        document = documents.parse(text)
+    except KnotworkError as error:
+        str(error).encode("utf-8")
+    else:
+        scenario_or_error(document.data if isinstance(document.data, dict) else {})
+
+
+@settings(max_examples=150, deadline=None)
+@given(VALUES)
+def test_yaml_written_by_another_library_reads_back_or_is_an_error(value: Any) -> None:
+    text = yaml.safe_dump({"key": value}, allow_unicode=True)
+    try:
+        documents.parse(text)
+    except KnotworkError as error:
+        str(error).encode("utf-8")
