@@ -65,8 +65,9 @@ def joint_space(scenario: Scenario) -> JointSpace:
 
     robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
     robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
-    overrides = _overrides(scenario.limits, robot.joint_names, robot.joint_units)
-    robot = robot.with_limits(**overrides)
+    names, units = robot.joint_names, robot.joint_units
+    position = _position_overrides(scenario.limits, names, units)
+    robot = robot.with_limits(position, **_overrides(scenario.limits, names, units))
     limits = {kind: getattr(robot, f"{kind}_limit") for kind in LIMITED}
     return JointSpace(
         robot.joint_names,
@@ -82,26 +83,32 @@ def joint_space(scenario: Scenario) -> JointSpace:
 def _bare_joints(scenario: Scenario) -> JointSpace:
     names = scenario.joint_names
     units = ("rad",) * len(names)
-    overrides = _overrides(scenario.limits, names, units)
     none = np.full(len(names), np.inf)
     lower, upper = -none, none.copy()
-    for i, name in enumerate(names):
-        lower[i], upper[i] = overrides["position"].get(name, (-np.inf, np.inf))
+    for name, bounds in _position_overrides(scenario.limits, names, units).items():
+        lower[names.index(name)], upper[names.index(name)] = bounds
     limits = {
-        kind: np.array([overrides[kind].get(name, np.inf) for name in names]) for kind in LIMITED
+        kind: np.array([values.get(name, np.inf) for name in names])
+        for kind, values in _overrides(scenario.limits, names, units).items()
     }
     return JointSpace(names, units, lower, upper, limits, {})
 
 
+def _position_overrides(
+    limits: LimitOverrides, names: tuple[str, ...], units: tuple[str, ...]
+) -> dict[str, tuple[float, float]]:
+    if limits.position_lower is None or limits.position_upper is None:
+        return {}
+    lower = limits.position_lower.by_joint(names, units)
+    upper = limits.position_upper.by_joint(names, units)
+    return {name: (lower[name], upper[name]) for name in lower}
+
+
 def _overrides(
     limits: LimitOverrides, names: tuple[str, ...], units: tuple[str, ...]
-) -> dict[str, dict[str, float] | dict[str, tuple[float, float]]]:
-    result: dict[str, dict[str, float] | dict[str, tuple[float, float]]] = {"position": {}}
-    if limits.position_lower is not None and limits.position_upper is not None:
-        lower = limits.position_lower.by_joint(names, units)
-        upper = limits.position_upper.by_joint(names, units)
-        result["position"] = {name: (lower[name], upper[name]) for name in lower}
-    for kind in LIMITED:
-        given: JointValues | None = getattr(limits, kind)
-        result[kind] = given.by_joint(names, units, si=kind == "effort") if given else {}
-    return result
+) -> dict[str, dict[str, float]]:
+    given: dict[str, JointValues | None] = {kind: getattr(limits, kind) for kind in LIMITED}
+    return {
+        kind: values.by_joint(names, units, si=kind == "effort") if values is not None else {}
+        for kind, values in given.items()
+    }

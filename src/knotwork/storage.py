@@ -112,7 +112,7 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
             ("units", "joints"), f"has {len(content.units.joints)} entries", f"{joints}, as joints"
         )
     return JointTrajectory(
-        content.joint_names,
+        tuple(content.joint_names),
         PiecewisePolynomial(coefficients, np.array(content.breaks)),
         joint_units=tuple(content.units.joints),
         planner=content.planner,

@@ -53,7 +53,7 @@ def cli() -> None:
     """Tool poses and speeds in, a verified C² joint trajectory out."""
 
 
-class _Knots(click.ParamType):
+class _Knots(click.ParamType[Any]):
     """`paper`, `balanced`, `balanced:C` or knot times divided by commas."""
 
     name = "knots"
@@ -122,12 +122,12 @@ def plan(
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
     for reference in _with_progress(scenarios, as_json):
         try:
-            result = pipeline.plan(reference, planner=planner, knots=knots)
+            planned = pipeline.plan(reference, planner=planner, knots=knots)
             written: list[Path] = []
             if out is not None:
-                folder = out / _folder_name(result, results) if len(scenarios) > 1 else out
-                written = result.save(folder, rate=rate)
-            results.append((reference, result, written))
+                folder = out / _folder_name(planned, results) if len(scenarios) > 1 else out
+                written = planned.save(folder, rate=rate)
+            results.append((reference, planned, written))
         except KnotworkError as error:
             results.append((reference, error, []))
     code = max(_verdict(result) for _, result, _ in results)

@@ -78,8 +78,14 @@ def print_report(report: Report, scenario: Scenario, made: str = "") -> None:
     console.print(f"[bold]{escape(report.scenario)}[/]  {escape(scenario.description.strip())}")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
     console.print(f"{escape(robot)}; {escape(made or report.planner)}")
-    console.print(_waypoint_table(report.requirements))
+    joints = [item for item in report.requirements if item.quantity.startswith("joint")]
+    tool = [item for item in report.requirements if not item.quantity.startswith("joint")]
+    for title, items in (("Tool at the waypoints", tool), ("Joints at the waypoints", joints)):
+        if items:
+            console.print(_waypoint_table(title, items))
+            console.print()
     console.print(_limit_table(report.limits))
+    console.print()
     for jump in report.jumps:
         state = "" if jump.required else " (not required)"
         console.print(
@@ -89,8 +95,8 @@ def print_report(report: Report, scenario: Scenario, made: str = "") -> None:
     if report.singularity is not None:
         near = report.singularity
         console.print(
-            f"   smallest singular value of the Jacobian {near.smallest_singular_value:.4f} at "
-            f"{near.time:.3f} s (sampled at {near.samples} times)"
+            f"   smallest singular value {near.smallest_singular_value:.4f} at {near.time:.3f} s, "
+            f"sampled at {near.samples} times"
         )
     failures = report.failures
     for failure in failures[:MOST_FAILURES]:
@@ -105,76 +111,53 @@ def print_report(report: Report, scenario: Scenario, made: str = "") -> None:
     )
 
 
-def _waypoint_table(requirements: Sequence[Requirement]) -> Table:
-    """One row a waypoint: the speed asked for, and how far off the trajectory is."""
+def _waypoint_table(title: str, requirements: Sequence[Requirement]) -> Table:
+    """One row a waypoint: the tool speed asked for, and how far off the trajectory is."""
     quantities = list(dict.fromkeys(item.quantity for item in requirements))
-    cartesian = "linear_velocity" in quantities
     columns, allowed = ["waypoint", "time\n[s]"], ["allowed error", ""]
-    if cartesian:
+    if "linear_velocity" in quantities:
         columns.append("speed\n[m/s]")
         allowed.append("")
     for quantity in quantities:
         items = [item for item in requirements if item.quantity == quantity]
         units = " or ".join(dict.fromkeys(item.unit for item in items))
-        columns.append(quantity.replace("_", "\n") + f"\n[{units}]")
+        columns.append(quantity.removeprefix("joint_").replace("_", "\n") + f"\n[{units}]")
         allowed.append(f"{items[0].tolerance:.1e}")
-    table = _table("Errors at the waypoints", [*columns, ""])
+    table = _table(title, [*columns, ""])
     by_waypoint: dict[tuple[str, float], dict[str, Requirement]] = {}
     for item in requirements:
         by_waypoint.setdefault((item.waypoint, item.time), {})[item.quantity] = item
     for (name, time), found in by_waypoint.items():
         cells = [escape(name), f"{time:.3f}"]
-        if cartesian:
-            asked = found.get("linear_velocity")
-            cells.append(f"{np.linalg.norm(asked.requested):.3f}" if asked else "")
-        cells += [_error(found.get(quantity)) for quantity in quantities]
+        if "linear_velocity" in found:
+            cells.append(f"{np.linalg.norm(found['linear_velocity'].requested):.3f}")
+        cells += [_coloured(f"{found[key].error:.1e}", found[key].ok) for key in quantities]
         table.add_row(*cells, _mark(all(item.ok for item in found.values())))
     table.add_row(*allowed, "", style="dim")
     return table
 
 
-def _error(item: Requirement | None) -> str:
-    if item is None:
-        return ""
-    return _coloured(f"{item.error:.1e}", item.ok)
-
-
 def _limit_table(limits: Sequence[LimitUse]) -> Table:
     """One row a joint and quantity; where no limit is given, one row for the worst joint."""
-    columns = ["quantity", "joint", "value", "limit", "margin", "at [s]", ""]
-    table = _table("Joint limits, over all time", columns, 2)
+    title = "Joint limits: exact over all time, unless marked as sampled"
+    table = _table(title, ["joint", "value", "limit", "margin", "at [s]", ""])
     for quantity in dict.fromkeys(item.quantity for item in limits):
         items = [item for item in limits if item.quantity == quantity]
+        units = " or ".join(dict.fromkeys(item.unit for item in items))
+        sampled = ", sampled" if items[0].sampled else ""
+        table.add_row(escape(f"{quantity} [{units}]{sampled}"), style="dim")
         for item in items:
             if item.limit is not None and item.margin is not None:
-                table.add_row(
-                    _quantity(item),
-                    escape(item.joint),
-                    *(_coloured(f"{x:.3f}", item.ok) for x in (item.value, item.limit)),
-                    _coloured(f"{item.margin:.3f}", item.ok),
-                    f"{item.time:.3f}",
-                    _mark(item.ok),
-                )
+                numbers = (item.value, item.limit, item.margin)
+                cells = [_coloured(f"{number:.3f}", item.ok) for number in numbers]
+                table.add_row(f"  {escape(item.joint)}", *cells, f"{item.time:.3f}", _mark(item.ok))
         free = [item for item in items if item.limit is None]
         if free:
             worst = max(free, key=lambda item: abs(item.value))
-            others = f" (most of {len(free)})" if len(free) > 1 else ""
-            table.add_row(
-                _quantity(worst),
-                escape(worst.joint) + others,
-                f"{worst.value:.3f}",
-                "no limit given",
-                "",
-                f"{worst.time:.3f}",
-                "-",
-            )
-        table.add_section()
+            cells = [f"{worst.value:.3f}", "none given", "", f"{worst.time:.3f}", "-"]
+            most = "  " if len(free) == 1 else "  most: "
+            table.add_row(most + escape(worst.joint), *cells)
     return table
-
-
-def _quantity(item: LimitUse) -> str:
-    sampled = " sampled" if item.sampled else ""
-    return escape(f"{item.quantity} [{item.unit}]{sampled}")
 
 
 def _coloured(text: str, ok: bool) -> str:
@@ -230,24 +213,26 @@ def print_robot(robot: Robot) -> None:
     console.print(f"[bold]{escape(robot.name)}[/]  {escape(robot.description.strip())}")
     console.print(f"model {escape(str(robot.urdf))}", soft_wrap=True)
     console.print(f"base frame {escape(robot.base_frame)}, tool frame {robot.tool_frame}")
-    columns = ["joint", "unit", "lower", "upper", "velocity", "acceleration", "jerk", "effort"]
-    table = _table("Joints and limits", columns, 2)
+    limits = {
+        "lower": robot.lower_position_limit,
+        "upper": robot.upper_position_limit,
+        "velocity": robot.velocity_limit,
+        "acceleration": robot.acceleration_limit,
+        "jerk": robot.jerk_limit,
+        "effort": robot.effort_limit,
+    }
+    table = _table("Joint limits [SI]", ["joint", "unit", *limits], 2)
     for i, name in enumerate(robot.joint_names):
-        limits = (
-            robot.lower_position_limit,
-            robot.upper_position_limit,
-            robot.velocity_limit,
-            robot.acceleration_limit,
-            robot.jerk_limit,
-            robot.effort_limit,
-        )
-        cells = [f"{limit[i]:.4f}" if np.isfinite(limit[i]) else "none" for limit in limits]
+        cells = [
+            f"{limit[i]:.4g}" if np.isfinite(limit[i]) else "none" for limit in limits.values()
+        ]
         table.add_row(escape(name), robot.joint_units[i], *cells)
     console.print(table)
     if robot.configurations:
-        table = _table("Configurations", ["name", *map(escape, robot.joint_names)])
-        for name, values in robot.configurations.items():
-            table.add_row(escape(name), *(f"{value:.4f}" for value in values))
+        table = _table("Configurations [SI]", ["joint", *robot.configurations])
+        for i, name in enumerate(robot.joint_names):
+            values = (f"{positions[i]:.4f}" for positions in robot.configurations.values())
+            table.add_row(escape(name), *values)
         console.print(table)
     if robot.locked:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())

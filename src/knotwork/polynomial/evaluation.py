@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 from knotwork.errors import TimeRangeError
 from knotwork.waypoints import FloatArray
 
-BLOCK = 4096
-"""Times in a block: its buffers stay in the second-level cache while Horner passes over them."""
+BLOCK = 65536
+"""Times that are looked at together: enough to make the bookkeeping for them negligible."""
 
-SLICE_THRESHOLD = 96
+CACHED = 8192
+"""Values that are computed together: their buffers stay in the nearer caches."""
+
+SLICE_THRESHOLD = 1024
 """Mean number of times in a piece from which slices are faster than gathering (measured)."""
 
 
@@ -62,31 +65,47 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
     out = np.empty((t.size, c.shape[2]))
     size = c.shape[0] - nu
     factors = falling_factorials(size, nu) if nu and size > 0 else None
-    buffers = np.empty((2, min(BLOCK, t.size)))
     for low in range(0, t.size, BLOCK):
-        block = t[low : low + BLOCK]
-        target = out[low : low + BLOCK]
+        block, target = t[low : low + BLOCK], out[low : low + BLOCK]
         is_sorted = bool((block[1:] >= block[:-1]).all())
         lowest, highest = (block[0], block[-1]) if is_sorted else (block.min(), block.max())
         if not (lowest >= start and highest <= end):
             raise TimeRangeError(first_outside(block, start, end), start, end)
         if size <= 0:
             target[...] = 0.0
-            continue
-        if is_sorted:
-            first, last = (
-                min(int(i) - 1, c.shape[1] - 1)
-                for i in np.searchsorted(x, (lowest, highest), side="right")
-            )
-            if block.size >= SLICE_THRESHOLD * (last - first + 1):
-                cuts = np.searchsorted(block, x[first + 1 : last + 1], side="left").tolist()
-                _by_slices(x, c, block, first, [0, *cuts, block.size], factors, buffers, target)
-                continue
-        piece = np.searchsorted(x, block, side="right")
-        piece -= 1
-        np.minimum(piece, c.shape[1] - 1, out=piece)
-        _by_gathering(x, c[:size], block, piece, factors, target)
+        elif is_sorted:
+            _evaluate_sorted(x, c[:size], block, factors, target)
+        else:
+            _by_gathering(x, c[:size], block, pieces_of(x, block), factors, target)
     return out
+
+
+def pieces_of(x: FloatArray, t: FloatArray) -> NDArray[np.intp]:
+    """Index of the piece that holds each of the times, which lie in [x[0], x[-1]]."""
+    piece = np.searchsorted(x, t, side="right")
+    piece -= 1
+    return np.minimum(piece, x.size - 2, out=piece)
+
+
+def _evaluate_sorted(
+    x: FloatArray,
+    c: FloatArray,
+    block: FloatArray,
+    factors: list[float] | None,
+    target: FloatArray,
+) -> None:
+    """Evaluate sorted times in the way that suits how many of them share a piece."""
+    first, last = pieces_of(x, block[[0, -1]]).tolist()
+    if last - first >= block.size:
+        _by_gathering(x, c, block, pieces_of(x, block), factors, target)
+        return
+    cuts = np.searchsorted(block, x[first + 1 : last + 1], side="left")
+    cuts = np.concatenate(([0], cuts, [block.size]))
+    if block.size >= SLICE_THRESHOLD * (last - first + 1):
+        _by_slices(x, c, block, first, cuts.tolist(), factors, target)
+    else:
+        piece = np.repeat(np.arange(first, last + 1), np.diff(cuts))
+        _by_gathering(x, c, block, piece, factors, target)
 
 
 def _by_slices(
@@ -96,29 +115,30 @@ def _by_slices(
     first: int,
     cuts: list[int],
     factors: list[float] | None,
-    buffers: FloatArray,
     target: FloatArray,
 ) -> None:
     """Evaluate sorted times; those from cuts[i] to cuts[i+1] lie in piece first + i."""
-    size = len(factors) if factors is not None else c.shape[0]
-    for offset, (low, high) in enumerate(itertools.pairwise(cuts)):
-        if low == high:
+    buffers = np.empty((2, min(CACHED, block.size)))
+    for i, (start, stop) in enumerate(itertools.pairwise(cuts), first):
+        if start == stop:
             continue
-        i = first + offset
-        u = np.subtract(block[low:high], x[i], out=buffers[0, : high - low])
-        value = buffers[1, : high - low]
-        coefficients = c[:size, i]
-        if factors is not None:
-            coefficients = coefficients * np.array(factors)[:, None]
-        for j, column in enumerate(coefficients.T.tolist()):
-            if size == 1:
-                target[low:high, j] = column[0]
-                continue
-            np.multiply(u, column[0], out=value)
-            for power in column[1:-1]:
-                np.add(value, power, out=value)
-                np.multiply(value, u, out=value)
-            np.add(value, column[-1], out=target[low:high, j])
+        coefficients = c[:, i] if factors is None else c[:, i] * np.array(factors)[:, None]
+        columns = coefficients.T.tolist()
+        for low in range(start, stop, CACHED):
+            high = min(low + CACHED, stop)
+            u, value = buffers[:, : high - low]
+            np.subtract(block[low:high], x[i], out=u)
+            for j, (*inner, constant) in enumerate(columns):
+                result = target[low:high, j]
+                if not inner:
+                    result[...] = constant
+                    continue
+                leading, *inner = inner
+                np.multiply(u, leading, out=value)
+                for coefficient in inner:
+                    np.add(value, coefficient, out=value)
+                    np.multiply(value, u, out=value)
+                np.add(value, constant, out=result)
 
 
 def _by_gathering(
@@ -130,17 +150,22 @@ def _by_gathering(
     target: FloatArray,
 ) -> None:
     """Evaluate times in any order, each with the coefficients of its own piece."""
-    # one local time for each value, so that every pass below runs over contiguous memory
-    u = np.empty_like(target)
-    u[...] = (block - x[piece])[:, None]
-    term = np.empty_like(target)
-    for power in range(c.shape[0]):
-        if power:
-            np.multiply(target, u, out=target)
-        np.take(c[power], piece, axis=0, out=term, mode="clip")
-        if factors is not None:
-            np.multiply(term, factors[power], out=term)
-        if power:
-            np.add(target, term, out=target)
-        else:
-            target[...] = term
+    d = c.shape[2]
+    step = min(block.size, max(1, CACHED // max(1, d)))
+    terms, local = np.empty((step, d)), np.empty(step)
+    for low in range(0, block.size, step):
+        index, value = piece[low : low + step], target[low : low + step]
+        term, u = terms[: index.size], local[: index.size]
+        np.take(x, index, out=u, mode="clip")
+        np.subtract(block[low : low + step], u, out=u)
+        # one local time for each value, so that every pass below runs over contiguous memory
+        spread = u[:, None] if d == 1 else np.repeat(u, d).reshape(-1, d)
+        for power, coefficients in enumerate(c):
+            into = term if power else value
+            np.take(coefficients, index, axis=0, out=into, mode="clip")
+            if factors is not None:
+                np.multiply(into, factors[power], out=into)
+            if power:
+                np.add(value, term, out=value)
+            if power < c.shape[0] - 1:
+                np.multiply(value, spread, out=value)

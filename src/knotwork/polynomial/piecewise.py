@@ -29,7 +29,7 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
     order = -1
     if not isinstance(nu, bool | np.bool_):
         with contextlib.suppress(TypeError):
-            order = operator.index(nu)
+            order = int(operator.index(nu))
     if order < 0:
         raise InputError(f"{what} is {nu!r}; it must be an integer, 0 or greater")
     return order

@@ -143,6 +143,13 @@ class Robot:
         """Base frame in the axes of the URDF's root, as `pin.SE3`."""
         return self._base_from_world.inverse()
 
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """Names of the links, each of which may be the base or the tool frame."""
+        return tuple(
+            str(frame.name) for frame in self.model.frames if frame.type == pin.FrameType.BODY
+        )
+
     def __repr__(self) -> str:
         return (
             f"<Robot {self.name!r}: {self.dof} joints from {self.base_frame!r} "

@@ -82,7 +82,7 @@ def measured_jumps(
         if not len(jumps):
             jumps = np.zeros((1, len(peak)))
         relative = jumps / peak
-        where, joint = np.unravel_index(int(relative.argmax()), relative.shape)
+        where, joint = divmod(int(relative.argmax()), relative.shape[1])
         ok = bool(relative[where, joint] <= JUMP_TOLERANCE)
         yield Jump(
             QUANTITIES[order],
