@@ -1,6 +1,5 @@
 """The check: an independent witness of whether a trajectory does what its scenario asks for."""
 
-from knotwork.witness.check import check
 from knotwork.witness.report import (
     Defect,
     Jump,
@@ -9,5 +8,6 @@ from knotwork.witness.report import (
     Requirement,
     Singularity,
 )
+from knotwork.witness.verdict import check
 
 __all__ = ["Defect", "Jump", "LimitUse", "Report", "Requirement", "Singularity", "check"]

@@ -1,0 +1,131 @@
+"""Trajectories, samples and reports to files; each file is written whole or not at all."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.trajectory import JointTrajectory
+
+FORMAT = "knotwork.trajectory"
+KNOT_FIELDS = ("time", "position", "velocity", "acceleration")
+# More rows than this are a mistake in the rate rather than a file anybody reads.
+MOST_SAMPLES = 10_000_000
+
+_NUMBERS = re.compile(r"\[\s+-?\d[-+\d.eE,\s]*\]")
+
+
+def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
+    """Give a trajectory as plain data, ready for JSON, in SI with its units named.
+
+    `coefficients` have SciPy's `PPoly` order and the shape (degree + 1, pieces, joints). A curve
+    of cubics also states its `knots`, which carry all of it.
+    """
+    data: dict[str, Any] = {
+        "format": FORMAT,
+        "version": 1,
+        "planner": trajectory.planner,
+        "joint_names": list(trajectory.joint_names),
+        "units": {"time": "s", "joints": list(trajectory.joint_units)},
+    }
+    if trajectory.waypoint_times is not None:
+        data["waypoint_times"] = np.asarray(trajectory.waypoint_times).tolist()
+    data["breaks"] = trajectory.breaks.tolist()
+    data["coefficients"] = trajectory.polynomial.c.tolist()
+    if len(trajectory.polynomial.c) == 4:
+        knots = trajectory.knots
+        data["knots"] = {name: getattr(knots, name).tolist() for name in KNOT_FIELDS}
+    return data
+
+
+def samples_to_csv(trajectory: JointTrajectory, rate: float) -> str:
+    """Write samples of position, velocity, acceleration and jerk as CSV with a header.
+
+    Args:
+        trajectory: The curve.
+        rate: Samples per second [Hz]; the last sample is at the end whatever the rate.
+
+    Raises:
+        InputError: The rate makes more than `MOST_SAMPLES` samples.
+    """
+    if rate * trajectory.duration > MOST_SAMPLES:
+        raise InputError(
+            f"rate {rate:g} Hz over {trajectory.duration:g} s makes more than {MOST_SAMPLES} "
+            f"samples; a rate below {MOST_SAMPLES / trajectory.duration:g} Hz is accepted"
+        )
+    samples = trajectory.sample(rate)
+    header = ["time_s"]
+    columns = [samples.time[:, np.newaxis]]
+    for quantity, power in (
+        ("position", ""),
+        ("velocity", "_per_s"),
+        ("acceleration", "_per_s2"),
+        ("jerk", "_per_s3"),
+    ):
+        columns.append(getattr(samples, quantity))
+        header += [
+            f"{name}.{quantity}_{unit}{power}"
+            for name, unit in zip(trajectory.joint_names, trajectory.joint_units, strict=True)
+        ]
+    text = io.StringIO()
+    np.savetxt(
+        text, np.hstack(columns), fmt="%.17g", delimiter=",", header=",".join(header), comments=""
+    )
+    return text.getvalue()
+
+
+def write_files(folder: Path | str, contents: Mapping[str, str]) -> list[Path]:
+    """Write text files into a folder, all of them or none; existing ones are replaced.
+
+    Args:
+        folder: Made if it does not exist.
+        contents: Text by file name.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: The folder can't be made or written to.
+    """
+    folder = Path(folder)
+    written: list[tuple[str, Path]] = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in contents.items():
+            handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
+            written.append((temporary, folder / name))
+            with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+                file.write(text)
+            Path(temporary).chmod(0o666 & ~_umask())
+        for temporary, path in written:
+            os.replace(temporary, path)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"can't write to {folder}: {reason}; give a folder that can be made and written to"
+        ) from error
+    finally:
+        for temporary, _ in written:
+            Path(temporary).unlink(missing_ok=True)
+    return [path for _, path in written]
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def to_json(data: Mapping[str, Any]) -> str:
+    """Write plain data as JSON text, rows of numbers on a line each so that it can be read."""
+    text = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
+    return _NUMBERS.sub(lambda row: " ".join(row.group().split()), text) + "\n"
