@@ -29,7 +29,7 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
     names = [str(choice) for choice in available]
     listing = f"accepted: {', '.join(names)}" if names else "none is available"
     near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.6)
-    return f"did you mean {near[0]!r}? {listing.capitalize()}" if near else listing
+    return f"did you mean {near[0]!r}? {listing[:1].upper()}{listing[1:]}" if near else listing
 
 
 class UnknownNameError(InputError):

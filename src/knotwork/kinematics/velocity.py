@@ -79,7 +79,7 @@ def solve_velocity_ik(
     kept = s > RANK_TOLERANCE * s[0]
     v: FloatArray = Vt[kept].T @ ((U[:, kept].T @ wanted) / s[kept])
     v = v + Vt[kept].T @ ((U[:, kept].T @ (wanted - J @ v)) / s[kept])  # undo most rounding
-    residual = J @ v - wanted
+    residual = wanted - J @ v
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > linear_tolerance * scale or angular > angular_tolerance * scale:
@@ -99,7 +99,7 @@ def solve_velocity_ik(
 
 
 def _unattainable(robot: Robot, J: FloatArray, residual: FloatArray) -> str:
-    """Message for a twist outside the Jacobian's range; the residual is its part outside."""
+    """Message for a twist outside the Jacobian's range, with the part of it that is."""
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
     smallest = np.linalg.svd(J, compute_uv=False)[-1]
     left = (

@@ -146,9 +146,11 @@ def _urdf_path(reference: str, folder: Path, robot: str) -> Path:
             raise RobotError(robot, f"there is no URDF file {path}")
         return path
     data = example_robot_data(robot)
-    path = data / reference.removeprefix(EXAMPLE_ROBOT_DATA)
+    path = data / reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
     if not path.is_file():
-        near = sorted(file.relative_to(data).as_posix() for file in data.glob("*/*/*.urdf"))
+        package = "".join(path.relative_to(data).parts[:1])
+        package = package if package and (data / package).is_dir() else "*"
+        near = sorted(f.relative_to(data).as_posix() for f in data.glob(f"{package}/*/*.urdf"))
         raise UnknownNameError(
             "example-robot-data URDF", str(path.relative_to(data)), near, where=f"robot {robot!r}"
         )

@@ -1,0 +1,394 @@
+"""Finding robots, taking a chain out of a bigger model, and saying what is wrong with a file."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork.robot
+from knotwork.documents import parse
+from knotwork.errors import DocumentError, InputError, KnotworkError, RobotError, UnknownNameError
+from knotwork.robot import load_robot, robot_names
+
+SHIPPED = [
+    "bravo7",
+    "kinova",
+    "panda",
+    "planar2",
+    "talos_arm",
+    "ur10",
+    "ur3",
+    "ur5",
+    "xarm7",
+    "z1",
+]
+# Moving the tool in its worst direction at 0.09 m/s (or rad/s) takes joint speeds of 1 rad/s at
+# most, which is a motion that a person would call possible from there.
+NOT_SINGULAR = 0.09
+
+
+def urdf(*parts: str, name: str = "test") -> str:
+    return f'<robot name="{name}">{"".join(parts)}</robot>'
+
+
+def link(name: str) -> str:
+    return f'<link name="{name}"/>'
+
+
+def joint(name: str, kind: str, parent: str, child: str, extra: str = "") -> str:
+    limit = '<limit lower="-1" upper="2" velocity="3" effort="4"/>' if "limit" not in extra else ""
+    limit = limit if kind in ("revolute", "prismatic") else ""
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="0.1 0 0.2"/><axis xyz="0 1 0"/>{limit}{extra}</joint>'
+    )
+
+
+def chain(kind: str, extra: str = "") -> str:
+    """A revolute joint, then the one in question."""
+    return urdf(
+        *map(link, "abc"),
+        joint("first", "revolute", "a", "b"),
+        joint("second", kind, "b", "c", extra),
+    )
+
+
+@pytest.fixture
+def write(tmp_path: Path):
+    def write(text: str, name: str = "arm.urdf") -> Path:
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_the_shipped_robots_are_these() -> None:
+    assert robot_names() == SHIPPED
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_robots_have_a_usable_home(name: str) -> None:
+    robot = load_robot(name)
+    assert robot.name == name
+    assert robot.description
+    assert robot.source.name == f"{name}.yaml"
+    q = robot.configuration("home")
+    values = np.linalg.svd(robot.jacobian(q), compute_uv=False)
+    rows = 2 if name == "planar2" else 6
+    assert values[rows - 1] > NOT_SINGULAR
+    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q)
+    assert (room > np.radians(10)).all()
+    assert robot.model.nq == robot.model.nv == robot.dof == len(robot.joint_names)
+    assert not any("finger" in joint or "ripper" in joint for joint in robot.joint_names)
+    assert (robot.velocity_limit > 0).all()
+
+
+def test_a_robot_is_found_by_name_path_and_description(tmp_path: Path, write) -> None:
+    shipped = load_robot("planar2")
+    folder = shipped.source.parent
+    by_path = load_robot(folder / "planar2.yaml")
+    as_text = load_robot("planar2.yaml", relative_to=folder)
+    q = [0.3, 0.7]
+    inline = load_robot({"urdf": "planar2.urdf", "tool_frame": "tip"}, relative_to=folder)
+    write(shipped.urdf.read_text(), "planar2.urdf")
+    text = "a: 1\nrobot:\n  urdf: planar2.urdf\n  tool_frame: tip\n"
+    part = load_robot(parse(text, tmp_path / "task.yaml").part(("robot",)))
+    bare = load_robot(str(folder / "planar2.urdf")).with_tool("tip")
+    for robot in (by_path, as_text, inline, part, bare):
+        assert robot.forward(q).isApprox(shipped.forward(q), 0.0)
+        assert robot.name == "planar2"
+    assert part.source == tmp_path / "task.yaml"
+
+
+@pytest.mark.parametrize(
+    ("reference", "error", "says"),
+    [
+        ("ur55", UnknownNameError, "did you mean 'ur5'"),
+        ("", UnknownNameError, "accepted"),
+        ("nowhere/arm.yaml", InputError, "there is no file"),
+        ("nowhere.urdf", InputError, "there is no file"),
+        (3, InputError, "not by a int"),
+        ({"urdf": "nowhere.urdf"}, RobotError, "there is no URDF file"),
+        ({"urdf": "example-robot-data:ur_description/urdf/ur6.urdf"}, UnknownNameError, "ur5"),
+        ({"urdf": "example-robot-data:/etc/x"}, UnknownNameError, "ur5"),
+        ({"urdf": "example-robot-data:"}, UnknownNameError, "ur5"),
+        ({"urdf": 5}, DocumentError, "urdf"),
+        ({"name": "x"}, DocumentError, "urdf: is missing"),
+        ({"urdf": "planar2.urdf", "tool_frme": "tip"}, DocumentError, "did you mean 'tool_frame'"),
+        ({"urdf": "planar2.urdf", "tool_frame": "tpi"}, UnknownNameError, "did you mean 'tip'"),
+        ({"urdf": "planar2.urdf", "base_frame": "bse"}, UnknownNameError, "did you mean 'base'"),
+        ({"urdf": "planar2.urdf", "locked": {"elbw": 0}}, UnknownNameError, "mean 'elbow'"),
+        ({"urdf": "planar2.urdf", "locked": {"elbow": "0"}}, DocumentError, "locked.elbow"),
+        (
+            {"urdf": "planar2.urdf", "configurations": {"home": {"elbw": 0}}},
+            UnknownNameError,
+            "configurations.home.elbw: unknown joint",
+        ),
+        (
+            {"urdf": "planar2.urdf", "tool_frame": "tip", "configurations": {"home": {"elbow": 0}}},
+            RobotError,
+            "no position for joint 'shoulder'",
+        ),
+        (
+            {
+                "urdf": "planar2.urdf",
+                "tool_frame": "tip",
+                "configurations": {"home": {"elbow": 0, "shoulder": 3}},
+            },
+            RobotError,
+            r"joint 'shoulder' at 3, outside its limits \[-2.9, 2.9\]",
+        ),
+        ({"urdf": "planar2.urdf", "limits": {"velocity": 0}}, DocumentError, "limits.velocity"),
+        (
+            {"urdf": "planar2.urdf", "limits": {"jerk": {"elbw": 1}}},
+            UnknownNameError,
+            "limits.jerk.elbw: unknown joint 'elbw'; did you mean 'elbow'",
+        ),
+        (
+            {"urdf": "planar2.urdf", "limits": {"position": {"elbow": [2, 1]}}},
+            RobotError,
+            "lower < upper",
+        ),
+        ({"urdf": "planar2.urdf", "locked": {"elbow": 9}}, RobotError, "outside its limits"),
+    ],
+)
+def test_what_can_not_be_loaded_is_named(reference: object, error: type, says: str) -> None:
+    with pytest.raises(error, match=says):
+        load_robot(reference, relative_to=load_robot("planar2").source.parent)
+
+
+def test_an_error_in_a_file_has_its_line(tmp_path: Path) -> None:
+    text = "urdf: x.urdf\ntool_frame: tip\nlimits:\n  velocty: 3\n"
+    with pytest.raises(DocumentError) as caught:
+        load_robot(parse(text, tmp_path / "arm.yaml"))
+    problem = caught.value.problems[0]
+    assert (problem.line, problem.field) == (4, "limits.velocty")
+    assert "did you mean 'velocity'" in problem.accepted
+
+
+BROKEN = {
+    "no XML": ("joints: 3", "not XML"),
+    "empty": ("", "not XML"),
+    "unclosed": ("<robot name='a'>", "not XML"),
+    "other XML": ("<html/>", "<html>"),
+    "no robot name": ("<robot><link name='a'/></robot>", "(?i)name"),
+    "no link": ("<robot name='a'/>", "(?i)link"),
+    "unknown parent": (urdf(link("a"), joint("j", "revolute", "x", "a")), "x"),
+    "unknown child": (urdf(link("a"), joint("j", "revolute", "a", "x")), "x"),
+    "two roots": (urdf(link("a"), link("b")), "(?i)root"),
+    "a loop": (
+        urdf(link("a"), link("b"), joint("j", "fixed", "a", "b"), joint("k", "fixed", "b", "a")),
+        "(?i)root",
+    ),
+    "no limits": (
+        urdf(link("a"), link("b"), joint("j", "revolute", "a", "b", "<limits/>")),
+        "j.*limit",
+    ),
+    "unknown type": (urdf(link("a"), link("b"), joint("j", "ball", "a", "b")), "ball"),
+    "not a number": (chain("revolute").replace("0.1 0 0.2", "0.1 zero 0.2"), "zero"),
+    "not finite": (chain("revolute").replace("0.1 0 0.2", "0.1 nan 0.2"), "(?i)not finite|nan"),
+    "two links of a name": (urdf(link("a"), link("a")), "(?i)a"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_urdf_is_an_error_and_prints_nothing(case: str, write, capfd) -> None:
+    text, says = BROKEN[case]
+    with pytest.raises(RobotError, match=says):
+        load_robot(write(text))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_urdf_that_is_no_text_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_bytes(b"\xff\xfe\x00robot")
+    with pytest.raises(DocumentError, match="UTF-8"):
+        load_robot(path)
+
+
+def test_meshes_are_never_opened(write) -> None:
+    visual = '<visual><geometry><mesh filename="package://nowhere/a.dae"/></geometry></visual>'
+    text = chain("revolute").replace('<link name="b"/>', f'<link name="b">{visual}</link>')
+    assert load_robot(write(text)).with_tool("c").dof == 2
+
+
+def test_without_a_tool_frame_the_candidates_are_named(write) -> None:
+    robot = load_robot(write(chain("revolute")))
+    assert robot.tool_frame is None
+    for method in (robot.forward, robot.jacobian):
+        with pytest.raises(RobotError, match=r"tool frame.*: c$"):
+            method(np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    ("kind", "extra", "says"),
+    [
+        ("floating", "", "'floating' with 6 freedoms"),
+        ("planar", "", "'planar' with 3 freedoms"),
+        ("revolute", '<mimic joint="first" multiplier="2" offset="0.1"/>', "mimics joint 'first'"),
+    ],
+)
+def test_joints_that_can_not_be_planned_for_are_named(
+    kind: str, extra: str, says: str, write
+) -> None:
+    path = write(chain(kind, extra))
+    robot = load_robot(path)
+    assert robot.joint_names == ("first",)
+    with pytest.raises(RobotError, match=says) as caught:
+        robot.with_tool("c")
+    assert caught.value.joint == "second"
+    assert "locked: {second: 0}" in str(caught.value)
+    locked = load_robot({"urdf": str(path), "tool_frame": "c", "locked": {"second": 0}})
+    assert locked.joint_names == ("first",)
+    if kind != "revolute":
+        with pytest.raises(RobotError, match="can only be locked at 0"):
+            load_robot({"urdf": str(path), "tool_frame": "c", "locked": {"second": 0.5}})
+
+
+def test_prismatic_and_unbounded_joints_are_planned_for(write) -> None:
+    path = write(
+        urdf(
+            *map(link, "abcd"),
+            joint("slide", "prismatic", "a", "b"),
+            joint("spin", "continuous", "b", "c"),
+            joint("fix", "fixed", "c", "d"),
+        )
+    )
+    robot = load_robot(path).with_tool("d")
+    assert robot.joint_names == ("slide", "spin")
+    assert robot.joint_units == ("m", "rad")
+    np.testing.assert_array_equal(robot.lower_position_limit, [-1, -np.inf])
+    np.testing.assert_array_equal(robot.velocity_limit, [3, np.inf])
+    # Up the slide's axis y by 0.5, then the last offset turned about y by a right angle.
+    tool = robot.forward([0.5, np.pi / 2]).translation
+    np.testing.assert_allclose(tool, [0.2 + 0.2, 0.5, 0.4 - 0.1], atol=1e-12)
+
+
+def test_zero_velocity_and_effort_mean_that_none_is_given(write) -> None:
+    limit = '<limit lower="-1" upper="1" velocity="0" effort="0"/>'
+    robot = load_robot(write(chain("revolute", limit))).with_tool("c")
+    np.testing.assert_array_equal(robot.velocity_limit, [3, np.inf])
+    np.testing.assert_array_equal(robot.effort_limit, [4, np.inf])
+
+
+def test_a_joint_without_room_is_an_error_unless_given_some_or_locked(write) -> None:
+    path = write(chain("revolute", '<limit velocity="1" effort="1"/>'))
+    with pytest.raises(RobotError, match=r"'second'.*leaves it no room"):
+        load_robot(path).with_tool("c")
+    description = {"urdf": str(path), "tool_frame": "c"}
+    assert load_robot({**description, "locked": {"second": 0}}).dof == 1
+    limits = {"position": {"second": [-1, 1]}}
+    assert load_robot({**description, "limits": limits}).upper_position_limit[1] == 1
+
+
+def test_locked_mimicking_joints_follow_their_master(write) -> None:
+    path = write(
+        urdf(
+            *map(link, "abcd"),
+            joint("arm", "revolute", "a", "b"),
+            joint("finger", "revolute", "b", "c"),
+            joint("twin", "revolute", "b", "d", '<mimic joint="finger" multiplier="-2"/>'),
+        )
+    )
+    robot = load_robot({"urdf": str(path), "tool_frame": "b", "locked": {"finger": 0.3}})
+    assert robot.locked == {"finger": 0.3, "twin": -0.6}
+
+
+def test_joints_off_the_chain_are_locked_inside_their_limits(write) -> None:
+    text = chain("revolute", '<limit lower="0.5" upper="1" velocity="1" effort="1"/>')
+    robot = load_robot(write(text)).with_tool("b")
+    assert robot.joint_names == ("first",)
+    assert robot.locked == {"second": 0.5}
+
+
+BAXTER = "example-robot-data:baxter_description/urdf/baxter.urdf"
+
+
+def test_one_arm_of_a_two_armed_robot() -> None:
+    robot = load_robot({"urdf": BAXTER, "base_frame": "torso", "tool_frame": "left_gripper"})
+    assert robot.joint_names == tuple(
+        f"left_{joint}" for joint in ("s0", "s1", "e0", "e1", "w0", "w1", "w2")
+    )
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data = model.createData()
+    q = pin.neutral(model)
+    for name, value in robot.locked.items():
+        q[model.joints[model.getJointId(name)].idx_q] = value
+    chosen = np.linspace(-0.4, 0.5, 7)
+    for name, value in zip(robot.joint_names, chosen, strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = value
+    pin.framesForwardKinematics(model, data, q)
+    torso, hand = (data.oMf[model.getFrameId(f)] for f in ("torso", "left_gripper"))
+    assert robot.forward(chosen).isApprox(torso.inverse() * hand, 1e-12)
+    other = robot.with_tool("right_gripper")
+    assert other.joint_names[0] == "right_s0"
+
+
+def test_a_base_frame_in_the_middle_of_the_chain_moves_with_nothing() -> None:
+    robot = load_robot(
+        {"urdf": BAXTER, "base_frame": "left_upper_elbow", "tool_frame": "left_hand_link"}
+    )
+    assert robot.joint_names == ("left_e1", "left_w0", "left_w1", "left_w2")
+    whole = load_robot({"urdf": BAXTER, "tool_frame": "left_hand_link"})
+    elbow = whole.with_tool("left_upper_elbow")
+    q = np.array([0.1, -0.3, 0.2, 0.9, -0.5, 0.7, 0.4])
+    q[:3] = [robot.locked[joint] for joint in whole.joint_names[:3]]
+    expected = elbow.forward(q[:3]).inverse() * whole.forward(q)
+    assert robot.forward(q[3:]).isApprox(expected, 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("base", "tool", "says"),
+    [
+        ("left_hand_link", "right_hand_link", "not carried by base frame 'left_hand_link'"),
+        ("left_hand_link", "torso", "not carried"),
+        ("left_hand_link", "left_gripper", "no joint moves"),
+        ("torso", "torso", "no joint moves"),
+    ],
+)
+def test_a_tool_that_the_base_does_not_move_is_an_error(base: str, tool: str, says: str) -> None:
+    with pytest.raises(RobotError, match=says):
+        load_robot({"urdf": BAXTER, "base_frame": base, "tool_frame": tool})
+
+
+def test_all_joints_locked_is_an_error() -> None:
+    planar = load_robot("planar2")
+    description = {"urdf": str(planar.urdf), "tool_frame": "tip"}
+    with pytest.raises(RobotError, match="these joints are locked: shoulder, elbow"):
+        load_robot({**description, "locked": {"shoulder": 0, "elbow": 0}})
+
+
+@pytest.mark.parametrize(
+    ("path", "tool"),
+    [
+        ("talos_data/robots/talos_full_v2.urdf", "arm_left_7_link"),
+        ("pr2_description/urdf/pr2.urdf", "r_gripper_tool_frame"),
+        ("tiago_description/robots/tiago.urdf", "arm_tool_link"),
+        ("ur_description/urdf/ur5_gripper.urdf", "tool0"),
+        ("so_arm_description/urdf/so101.urdf", None),
+        ("icub_description/robots/icub.urdf", "l_hand"),
+    ],
+)
+def test_models_of_whole_robots_load(path: str, tool: str | None) -> None:
+    robot = load_robot(f"example-robot-data:{path}")
+    robot = robot.with_tool(tool or robot.tool_candidates[-1])
+    middle = np.clip(0.0, robot.lower_position_limit, robot.upper_position_limit)
+    J = robot.jacobian(middle)
+    assert J.shape == (6, robot.dof)
+    assert robot.dof >= 1
+    assert (np.linalg.norm(J, axis=0) > 0).all()
+
+
+def test_the_schema_needs_no_pinocchio() -> None:
+    code = "import sys, knotwork.robot.file; sys.exit('pinocchio' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_every_error_is_one_of_ours() -> None:
+    assert issubclass(RobotError, KnotworkError)
+    with pytest.raises(AttributeError, match="no attribute 'robots'"):
+        _ = knotwork.robot.robots

@@ -1,0 +1,288 @@
+"""Forward kinematics, Jacobian, dynamics and limits against formulations of their own."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from knotwork.errors import RobotError, UnknownNameError, WaypointDataError
+from knotwork.robot import Robot, load_robot, robot_names
+
+L1, L2 = 0.5, 0.4
+ANGLE = st.floats(-2.6, 2.6)
+
+
+def samples(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
+    lower = np.maximum(robot.lower_position_limit, -2 * np.pi)
+    upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
+    return np.random.default_rng(seed).uniform(lower, upper, (count, robot.dof))
+
+
+def full_configuration(model: pin.Model, robot: Robot, q: np.ndarray) -> np.ndarray:
+    """Pinocchio's own configuration: cosine and sine for the joints that turn without limit."""
+    full = pin.neutral(model)
+    positions = {**robot.locked, **dict(zip(robot.joint_names, q, strict=True))}
+    for name, value in positions.items():
+        joint = model.joints[model.getJointId(name)]
+        entry = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+        full[joint.idx_q : joint.idx_q + joint.nq] = entry
+    return full
+
+
+@given(ANGLE, ANGLE)
+def test_planar_arm_has_the_closed_form(a: float, b: float) -> None:
+    pose = PLANAR.forward([a, b])
+    expected = [L1 * np.cos(a) + L2 * np.cos(a + b), L1 * np.sin(a) + L2 * np.sin(a + b), 0]
+    np.testing.assert_allclose(pose.translation, expected, atol=1e-15)
+    np.testing.assert_allclose(pose.rotation, pin.utils.rotate("z", a + b), atol=1e-15)
+
+
+@given(ANGLE, ANGLE)
+def test_planar_jacobian_has_the_closed_form(a: float, b: float) -> None:
+    x1, y1 = L1 * np.cos(a), L1 * np.sin(a)
+    x2, y2 = L2 * np.cos(a + b), L2 * np.sin(a + b)
+    expected = np.zeros((6, 2))
+    expected[:2] = [[-y1 - y2, -y2], [x1 + x2, x2]]
+    expected[5] = 1
+    np.testing.assert_allclose(PLANAR.jacobian([a, b]), expected, atol=1e-15)
+
+
+@settings(max_examples=30)
+@given(ANGLE, st.tuples(*[st.floats(-3, 3)] * 4))
+def test_planar_dynamics_have_the_closed_form(b: float, rates: tuple[float, ...]) -> None:
+    """Two bars turning in a horizontal plane (Craig, Introduction to Robotics, section 6.7)."""
+    m1, m2, i1, i2, c1, c2 = 3.0, 2.0, 0.0634, 0.027083333, 0.25, 0.2
+    v, a = np.array(rates[:2]), np.array(rates[2:])
+    coupling = m2 * L1 * c2 * np.cos(b)
+    m22 = i2 + m2 * c2**2
+    m12 = m22 + coupling
+    m11 = i1 + m1 * c1**2 + m2 * L1**2 + m22 + 2 * coupling
+    h = m2 * L1 * c2 * np.sin(b)
+    expected = np.array([[m11, m12], [m12, m22]]) @ a
+    expected += [-h * (2 * v[0] * v[1] + v[1] ** 2), h * v[0] ** 2]
+    np.testing.assert_allclose(PLANAR.torque([0.3, b], v, a), expected, atol=1e-12)
+
+
+PLANAR = load_robot("planar2")
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_agrees_with_the_unreduced_model(name: str) -> None:
+    """The same URDF as Pinocchio reads it by itself, fingers, (cos, sin) joints and all."""
+    robot = load_robot(name)
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data = model.createData()
+    links = robot.base_frame, robot.tool_frame
+    base, tool = (model.getFrameId(link, pin.BODY) for link in links)
+    columns = [model.joints[model.getJointId(joint)].idx_v for joint in robot.joint_names]
+    for q in samples(robot, 10):
+        full = full_configuration(model, robot, q)
+        pin.computeJointJacobians(model, data, full)
+        pin.updateFramePlacements(model, data)
+        expected = data.oMf[base].inverse() * data.oMf[tool]
+        assert robot.forward(q).isApprox(expected, 1e-12)
+        rotation = data.oMf[base].rotation.T
+        J = pin.getFrameJacobian(model, data, tool, pin.LOCAL_WORLD_ALIGNED)[:, columns]
+        J = np.vstack([rotation @ J[:3], rotation @ J[3:]])
+        np.testing.assert_allclose(robot.jacobian(q), J, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_jacobian_agrees_with_finite_differences(name: str) -> None:
+    offset = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.2, 0.5), np.array([0.02, -0.05, 0.11]))
+    robot = load_robot(name).with_tool(offset=offset)
+    step = 1e-6
+    for q in samples(robot, 3, seed=1):
+        J = robot.jacobian(q)
+        for j in range(robot.dof):
+            ahead, behind = q.copy(), q.copy()
+            ahead[j] += step
+            behind[j] -= step
+            after, before = robot.forward(ahead), robot.forward(behind)
+            linear = (after.translation - before.translation) / (2 * step)
+            angular = pin.log3(after.rotation @ before.rotation.T) / (2 * step)
+            np.testing.assert_allclose(J[:, j], [*linear, *angular], atol=1e-8)
+
+
+def test_a_base_frame_that_is_turned_turns_pose_and_twist() -> None:
+    ur5 = load_robot("ur5")
+    description = {
+        "urdf": "example-robot-data:ur_description/urdf/ur5_robot.urdf",
+        "base_frame": "base",
+        "tool_frame": "tool0",
+    }
+    robot = load_robot(description)
+    half_turn = pin.utils.rotate("z", np.pi)
+    q, v = samples(ur5, 2)
+    np.testing.assert_allclose(
+        robot.forward(q).translation, half_turn @ ur5.forward(q).translation, atol=1e-9
+    )
+    np.testing.assert_allclose(
+        robot.twist(q, v).angular, half_turn @ ur5.twist(q, v).angular, atol=1e-9
+    )
+    np.testing.assert_allclose(robot.twist(q, v).linear, robot.jacobian(q)[:3] @ v)
+    assert (robot.base_placement * robot.forward(q)).isApprox(ur5.forward(q), 1e-9)
+
+
+def test_forward_and_jacobian_at_once_are_the_same() -> None:
+    robot = load_robot("panda")
+    q = robot.configuration("home")
+    pose, J = robot.forward_and_jacobian(q)
+    assert pose.isApprox(robot.forward(q), 0.0)
+    np.testing.assert_array_equal(J, robot.jacobian(q))
+
+
+def test_results_do_not_change_with_later_calls() -> None:
+    first = PLANAR.forward([0.1, 0.2])
+    J = PLANAR.jacobian([0.1, 0.2])
+    kept = first.copy(), J.copy()
+    PLANAR.forward_and_jacobian([1.0, -2.0])
+    assert first.isApprox(kept[0], 0.0)
+    np.testing.assert_array_equal(J, kept[1])
+
+
+def test_torque_holds_the_arm_against_gravity() -> None:
+    """At rest the joint torques are the gradient of the potential energy."""
+    robot = load_robot("ur5")
+    q, rest = samples(robot, 1)[0], np.zeros(6)
+    data = robot.model.createData()
+    expected = []
+    for j in range(6):
+        step = 1e-6 * np.eye(6)[j]
+        high, low = (
+            pin.computePotentialEnergy(robot.model, data, q + sign * step) for sign in (1, -1)
+        )
+        expected.append((high - low) / 2e-6)
+    np.testing.assert_allclose(robot.torque(q, rest, rest), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "q", [[0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], [0.0, np.nan], [np.inf, 0.0], ["a", "b"], None]
+)
+def test_joint_positions_are_checked(q: object) -> None:
+    for method in (PLANAR.forward, PLANAR.jacobian, PLANAR.forward_and_jacobian):
+        with pytest.raises(WaypointDataError):
+            method(q)
+
+
+def test_integers_and_strided_arrays_are_joint_positions_too() -> None:
+    expected = PLANAR.forward([1.0, 2.0]).translation
+    np.testing.assert_array_equal(PLANAR.forward([1, 2]).translation, expected)
+    strided = np.array([1.0, 9.0, 2.0])[::2]
+    np.testing.assert_array_equal(PLANAR.forward(strided).translation, expected)
+
+
+def test_limits_come_from_the_urdf_and_the_file() -> None:
+    robot = load_robot("panda")
+    np.testing.assert_array_equal(robot.velocity_limit, [2.175] * 4 + [2.61] * 3)
+    np.testing.assert_array_equal(robot.acceleration_limit, [15, 7.5, 10, 12.5, 15, 20, 20])
+    np.testing.assert_array_equal(robot.effort_limit, [87] * 4 + [12] * 3)
+    np.testing.assert_array_equal(robot.jerk_limit[[0, 5]], [7500, 10000])
+    assert (robot.lower_position_limit[3], robot.upper_position_limit[3]) == (-3.0718, -0.0698)
+    with pytest.raises(ValueError, match="read-only"):
+        robot.velocity_limit[0] = 1
+
+
+def test_unbounded_joints_have_no_limits_but_those_of_their_element() -> None:
+    bravo, kinova = load_robot("bravo7"), load_robot("kinova")
+    unbounded = [0, 3, 5]
+    assert np.isinf(bravo.lower_position_limit[unbounded]).all()
+    assert np.isinf(bravo.upper_position_limit[unbounded]).all()
+    assert np.isinf(bravo.velocity_limit[unbounded]).all()
+    assert np.isinf(bravo.effort_limit[unbounded]).all()
+    assert np.isfinite(bravo.velocity_limit[[1, 2, 4]]).all()
+    assert np.isinf(kinova.upper_position_limit[unbounded]).all()
+    np.testing.assert_allclose(kinova.velocity_limit, [0.628319] * 3 + [0.837758] * 3, rtol=1e-5)
+    assert np.isinf(bravo.acceleration_limit).all()
+
+
+def test_whole_turns_of_an_unbounded_joint_are_the_same_pose() -> None:
+    robot = load_robot("kinova")
+    q = np.array(robot.configuration("home"))
+    turned = q + 2 * np.pi * np.array([3, 0, 0, -2, 0, 1])
+    assert robot.forward(turned).isApprox(robot.forward(q), 1e-12)
+
+
+def test_limits_can_be_replaced() -> None:
+    robot = load_robot("planar2")
+    changed = robot.with_limits(
+        position={"elbow": (-1.0, 0.5)}, velocity={"elbow": 0.7}, jerk=9.0, effort={"shoulder": 2}
+    )
+    np.testing.assert_array_equal(changed.lower_position_limit, [-2.9, -1.0])
+    np.testing.assert_array_equal(changed.upper_position_limit, [2.9, 0.5])
+    np.testing.assert_array_equal(changed.velocity_limit, [3.0, 0.7])
+    np.testing.assert_array_equal(changed.acceleration_limit, [15.0, 15.0])
+    np.testing.assert_array_equal(changed.jerk_limit, [9.0, 9.0])
+    np.testing.assert_array_equal(changed.effort_limit, [2.0, 30.0])
+    again = changed.with_limits(jerk={"elbow": 4.0}).with_limits(velocity=1.0)
+    np.testing.assert_array_equal(again.jerk_limit, [9.0, 4.0])
+    np.testing.assert_array_equal(again.velocity_limit, [1.0, 1.0])
+    np.testing.assert_array_equal(robot.velocity_limit, [3.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("limits", "says"),
+    [
+        ({"velocity": {"elbow": 0.0}}, "velocity limit of 'elbow' is 0.0; it must be positive"),
+        ({"velocity": -1.0}, "must be positive"),
+        ({"jerk": {"elbow": "fast"}}, "must be a number"),
+        ({"jerk": float("nan")}, "must be a number"),
+        ({"position": {"elbow": (1.0, 1.0)}}, "lower < upper"),
+        ({"position": {"elbow": (1.0,)}}, "lower < upper"),
+    ],
+)
+def test_what_is_no_limit_is_refused(limits: dict, says: str) -> None:
+    with pytest.raises(RobotError, match=says):
+        PLANAR.with_limits(**limits)
+
+
+def test_a_limit_for_an_unknown_joint_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'elbow'") as caught:
+        PLANAR.with_limits(velocity={"elbo": 1.0})
+    assert caught.value.available == ("shoulder", "elbow")
+
+
+def test_configurations_are_found_by_name() -> None:
+    home = PLANAR.configuration("home")
+    np.testing.assert_array_equal(home, [0.5, 1.2])
+    assert not home.flags.writeable
+    with pytest.raises(UnknownNameError, match="did you mean 'home'"):
+        PLANAR.configuration("hom")
+
+
+def test_a_tool_offset_moves_the_tool_centre_point() -> None:
+    offset = pin.SE3(pin.utils.rotate("y", 0.4), np.array([0.1, 0.02, 0.3]))
+    robot = PLANAR.with_tool(offset=offset)
+    q = [0.4, -0.9]
+    assert robot.forward(q).isApprox(PLANAR.forward(q) * offset, 1e-14)
+    assert robot.tool_offset.isApprox(offset, 0.0)
+    assert PLANAR.tool_offset.isIdentity(0.0)
+    lever = robot.forward(q).translation - PLANAR.forward(q).translation
+    v = np.array([0.3, 0.8])
+    moved = PLANAR.twist(q, v)
+    expected = moved.linear + np.cross(moved.angular, lever)
+    np.testing.assert_allclose(robot.twist(q, v).linear, expected, atol=1e-14)
+
+
+def test_a_new_tool_frame_takes_the_joints_that_move_it() -> None:
+    robot = PLANAR.with_tool("upper_arm", pin.SE3(np.eye(3), np.array([0.5, 0, 0])))
+    assert robot.joint_names == ("shoulder",)
+    np.testing.assert_allclose(
+        robot.forward([0.3]).translation, [0.5 * np.cos(0.3), 0.5 * np.sin(0.3), 0]
+    )
+    assert robot.with_tool("tip").joint_names == ("shoulder", "elbow")
+    assert robot.with_tool("tip").tool_offset.isIdentity(0.0)
+    np.testing.assert_array_equal(robot.configuration("home"), [0.5])
+    with pytest.raises(UnknownNameError, match="did you mean 'tip'"):
+        PLANAR.with_tool("tipp")
+    with pytest.raises(RobotError, match=r"pin\.SE3"):
+        PLANAR.with_tool(offset=np.eye(4))
+
+
+def test_laws_of_logarithm_and_exponential_hold_for_poses() -> None:
+    robot = load_robot("ur5")
+    for q in samples(robot, 20, seed=4):
+        pose = robot.forward(q)
+        assert pin.exp6(pin.log6(pose)).isApprox(pose, 1e-12)
+        assert (pose * pose.inverse()).isIdentity(1e-12)
