@@ -54,7 +54,8 @@ def check(
     if space.robot is not None:
         from knotwork.witness.tool import effort_use, smallest_singular_value
 
-        time = np.union1d(np.linspace(trajectory.start_time, trajectory.end_time, SAMPLES), curve.x)
+        regular = np.linspace(trajectory.start_time, trajectory.end_time, SAMPLES)
+        time = np.sort(np.concatenate([regular, curve.x]))
         q, v, a = curve(time), curve(time, 1), curve(time, 2)
         limits += effort_use(space, space.robot, time, q, v, a)
         singularity = smallest_singular_value(space.robot, time, q)
