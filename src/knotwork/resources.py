@@ -6,6 +6,7 @@ they lie inside it.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from knotwork.errors import InputError, UnknownNameError
@@ -40,17 +41,17 @@ def find(kind: str, reference: str | Path, suffixes: tuple[str, ...] = (".yaml",
     """
     text = str(reference)
     if isinstance(reference, Path) or text.endswith(suffixes) or "/" in text or "\\" in text:
-        path = Path(reference).expanduser()
-        if path.is_dir():
+        path = Path(os.path.expanduser(text))
+        if os.path.isdir(path):
             raise InputError(f"{text} is a folder; give the path of one {kind[:-1]} file in it")
-        if not path.exists():
+        if not os.path.exists(path):
             known = ", ".join(names(kind))
             raise InputError(
                 f"there is no file {text}; give the path of a {kind[:-1]} file or one of these "
                 f"names: {known}"
             )
         return path
-    path = folder(kind) / f"{text}.yaml"
-    if not text or not path.is_file():
-        raise UnknownNameError(kind[:-1], text, names(kind))
-    return path
+    known_names = names(kind)
+    if text not in known_names:
+        raise UnknownNameError(kind[:-1], text, known_names)
+    return folder(kind) / f"{text}.yaml"

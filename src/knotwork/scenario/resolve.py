@@ -66,6 +66,8 @@ class _Resolver:
         file, source = self.file, self.document.file
         if file.robot is None:
             self._check_joints_alone()
+        if file.frame is not None or file.frames:
+            self.frames.find(file.frame or "base", ("frame",))
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,

@@ -18,7 +18,7 @@ from knotwork.waypoints import FloatArray
 
 # Waypoints nearer to each other than this give no direction [m].
 SMALLEST_CHORD = 1e-9
-# Below this length the mean of two unit vectors, of a path that turns straight back, is no
+# Below this the sum of the directions before and after, of a path that turns straight back, is no
 # direction either.
 SMALLEST_TANGENT = 1e-6
 
@@ -52,13 +52,10 @@ def _arc(chord: _Chord, tangent: FloatArray) -> float:
 
 
 def _tangent(before: _Chord, after: _Chord) -> FloatArray:
-    mean = (after.length * before.direction + before.length * after.direction) / (
-        before.length + after.length
-    )
-    norm = float(np.linalg.norm(mean))
-    if norm < SMALLEST_TANGENT:
+    if np.linalg.norm(before.direction + after.direction) < SMALLEST_TANGENT:
         raise NoDirectionError("the path turns straight back here")
-    return np.asarray(mean / norm)
+    mean = after.length * before.direction + before.length * after.direction
+    return np.asarray(mean / np.linalg.norm(mean))
 
 
 def passing_velocity(

@@ -1,0 +1,400 @@
+"""Orientations, units and frames of scenario files, against SciPy's rotations."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from knotwork.errors import DocumentError
+from knotwork.scenario import Scenario, load_scenario
+from knotwork.waypoints import CartesianWaypoint
+
+Array = NDArray[np.float64]
+ZERO = {"position": [0, 0, 0], "rpy": [0, 0, 0]}
+ORDERS = [
+    "".join(order)
+    for order in itertools.product("XYZ", repeat=3)
+    if order[0] != order[1] and order[1] != order[2]
+]
+ANGLES = st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3)
+
+
+def task(pose: dict[str, Any], **rest: Any) -> Scenario:
+    waypoint = {"pose": pose, **rest.pop("waypoint", {})}
+    return load_scenario(
+        {"robot": "ur5", "waypoints": [waypoint, {"pose": ZERO, "after": 1}], **rest}
+    )
+
+
+def first(pose: dict[str, Any], **rest: Any) -> CartesianWaypoint:
+    waypoint = task(pose, **rest).waypoints[0]
+    assert isinstance(waypoint, CartesianWaypoint)
+    return waypoint
+
+
+def turned(**orientation: Any) -> Array:
+    units = {"units": orientation.pop("units")} if "units" in orientation else {}
+    return first({"position": [0, 0, 0], **orientation}, **units).rotation
+
+
+def refused(pose: dict[str, Any], **rest: Any) -> DocumentError:
+    with pytest.raises(DocumentError) as caught:
+        task(pose, **rest)
+    return caught.value
+
+
+def field(error: DocumentError) -> str:
+    (problem,) = error.problems
+    return problem.field
+
+
+# Orientations
+
+
+@settings(max_examples=40, deadline=None)
+@given(ANGLES)
+def test_rpy_turns_about_the_fixed_axes_x_y_z(angles: list[float]) -> None:
+    expected = Rotation.from_euler("xyz", angles).as_matrix()
+    np.testing.assert_allclose(turned(rpy=angles), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_euler_angles_turn_about_the_moving_axes_in_their_order(order: str) -> None:
+    angles = [0.3, -1.1, 2.2]
+    expected = Rotation.from_euler(order, angles).as_matrix()
+    np.testing.assert_allclose(
+        turned(euler={"order": order, "angles": angles}), expected, atol=1e-14
+    )
+
+
+def test_all_twelve_orders_of_euler_angles_and_no_others_are_accepted() -> None:
+    assert len(ORDERS) == 12
+    for order in ("XXY", "XY", "ZYXZ", "xyZ", "", "rpy"):
+        error = refused({"position": [0, 0, 0], "euler": {"order": order, "angles": [0, 0, 0]}})
+        assert field(error) == "waypoints[0].pose.euler.order"
+        assert "ZYX" in str(error)
+
+
+def test_a_lower_case_order_gets_the_two_ways_out() -> None:
+    error = refused({"position": [0, 0, 0], "euler": {"order": "zyx", "angles": [0, 0, 0]}})
+    assert "'ZYX'" in str(error)
+    assert "rpy" in str(error)
+
+
+@settings(max_examples=40, deadline=None)
+@given(ANGLES)
+def test_the_two_quaternion_orders_are_kept_apart(angles: list[float]) -> None:
+    rotation = Rotation.from_euler("ZYX", angles)
+    x, y, z, w = rotation.as_quat().tolist()
+    expected = rotation.as_matrix()
+    np.testing.assert_allclose(turned(quaternion_xyzw=[x, y, z, w]), expected, atol=1e-14)
+    np.testing.assert_allclose(turned(quaternion_wxyz=[w, x, y, z]), expected, atol=1e-14)
+    np.testing.assert_allclose(turned(quaternion_wxyz=[-w, -x, -y, -z]), expected, atol=1e-14)
+
+
+@settings(max_examples=40, deadline=None)
+@given(ANGLES)
+def test_a_rotation_vector_is_axis_times_angle(vector: list[float]) -> None:
+    expected = Rotation.from_rotvec(vector).as_matrix()
+    np.testing.assert_allclose(turned(rotation_vector=vector), expected, atol=1e-13)
+
+
+def test_a_matrix_is_given_row_by_row() -> None:
+    matrix = Rotation.from_euler("xyz", [0.1, 0.2, 0.3]).as_matrix()
+    np.testing.assert_allclose(turned(rotation_matrix=matrix.tolist()), matrix, atol=1e-14)
+    quarter = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    np.testing.assert_allclose(turned(rotation_matrix=quarter) @ [1, 0, 0], [0, 1, 0], atol=1e-14)
+
+
+def test_a_matrix_and_a_quaternion_rounded_to_four_digits_become_exact_rotations() -> None:
+    rotation = Rotation.from_euler("xyz", [0.4, -1.0, 2.5])
+    rounded = np.round(rotation.as_matrix(), 4)
+    for result in (
+        turned(rotation_matrix=rounded.tolist()),
+        turned(quaternion_xyzw=np.round(rotation.as_quat(), 4).tolist()),
+    ):
+        np.testing.assert_allclose(result.T @ result, np.eye(3), atol=1e-14)
+        np.testing.assert_allclose(result, rotation.as_matrix(), atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("quaternion_xyzw", [0, 0, 0, 2]),
+        ("quaternion_wxyz", [0, 0, 0, 0]),
+        ("quaternion_wxyz", [0.998, 0, 0, 0]),
+        ("rotation_matrix", [[1, 0, 0], [0, 1, 0], [0, 0, -1]]),
+        ("rotation_matrix", [[1, 0, 0], [0, 1, 0], [0, 0.002, 1]]),
+        ("rotation_matrix", [[0, 0, 0]] * 3),
+        ("rotation_matrix", [[1e12, 1e12, 0], [1e12, -1e12, 0], [0, 0, 1]]),
+    ],
+)
+def test_what_is_no_rotation_is_refused_with_what_would_be(name: str, values: list[Any]) -> None:
+    error = refused({"position": [0, 0, 0], name: values})
+    assert field(error) == f"waypoints[0].pose.{name}"
+    assert "within 0.001" in str(error)
+
+
+def test_a_pose_has_exactly_one_orientation() -> None:
+    error = refused({"position": [0, 0, 0]})
+    assert field(error) == "waypoints[0].pose"
+    assert "has no orientation" in str(error)
+    assert "quaternion_wxyz" in str(error)
+    error = refused({**ZERO, "rotation_vector": [0, 0, 0]})
+    assert "rpy and rotation_vector" in str(error)
+
+
+# Units
+
+
+def test_angles_in_degrees_and_lengths_in_millimetres() -> None:
+    units = {"length": "mm", "angle": "deg"}
+    angles = [20.0, -50.0, 130.0]
+    for orientation, expected in (
+        ({"rpy": angles}, Rotation.from_euler("xyz", angles, degrees=True)),
+        (
+            {"euler": {"order": "ZXZ", "angles": angles}},
+            Rotation.from_euler("ZXZ", angles, degrees=True),
+        ),
+        ({"rotation_vector": angles}, Rotation.from_rotvec(np.radians(angles))),
+        ({"quaternion_xyzw": [0, 0, 0.6, 0.8]}, Rotation.from_quat([0, 0, 0.6, 0.8])),
+    ):
+        waypoint = first({"position": [100, -200, 300.5], **orientation}, units=units)
+        np.testing.assert_allclose(waypoint.position, [0.1, -0.2, 0.3005], rtol=1e-15)
+        np.testing.assert_allclose(waypoint.rotation, expected.as_matrix(), atol=1e-14)
+
+
+def test_units_hold_for_velocities_tool_frames_limits_and_tolerances_alike() -> None:
+    pose = {"position": [1000, 0, 0], "rpy": [0, 0, 90]}
+    scenario = task(
+        pose,
+        units={"length": "mm", "angle": "deg"},
+        waypoint={"velocity": {"linear": [50, 0, 0], "angular": [0, 0, 180]}},
+        tool={"frame": "tool0", "offset": {"position": [0, 0, 250], "rotation_vector": [90, 0, 0]}},
+        frames={"table": {"position": [0, 500, 0], "rpy": [0, 0, 90]}},
+        frame="table",
+        limits={
+            "position": {"elbow_joint": [-90, 90]},
+            "velocity": {"elbow_joint": 180},
+            "acceleration": 360,
+            "jerk": {"elbow_joint": 1800},
+            "effort": {"elbow_joint": 100},
+        },
+        tolerances={
+            "position": 0.5,
+            "orientation": 1.8,
+            "linear_velocity": 2,
+            "angular_velocity": 3.6,
+            "joint_position": 0.18,
+            "joint_velocity": 18,
+        },
+        knots=[0, 0.25, 0.75, 1],
+        rate=125,
+    )
+    waypoint = scenario.waypoints[0]
+    assert isinstance(waypoint, CartesianWaypoint)
+    np.testing.assert_allclose(waypoint.position, [0, 1.5, 0], atol=1e-15)
+    np.testing.assert_allclose(waypoint.linear, [0, 0.05, 0], atol=1e-16)
+    np.testing.assert_allclose(waypoint.angular, [0, 0, np.pi], atol=1e-15)
+    offset = scenario.tool.offset
+    assert offset is not None
+    np.testing.assert_allclose(offset.translation, [0, 0, 0.25])
+    np.testing.assert_allclose(
+        offset.rotation, Rotation.from_euler("x", 90, degrees=True).as_matrix(), atol=1e-15
+    )
+    tolerances = scenario.tolerances
+    assert tolerances.position == pytest.approx(0.5e-3)
+    assert tolerances.orientation == pytest.approx(np.pi / 100)
+    assert tolerances.linear_velocity == pytest.approx(2e-3)
+    assert tolerances.angular_velocity == pytest.approx(np.pi / 50)
+    assert tolerances.joint_position == pytest.approx(np.pi / 1000)
+    assert tolerances.joint_velocity == pytest.approx(np.pi / 10)
+    names, units = ["elbow_joint", "slide"], ["rad", "m"]
+    limits = scenario.limits
+    assert limits.velocity is not None
+    assert limits.velocity.by_joint(names, units) == {"elbow_joint": pytest.approx(np.pi)}
+    assert limits.acceleration is not None
+    both = limits.acceleration.by_joint(names, units)
+    assert both == {"elbow_joint": pytest.approx(2 * np.pi), "slide": pytest.approx(0.36)}
+    assert limits.effort is not None
+    assert limits.effort.by_joint(names, units, si=True) == {"elbow_joint": 100}
+    assert limits.position_lower is not None
+    assert limits.position_lower.by_joint(names, units)["elbow_joint"] == pytest.approx(-np.pi / 2)
+    np.testing.assert_array_equal(
+        scenario.knots, [0, 0.25, 0.75, 1]
+    )  # times have no unit to choose
+    assert scenario.rate == 125
+    assert scenario.waypoints[1].time == 1.0
+
+
+def test_what_is_left_out_is_si_and_tolerances_are_a_millionth() -> None:
+    scenario = task({"position": [0.5, 0, 0], "rpy": [0, 0, np.pi / 2]})
+    waypoint = scenario.waypoints[0]
+    assert isinstance(waypoint, CartesianWaypoint)
+    np.testing.assert_array_equal(waypoint.position, [0.5, 0, 0])
+    np.testing.assert_allclose(waypoint.rotation @ [1, 0, 0], [0, 1, 0], atol=1e-15)
+    assert set(vars(scenario.tolerances).values()) == {1e-6}
+
+
+@pytest.mark.parametrize(
+    "units", [{"length": "cm"}, {"angle": "degree"}, {"time": "ms"}, {"length": None}]
+)
+def test_other_units_are_refused(units: dict[str, Any]) -> None:
+    assert field(refused(ZERO, units=units)).startswith("units.")
+
+
+# Frames
+
+
+def test_nested_frames_chain_from_the_base() -> None:
+    frames = {
+        # out of order on purpose
+        "hole": {"in": "plate", "position": [0.01, 0.02, 0.0], "rotation_vector": [0, 0.5, 0]},
+        "table": {"position": [0.4, 0.1, -0.2], "rpy": [0, 0, 0.7]},
+        "plate": {
+            "in": "table",
+            "position": [0, 0, 0.05],
+            "euler": {"order": "XYZ", "angles": [0.1, 0.2, 0.3]},
+        },
+    }
+    transform = np.eye(4)
+    for rotation, position in (
+        (Rotation.from_euler("xyz", [0, 0, 0.7]), [0.4, 0.1, -0.2]),
+        (Rotation.from_euler("XYZ", [0.1, 0.2, 0.3]), [0, 0, 0.05]),
+        (Rotation.from_rotvec([0, 0.5, 0]), [0.01, 0.02, 0]),
+        (Rotation.from_euler("xyz", [1, 2, 3]), [0.1, 0.2, 0.3]),
+    ):
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = rotation.as_matrix(), position
+        transform = transform @ step
+    pose = {"position": [0.1, 0.2, 0.3], "rpy": [1, 2, 3]}
+    for choice in ({"frame": "hole"}, {"waypoint": {"frame": "hole"}}):
+        waypoint = first(pose, frames=frames, **choice)
+        np.testing.assert_allclose(waypoint.position, transform[:3, 3], atol=1e-15)
+        np.testing.assert_allclose(waypoint.rotation, transform[:3, :3], atol=1e-14)
+
+
+def test_a_waypoint_s_own_frame_goes_before_the_file_s() -> None:
+    frames = {"a": {"position": [1, 0, 0]}, "b": {"position": [0, 1, 0]}}
+    waypoint = first(ZERO, frames=frames, frame="a", waypoint={"frame": "b"})
+    np.testing.assert_array_equal(waypoint.position, [0, 1, 0])
+    waypoint = first(ZERO, frames=frames, frame="a", waypoint={"frame": "base"})
+    np.testing.assert_array_equal(waypoint.position, [0, 0, 0])
+
+
+def test_a_frame_without_orientation_is_parallel_to_its_parent() -> None:
+    waypoint = first(ZERO, frames={"a": {"position": [1, 2, 3]}}, frame="a")
+    np.testing.assert_array_equal(waypoint.rotation, np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("frames", "says"),
+    [
+        ({"a": {"in": "a"}}, "a in a"),
+        ({"a": {"in": "b"}, "b": {"in": "a"}}, "a in b in a"),
+        (
+            {"x": {"in": "a"}, "a": {"in": "b"}, "b": {"in": "c"}, "c": {"in": "a"}},
+            "a in b in c in a",
+        ),
+    ],
+)
+def test_frames_in_a_circle_are_shown_as_the_circle(frames: dict[str, Any], says: str) -> None:
+    placed = {name: {"position": [0, 0, 0], **frame} for name, frame in frames.items()}
+    error = refused(ZERO, frames=placed)
+    assert str(error).endswith(f"circle: {says}")
+    assert field(error).endswith(".in")
+
+
+@pytest.mark.parametrize(
+    ("rest", "where"),
+    [
+        ({"frame": "tabel"}, "frame"),
+        ({"waypoint": {"frame": "tabel"}}, "waypoints[0].frame"),
+        ({"waypoint": {"velocity": {"in": "tabel"}}}, "waypoints[0].velocity.in"),
+        ({"extra": {"plate": {"position": [0, 0, 0], "in": "tabel"}}}, "frames.plate.in"),
+    ],
+)
+def test_an_unknown_frame_is_named_with_the_likely_one(rest: dict[str, Any], where: str) -> None:
+    frames = {"table": {"position": [0, 0, 0]}, **rest.pop("extra", {})}
+    error = refused(ZERO, frames=frames, **rest)
+    assert field(error) == where
+    assert "did you mean 'table'?" in str(error)
+    assert "base" in str(error)
+
+
+@pytest.mark.parametrize("name", ["base", "tool"])
+def test_frames_may_not_take_a_reserved_name(name: str) -> None:
+    error = refused(ZERO, frames={name: {"position": [0, 0, 0]}})
+    assert field(error) == f"frames.{name}"
+
+
+def test_an_unknown_frame_of_the_file_is_an_error_even_if_no_pose_uses_it() -> None:
+    with pytest.raises(DocumentError, match="unknown frame 'nowhere'"):
+        load_scenario(
+            {
+                "frame": "nowhere",
+                "waypoints": [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}],
+            }
+        )
+    with pytest.raises(DocumentError, match="circle"):
+        load_scenario(
+            {
+                "frames": {"a": {"position": [0, 0, 0], "in": "a"}},
+                "waypoints": [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}],
+            }
+        )
+
+
+# Axes of velocities
+
+
+VELOCITY = {"linear": [0.1, 0.2, 0.3], "angular": [0.4, 0.5, 0.6]}
+
+
+@pytest.mark.parametrize("axes", [None, "base", "tool", "table", "plate"])
+def test_a_velocity_is_turned_from_the_axes_it_names(axes: str | None) -> None:
+    table = Rotation.from_euler("xyz", [0.1, 0.2, 0.3])
+    plate = table * Rotation.from_rotvec([0.3, -0.4, 0.5])
+    frames = {
+        "table": {"position": [1, 2, 3], "rpy": [0.1, 0.2, 0.3]},
+        "plate": {"in": "table", "position": [1, 0, 0], "rotation_vector": [0.3, -0.4, 0.5]},
+    }
+    own = Rotation.from_euler("ZYX", [1.0, -0.7, 0.2])
+    pose = {"position": [0.1, 0, 0], "quaternion_xyzw": own.as_quat().tolist()}
+    expected = {
+        None: plate,
+        "base": Rotation.identity(),
+        "tool": plate * own,
+        "table": table,
+        "plate": plate,
+    }[axes]
+    velocity = VELOCITY if axes is None else {**VELOCITY, "in": axes}
+    waypoint = first(pose, frames=frames, frame="plate", waypoint={"velocity": velocity})
+    np.testing.assert_allclose(waypoint.linear, expected.apply(VELOCITY["linear"]), atol=1e-15)
+    np.testing.assert_allclose(waypoint.angular, expected.apply(VELOCITY["angular"]), atol=1e-15)
+
+
+def test_the_part_of_a_velocity_that_is_left_out_is_zero() -> None:
+    waypoint = first(ZERO, waypoint={"velocity": {"angular": [1, 0, 0]}})
+    np.testing.assert_array_equal(waypoint.linear, [0, 0, 0])
+    np.testing.assert_array_equal(waypoint.angular, [1, 0, 0])
+
+
+def test_a_tool_has_a_frame_an_offset_or_both() -> None:
+    assert task(ZERO).tool.frame is None
+    assert task(ZERO).tool.offset is None
+    assert task(ZERO, tool={"frame": "ee_link"}).tool.frame == "ee_link"
+    only = task(ZERO, tool={"offset": {"position": [0, 0, 0.1]}}).tool
+    assert only.frame is None
+    np.testing.assert_array_equal(
+        only.offset.homogeneous[:3], [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.1]]
+    )
+    error = refused(ZERO, tool={"offset": {"position": [0, 0, 0], "quaternion_wxyz": [1, 1, 0, 0]}})
+    assert field(error) == "tool.offset.quaternion_wxyz"

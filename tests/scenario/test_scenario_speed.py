@@ -1,0 +1,251 @@
+"""`speed:` along the smooth path, against circles fitted and differentiated in the test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from knotwork.errors import DocumentError
+from knotwork.scenario import load_scenario
+from knotwork.waypoints import CartesianWaypoint
+
+Array = NDArray[np.float64]
+SPEED = 0.25
+POINTS = st.lists(st.floats(-1, 1), min_size=3, max_size=3)
+
+
+def poses_to_file(positions: Any, rotations: Any = None) -> list[dict[str, Any]]:
+    poses = []
+    for i, position in enumerate(positions):
+        rotation = Rotation.identity() if rotations is None else rotations[i]
+        poses.append(
+            {
+                "position": [float(x) for x in position],
+                "quaternion_xyzw": rotation.as_quat().tolist(),
+            }
+        )
+    return poses
+
+
+def passing(positions: Any, index: int, rotations: Any = None, **rest: Any) -> CartesianWaypoint:
+    """Waypoint `index`, passed at SPEED; the others stop."""
+    waypoints = [
+        {"pose": pose, "time": i, **({"speed": SPEED} if i == index else {"stop": True})}
+        for i, pose in enumerate(poses_to_file(positions, rotations))
+    ]
+    scenario = load_scenario({"robot": "ur5", "waypoints": waypoints, **rest})
+    waypoint = scenario.waypoints[index]
+    assert isinstance(waypoint, CartesianWaypoint)
+    return waypoint
+
+
+def circle(a: Array, b: Array, c: Array) -> tuple[Callable[[float], Array], list[float], Array]:
+    """Arc-length path of the circle through three points, the arc lengths of them, its axis."""
+    # The centre is equally far from all three and in their plane: three linear equations.
+    axis = np.cross(b - a, c - b)
+    axis /= np.linalg.norm(axis)
+    rows = np.array([b - a, c - b, axis])
+    values = [(b @ b - a @ a) / 2, (c @ c - b @ b) / 2, axis @ a]
+    centre = np.linalg.solve(rows, values)
+    radius = float(np.linalg.norm(a - centre))
+    first = (a - centre) / radius
+    second = np.cross(axis, first)
+
+    def angle(point: Array) -> float:
+        return float(np.arctan2((point - centre) @ second, (point - centre) @ first) % (2 * np.pi))
+
+    def path(s: float) -> Array:
+        turn = s / radius
+        return centre + radius * (np.cos(turn) * first + np.sin(turn) * second)
+
+    return path, [0.0, radius * angle(b), radius * angle(c)], axis / radius
+
+
+def central_difference(path: Callable[[float], Array], s: float, step: float) -> Array:
+    return (path(s + step) - path(s - step)) / (2 * step)
+
+
+@settings(max_examples=60, deadline=None)
+@given(POINTS, POINTS, POINTS, st.sampled_from([0, 1, 2]))
+def test_the_direction_is_the_tangent_of_the_circle_through_three_points(
+    a: list[float], b: list[float], c: list[float], index: int
+) -> None:
+    points = np.array([a, b, c])
+    u, v = points[1] - points[0], points[2] - points[1]
+    sizes = np.linalg.norm(u), np.linalg.norm(v)
+    assume(min(sizes) > 0.05)
+    assume(np.linalg.norm(np.cross(u, v)) > 0.05 * sizes[0] * sizes[1])
+    path, arcs, _ = circle(*points)
+    np.testing.assert_allclose([path(s) for s in arcs], points, atol=1e-9)
+    tangent = central_difference(path, arcs[index], 1e-5 * min(sizes))
+    waypoint = passing(points, index)
+    np.testing.assert_allclose(waypoint.linear, SPEED * tangent, atol=1e-6 * SPEED)
+    assert np.linalg.norm(waypoint.linear) == pytest.approx(SPEED, rel=1e-12)
+    np.testing.assert_array_equal(waypoint.angular, 0)
+
+
+@pytest.mark.parametrize("index", [0, 1, 2])
+@pytest.mark.parametrize("angles", [(0.0, 0.4, 0.7), (0.0, 0.1, 1.9), (1.0, 3.5, 3.8)])
+def test_a_tool_that_follows_a_circle_turns_with_it(
+    index: int, angles: tuple[float, float, float]
+) -> None:
+    radius, axis = 0.3, np.array([2.0, -1.0, 2.0]) / 3
+    start = Rotation.from_euler("xyz", [0.3, 0.2, 0.1])
+    arm = np.cross(axis, [0.0, 0.0, 1.0])
+    arm *= radius / np.linalg.norm(arm)
+    turns = [Rotation.from_rotvec(angle * axis) for angle in angles]
+    points = [turn.apply(arm) + np.array([0.4, 0.1, 0.3]) for turn in turns]
+    waypoint = passing(points, index, [turn * start for turn in turns])
+    np.testing.assert_allclose(waypoint.angular, SPEED / radius * axis, atol=1e-12)
+    velocity = np.cross(SPEED / radius * axis, turns[index].apply(arm))
+    np.testing.assert_allclose(waypoint.linear, velocity, atol=1e-12)
+
+
+@pytest.mark.parametrize("index", range(5))
+def test_along_a_straight_line_the_direction_is_the_line_s(index: int) -> None:
+    along = np.array([1.0, 2.0, -2.0]) / 3
+    points = [0.1 + s * along for s in (0.0, 0.05, 0.2, 0.21, 0.5)]
+    np.testing.assert_allclose(passing(points, index).linear, SPEED * along, atol=1e-12)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_two_poses_are_joined_by_a_line_and_an_even_turn(index: int) -> None:
+    turn = Rotation.from_rotvec([0.2, -0.5, 0.9])
+    start = Rotation.from_euler("xyz", [1.0, 0.5, -0.5])
+    waypoint = passing([[0, 0, 0], [0, 0, 0.5]], index, [start, turn * start])
+    np.testing.assert_allclose(waypoint.linear, [0, 0, SPEED], atol=1e-15)
+    np.testing.assert_allclose(waypoint.angular, turn.as_rotvec() * SPEED / 0.5, atol=1e-12)
+
+
+def test_a_helix_keeps_its_rate_of_turning() -> None:
+    """Evenly spaced points of a helix, the tool turning about its axis by the same at each."""
+    angles = np.arange(5) * 0.3
+    points = np.column_stack([0.2 * np.cos(angles), 0.2 * np.sin(angles), 0.05 * angles])
+    rotations = [Rotation.from_rotvec([0, 0, angle]) for angle in angles]
+    waypoint = passing(points, 2, rotations)
+    # By symmetry of the three points the tangent is exactly that of the chord from first to last.
+    chord = points[3] - points[1]
+    np.testing.assert_allclose(waypoint.linear, SPEED * chord / np.linalg.norm(chord), atol=1e-14)
+    _, arcs, _ = circle(points[1], points[2], points[3])
+    rate = 0.6 / (arcs[2] - arcs[0])
+    np.testing.assert_allclose(waypoint.angular, [0, 0, SPEED * rate], atol=1e-12)
+
+
+def test_an_uneven_rate_of_turning_is_that_of_the_parabola_through_three_angles() -> None:
+    s, angles = np.array([0.0, 0.1, 0.4]), np.array([0.2, 0.5, 0.1])
+    rotations = [Rotation.from_rotvec([0, angle, 0]) for angle in angles]
+    slope = np.polyval(np.polyder(np.polyfit(s, angles, 2)), s[1])
+    waypoint = passing([[x, 0, 0] for x in s], 1, rotations)
+    np.testing.assert_allclose(waypoint.angular, [0, slope * SPEED, 0], atol=1e-12)
+
+
+def test_speed_is_the_same_motion_in_whatever_frame_and_unit_it_is_said() -> None:
+    points = np.array([[0, 0, 0], [0.1, 0.05, 0], [0.2, 0, 0.1]])
+    frame = Rotation.from_euler("xyz", [0.3, -0.8, 2.0])
+    plain = passing(points, 1)
+    framed = passing(
+        points,
+        1,
+        frames={"f": {"position": [0.5, 0, 0], "quaternion_xyzw": frame.as_quat().tolist()}},
+        frame="f",
+    )
+    np.testing.assert_allclose(framed.linear, frame.apply(np.array(plain.linear)), atol=1e-14)
+    waypoints = [
+        {"pose": pose, "time": i, **({"speed": 1000 * SPEED} if i == 1 else {})}
+        for i, pose in enumerate(poses_to_file(1000 * points))
+    ]
+    scenario = load_scenario({"robot": "ur5", "units": {"length": "mm"}, "waypoints": waypoints})
+    waypoint = scenario.waypoints[1]
+    assert isinstance(waypoint, CartesianWaypoint)
+    np.testing.assert_allclose(waypoint.linear, plain.linear, atol=1e-14)
+
+
+def test_neighbours_may_be_in_different_frames() -> None:
+    waypoints = [
+        {"pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]}, "frame": "left"},
+        {"pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]}, "after": 1, "speed": SPEED},
+        {"pose": {"position": [0, 0, 0], "rpy": [0, 0, 0]}, "after": 1, "frame": "right"},
+    ]
+    frames = {"left": {"position": [0, -0.1, 0]}, "right": {"position": [0, 0.3, 0]}}
+    scenario = load_scenario({"robot": "ur5", "frames": frames, "waypoints": waypoints})
+    waypoint = scenario.waypoints[1]
+    assert isinstance(waypoint, CartesianWaypoint)
+    np.testing.assert_allclose(waypoint.linear, [0, SPEED, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("points", "index", "says"),
+    [
+        ([[0, 0, 0], [0.1, 0, 0], [0, 0, 0]], 1, "turns straight back"),
+        ([[0, 0, 0], [0.1, 0, 0], [0.05, 0, 0]], 1, "turns straight back"),
+        ([[0, 0, 0], [0.1, 0, 0], [-0.5, 0, 0]], 0, "turns straight back"),
+        ([[0, 0, 0], [0, 0, 0], [0.1, 0, 0]], 1, "at the same place"),
+        ([[0, 0, 0], [0.1, 0, 0], [0.1, 0, 0]], 1, "at the same place"),
+        ([[0, 0, 0], [0, 0, 0]], 0, "at the same place"),
+    ],
+)
+def test_a_path_without_a_direction_is_refused(points: Any, index: int, says: str) -> None:
+    with pytest.raises(DocumentError, match=says) as caught:
+        passing(points, index)
+    (problem,) = caught.value.problems
+    assert problem.field == f"waypoints[{index}].speed"
+    assert "velocity: {linear, angular} or stop: true" in problem.accepted
+
+
+def pose_at(x: float) -> dict[str, Any]:
+    return {"position": [x, 0.1 * x, 0], "rpy": [0, 0, 0]}
+
+
+@pytest.mark.parametrize("index", [1, 2])
+def test_next_to_joint_values_the_direction_is_not_known(index: int) -> None:
+    waypoints: list[dict[str, Any]] = [
+        {"joints": "home"},
+        {"pose": pose_at(0.1), "time": 1, "stop": True},
+        {"pose": pose_at(0.2), "time": 2, "stop": True},
+        {"joints": "home", "time": 3},
+    ]
+    waypoints[index] = {**waypoints[index], "speed": SPEED}
+    del waypoints[index]["stop"]
+    with pytest.raises(DocumentError, match="given by joint values") as caught:
+        load_scenario({"robot": "ur5", "waypoints": waypoints})
+    (problem,) = caught.value.problems
+    assert problem.field == f"waypoints[{index}].speed"
+    assert "velocity" in problem.accepted
+
+
+def test_after_start_the_direction_at_the_first_pose_is_not_known() -> None:
+    waypoints: list[dict[str, Any]] = [
+        {"pose": pose_at(0.1), "time": 1, "speed": SPEED},
+        {"pose": pose_at(0.2), "time": 2},
+    ]
+    with pytest.raises(DocumentError, match="given by joint values"):
+        load_scenario({"robot": "ur5", "start": "home", "waypoints": waypoints})
+
+
+@pytest.mark.parametrize("index", [0, 3])
+def test_joint_values_two_waypoints_away_do_not_matter_at_the_ends(index: int) -> None:
+    poses = [pose_at(0.1), {"position": [0.2, 0.3, 0], "rpy": [0, 0, 0]}]
+    ahead: list[dict[str, Any]] = [
+        {"pose": poses[0], "time": 0},
+        {"pose": poses[1], "time": 1, "stop": True},
+        {"joints": "home", "time": 2, "stop": True},
+        {"pose": poses[1], "time": 3, "stop": True},
+        {"pose": poses[0], "time": 4},
+    ]
+    index = 0 if index == 0 else 4
+    ahead[index]["speed"] = SPEED
+    scenario = load_scenario({"robot": "ur5", "waypoints": ahead})
+    waypoint = scenario.waypoints[index]
+    assert isinstance(waypoint, CartesianWaypoint)
+    step = np.array(poses[1]["position"]) - poses[0]["position"]
+    sign = 1 if index == 0 else -1
+    np.testing.assert_allclose(
+        waypoint.linear, sign * SPEED * step / np.linalg.norm(step), atol=1e-14
+    )

@@ -1,0 +1,406 @@
+"""Times, stops, joint waypoints and everything else a scenario file can say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from knotwork import resources
+from knotwork.documents import Document
+from knotwork.errors import DocumentError, InputError, UnknownNameError
+from knotwork.scenario import JointTarget, Scenario, load_scenario
+from knotwork.waypoints import CartesianWaypoint
+
+POSE = {"position": [0.4, 0, 0.4], "rpy": [0, 0, 0]}
+AHEAD = {"position": [0.5, 0, 0.4], "rpy": [0, 0, 0]}
+
+
+def joints(*waypoints: dict[str, Any], **rest: Any) -> Scenario:
+    filled = [{"joints": {"a": i}, **waypoint} for i, waypoint in enumerate(waypoints)]
+    return load_scenario({"waypoints": filled, **rest})
+
+
+def refused(mapping: dict[str, Any]) -> tuple[str, str]:
+    with pytest.raises(DocumentError) as caught:
+        load_scenario(mapping)
+    (problem,) = caught.value.problems
+    return problem.field, str(problem)
+
+
+def refused_joints(*waypoints: dict[str, Any], **rest: Any) -> tuple[str, str]:
+    filled = [{"joints": {"a": i}, **waypoint} for i, waypoint in enumerate(waypoints)]
+    return refused({"waypoints": filled, **rest})
+
+
+# Times
+
+
+def test_times_are_absolute_or_since_the_waypoint_before() -> None:
+    scenario = joints(
+        {},
+        {"after": 1.5, "stop": True},
+        {"time": 4, "stop": True},
+        {"after": 0.5, "stop": True},
+        {"time": 5},
+    )
+    np.testing.assert_array_equal(scenario.times, [0, 1.5, 4, 4.5, 5])
+
+
+def test_the_first_waypoint_may_be_at_any_time() -> None:
+    np.testing.assert_array_equal(joints({"time": -2}, {"time": 1}).times, [-2, 1])
+    np.testing.assert_array_equal(joints({"time": 3}, {"after": 1}).times, [3, 4])
+    np.testing.assert_array_equal(joints({"after": 3}, {"after": 1}).times, [3, 4])
+
+
+def test_start_is_a_waypoint_of_its_own_at_rest_at_time_zero() -> None:
+    scenario = load_scenario(
+        {"robot": "ur5", "start": "home", "waypoints": [{"pose": POSE, "after": 2}]}
+    )
+    start, pose = scenario.waypoints
+    assert isinstance(start, JointTarget)
+    assert (start.name, start.time, start.velocity) == ("start", 0.0, None)
+    assert pose.time == 2
+    field, message = refused({"start": {"a": 0}, "waypoints": [{"joints": {"a": 1}, "time": 0}]})
+    assert field == "waypoints[0].time"
+    assert "the time of start" in message
+
+
+@pytest.mark.parametrize(
+    ("second", "field", "says"),
+    [
+        ({"time": 0.5}, "waypoints[1].time", "0.5 s is not later than 1 s"),
+        ({"time": 1}, "waypoints[1].time", "a time greater than 1 s"),
+        ({}, "waypoints[1]", "has no time (time (since 0) or after"),
+        ({"after": 0}, "waypoints[1].after", "greater than 0"),
+        ({"after": -1}, "waypoints[1].after", "greater than 0"),
+        ({"after": 1e-17}, "waypoints[1].after", "not later than"),
+        ({"time": 2, "after": 1}, "waypoints[1]", "gives both time and after"),
+        ({"time": "2 s"}, "waypoints[1].time", "'2 s': must be a valid number"),
+        ({"time": True}, "waypoints[1].time", "valid number"),
+        ({"time": float("nan")}, "waypoints[1].time", "finite number"),
+        ({"time": float("inf")}, "waypoints[1].time", "finite number"),
+    ],
+)
+def test_times_must_increase(second: dict[str, Any], field: str, says: str) -> None:
+    where, message = refused_joints({"time": 1}, second)
+    assert where == field
+    assert says in message
+
+
+def test_one_waypoint_is_no_motion_unless_it_has_a_start() -> None:
+    field, message = refused({"waypoints": [{"joints": {"a": 0}}]})
+    assert field == "waypoints"
+    assert "start" in message
+    assert (
+        len(
+            load_scenario(
+                {"start": {"a": 0}, "waypoints": [{"joints": {"a": 1}, "time": 1}]}
+            ).waypoints
+        )
+        == 2
+    )
+    assert refused({"waypoints": []})[0] == "waypoints"
+    assert "missing" in refused({})[1]
+
+
+# Names
+
+
+def test_waypoints_without_a_name_are_counted_from_one() -> None:
+    scenario = joints({}, {"name": "via", "after": 1, "stop": True}, {"after": 1})
+    assert [waypoint.name for waypoint in scenario.waypoints] == ["waypoint 1", "via", "waypoint 3"]
+
+
+@pytest.mark.parametrize("name", ["via", "waypoint 1"])
+def test_names_are_given_once(name: str) -> None:
+    field, message = refused_joints(
+        {"name": "via"} if name == "via" else {}, {"name": name, "after": 1}
+    )
+    assert field == "waypoints[1].name"
+    assert repr(name) in message
+
+
+def test_start_is_the_name_of_the_start() -> None:
+    waypoint = {"name": "start", "joints": {"a": 1}, "time": 1}
+    assert refused({"start": {"a": 0}, "waypoints": [waypoint]})[0] == "waypoints[0].name"
+    assert joints({"name": "start"}, {"after": 1}).waypoints[0].name == "start"
+
+
+# Speeds
+
+
+def test_the_ends_stand_still_unless_they_say_otherwise() -> None:
+    scenario = load_scenario(
+        {"robot": "ur5", "waypoints": [{"pose": POSE}, {"pose": AHEAD, "after": 1}]}
+    )
+    for waypoint in scenario.waypoints:
+        assert isinstance(waypoint, CartesianWaypoint)
+        np.testing.assert_array_equal([waypoint.linear, waypoint.angular], 0)
+    moving = joints({"velocity": {"a": 1}}, {"after": 1})
+    first, last = moving.waypoints
+    assert isinstance(first, JointTarget)
+    assert isinstance(last, JointTarget)
+    assert first.velocity is not None
+    assert last.velocity is None
+
+
+@pytest.mark.parametrize("kind", [{"pose": POSE}, {"joints": "home"}])
+def test_an_inner_waypoint_must_say_its_speed_or_stop(kind: dict[str, Any]) -> None:
+    waypoints = [{"pose": AHEAD}, {**kind, "after": 1}, {"pose": AHEAD, "after": 1}]
+    field, message = refused({"robot": "ur5", "waypoints": waypoints})
+    assert field == "waypoints[1]"
+    assert "stop: true" in message
+    waypoints[1]["stop"] = True
+    scenario = load_scenario({"robot": "ur5", "waypoints": waypoints})
+    waypoint = scenario.waypoints[1]
+    if isinstance(waypoint, CartesianWaypoint):
+        np.testing.assert_array_equal([waypoint.linear, waypoint.angular], 0)
+    else:
+        assert waypoint.velocity is None
+
+
+def test_after_a_start_the_first_waypoint_is_an_inner_one() -> None:
+    task = {"robot": "ur5", "start": "home"}
+    waypoints = [{"pose": POSE, "after": 1}, {"pose": AHEAD, "after": 1}]
+    assert refused({**task, "waypoints": waypoints})[0] == "waypoints[0]"
+
+
+@pytest.mark.parametrize(
+    "speeds",
+    [
+        {"speed": 0.1, "stop": True},
+        {"speed": 0.1, "velocity": {}},
+        {"velocity": {}, "stop": True},
+    ],
+)
+def test_a_waypoint_says_its_speed_in_one_way(speeds: dict[str, Any]) -> None:
+    waypoints = [{"pose": POSE}, {"pose": AHEAD, "after": 1, **speeds}]
+    field, message = refused({"robot": "ur5", "waypoints": waypoints})
+    assert field == "waypoints[1]"
+    assert "give one" in message
+
+
+@pytest.mark.parametrize("speed", [0, -0.1, "fast"])
+def test_a_speed_is_a_positive_number(speed: Any) -> None:
+    waypoints = [{"pose": POSE}, {"pose": AHEAD, "after": 1, "speed": speed}]
+    assert refused({"robot": "ur5", "waypoints": waypoints})[0] == "waypoints[1].speed"
+
+
+def test_stop_is_true_or_left_out() -> None:
+    assert refused_joints({}, {"after": 1, "stop": False})[0] == "waypoints[1].stop"
+
+
+# Joint values
+
+
+def target(scenario: Scenario, index: int) -> JointTarget:
+    waypoint = scenario.waypoints[index]
+    assert isinstance(waypoint, JointTarget)
+    return waypoint
+
+
+def test_joint_values_are_read_in_the_unit_of_each_joint() -> None:
+    scenario = load_scenario(
+        {
+            "units": {"length": "mm", "angle": "deg"},
+            "waypoints": [
+                {"joints": {"turn": 90, "slide": 250}, "velocity": {"slide": 10}},
+                {"joints": {"slide": 0, "turn": 0}, "after": 1},
+            ],
+        }
+    )
+    names, units = ("slide", "turn"), ("m", "rad")
+    np.testing.assert_allclose(target(scenario, 0).joints.array(names, units), [0.25, np.pi / 2])
+    velocity = target(scenario, 0).velocity
+    assert velocity is not None
+    np.testing.assert_allclose(velocity.array(names, units, missing=0.0), [0.01, 0])
+
+
+def test_a_configuration_is_named_and_copied() -> None:
+    scenario = load_scenario(
+        {"robot": "ur5", "start": "up", "waypoints": [{"pose": POSE, "time": 1}]}
+    )
+    up = np.array([1.0, 2.0])
+    values = target(scenario, 0).joints
+    result = values.array(("a", "b"), ("rad", "rad"), {"up": up})
+    np.testing.assert_array_equal(result, up)
+    result[0] = 9
+    assert up[0] == 1
+    with pytest.raises(DocumentError, match=r"start: unknown configuration 'up' .*home"):
+        values.array(("a", "b"), ("rad", "rad"), {"home": up})
+
+
+def test_an_unknown_or_missing_joint_is_named_with_its_waypoint() -> None:
+    scenario = joints({"joints": {"elbw": 1}}, {"after": 1})
+    with pytest.raises(DocumentError, match=r"waypoints\[0\]\.joints\.elbw: .*mean 'elbow'"):
+        target(scenario, 0).joints.array(("elbow",), ("rad",))
+    with pytest.raises(
+        DocumentError, match=r"waypoints\[1\]\.joints: gives no value for joint b, c"
+    ):
+        target(scenario, 1).joints.array(("a", "b", "c"), ("rad",) * 3)
+
+
+def test_a_waypoint_has_either_a_pose_or_joints() -> None:
+    for waypoint in ({"pose": POSE, "joints": "home"}, {"after": 1}, "home"):
+        field, message = refused(
+            {"robot": "ur5", "waypoints": [waypoint, {"pose": POSE, "time": 9}]}
+        )
+        assert field == "waypoints[0]"
+        assert "either pose or joints" in message
+
+
+def test_without_a_robot_there_are_joint_values_and_nothing_else() -> None:
+    field, message = refused({"waypoints": [{"pose": POSE}, {"pose": AHEAD, "after": 1}]})
+    assert field == "waypoints[0].pose"
+    assert "needs a robot" in message
+    assert refused_joints({}, {"after": 1}, tool={"frame": "x"})[0] == "tool"
+    assert refused_joints({}, {"after": 1}, near={"a": 0})[0] == "near"
+    assert joints({}, {"after": 1}).robot is None
+    assert joints({}, {"after": 1}).joint_names == ("a",)
+
+
+# Everything else
+
+
+def test_the_rest_of_the_file_arrives() -> None:
+    scenario = joints(
+        {"joints": {"a": 0, "b": 0}},
+        {"joints": {"a": 1, "b": 1}, "after": 1},
+        name="n",
+        description="d",
+        units={"angle": "deg"},
+        planner="p",
+        knots={"balanced": 0.3},
+        end_acceleration={"start": {"a": 180}, "end": {"b": -180}},
+        continuity=1,
+        rate=250,
+    )
+    assert (scenario.name, scenario.description, scenario.planner) == ("n", "d", "p")
+    assert scenario.knots == 0.3
+    assert (scenario.continuity, scenario.rate) == (1, 250)
+    assert isinstance(scenario.end_acceleration, tuple)
+    values = [end.array("ab", ("rad",) * 2, missing=0.0) for end in scenario.end_acceleration]
+    np.testing.assert_allclose(values, [[np.pi, 0], [0, -np.pi]])
+    assert joints({}, {"after": 1}, end_acceleration="zero").end_acceleration == "zero"
+    assert joints({}, {"after": 1}, knots="balanced").knots == "balanced"
+
+
+def test_defaults() -> None:
+    scenario = joints({}, {"after": 1})
+    assert (scenario.name, scenario.planner, scenario.knots) == (
+        "scenario",
+        "modified-hermite",
+        "paper",
+    )
+    assert (scenario.rate, scenario.continuity, scenario.end_acceleration) == (100.0, 2, None)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "field"),
+    [
+        ("knots", "even", "knots"),
+        ("knots", 3, "knots"),
+        ("knots", {"balanced": 0}, "knots.balanced"),
+        ("knots", {"balance": 0.2}, "knots.balance"),
+        ("knots", [0, "x"], "knots[1]"),
+        ("end_acceleration", "none", "end_acceleration"),
+        ("end_acceleration", 0, "end_acceleration"),
+        ("rate", 0, "rate"),
+        ("rate", "100 Hz", "rate"),
+        ("continuity", 3, "continuity"),
+        ("tolerances", {"position": 0}, "tolerances.position"),
+        ("limits", {"velocity": -1}, "limits.velocity"),
+        ("limits", {"velocity": {"a": 0}}, "limits.velocity.a"),
+        ("limits", {"position": {"a": [1, 1]}}, "limits.position.a"),
+        ("limits", {"position": {"a": [1]}}, "limits.position.a"),
+        ("limits", {"torque": 1}, "limits.torque"),
+        ("robot", 3, "robot"),
+        ("robot", "", "robot"),
+        ("start", 3, "start"),
+        ("start", {}, "start"),
+        ("frames", [], "frames"),
+        ("name", 3, "name"),
+    ],
+)
+def test_values_of_the_wrong_kind_name_their_field(key: str, value: Any, field: str) -> None:
+    with pytest.raises(DocumentError) as caught:
+        joints({}, {"after": 1}, **{key: value})
+    assert field in [problem.field for problem in caught.value.problems]
+    assert len(caught.value.problems) <= 2
+
+
+def test_the_name_of_the_file_is_the_scenario_s(tmp_path: Path) -> None:
+    path = tmp_path / "weld seam.yml"
+    path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
+    scenario = load_scenario(path)
+    assert scenario.name == "weld seam"
+    assert scenario.source == path
+    assert scenario.relative_to == tmp_path
+    assert scenario.waypoints[1].where == "weld seam.yml:1: waypoints[1]"
+
+
+def test_a_file_and_the_same_mapping_are_the_same_scenario() -> None:
+    path = resources.find("scenarios", "ur5_deburring")
+    # This file says nothing that YAML 1.1, as PyYAML reads it, takes for something else.
+    mapping = yaml.safe_load(path.read_text(encoding="utf-8"))
+    from_file, from_mapping = load_scenario(path), load_scenario(mapping)
+    assert len(from_file.waypoints) == len(from_mapping.waypoints) > 5
+    for one, other in zip(from_file.waypoints, from_mapping.waypoints, strict=True):
+        assert (one.name, one.time) == (other.name, other.time)
+        if isinstance(one, CartesianWaypoint):
+            assert isinstance(other, CartesianWaypoint)
+            for part in ("position", "rotation", "linear", "angular"):
+                np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
+    assert from_file.tolerances == from_mapping.tolerances
+    assert from_file.tool.offset == from_mapping.tool.offset
+    assert from_mapping.name == "scenario"
+    assert load_scenario("ur5_deburring").times.tolist() == from_file.times.tolist()
+
+
+def test_a_mapping_is_not_changed_and_not_kept() -> None:
+    mapping: dict[str, Any] = {
+        "waypoints": [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}]
+    }
+    scenario = load_scenario(mapping)
+    mapping["waypoints"][0]["joints"]["a"] = 9
+    assert target(scenario, 0).joints.values == {"a": 0}
+    assert mapping["waypoints"][1] == {"joints": {"a": 1}, "after": 1}
+
+
+def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -> None:
+    path = tmp_path / "task.yaml"
+    path.write_text(
+        "robot:\n  urdf: arm.urdf\n  tool_frame: tip\n"
+        "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n"
+    )
+    robot = load_scenario(path).robot
+    assert isinstance(robot, Document)
+    assert robot.where(("tool_frame",)) == "task.yaml:3: robot.tool_frame"
+
+
+# Finding files
+
+
+def test_shipped_files_are_found_by_name_and_others_by_path(tmp_path: Path) -> None:
+    assert resources.find("scenarios", "paper_case").name == "paper_case.yaml"
+    assert "paper_case" in resources.names("scenarios")
+    path = tmp_path / "paper_case.yaml"
+    path.write_text("")
+    assert resources.find("scenarios", str(path)) == path
+    with pytest.raises(UnknownNameError, match="did you mean 'paper_case'") as caught:
+        resources.find("scenarios", "paper_cse")
+    assert caught.value.available == tuple(resources.names("scenarios"))
+    with pytest.raises(InputError, match=r"no file nowhere/x\.yaml.*paper_case"):
+        resources.find("scenarios", "nowhere/x.yaml")
+    with pytest.raises(InputError, match="is a folder"):
+        resources.find("scenarios", tmp_path)
+    for name in ("", ".", "..", "paper_case\n", "x" * 5000, "a\0b"):
+        with pytest.raises(InputError):
+            resources.find("scenarios", name)
+    for path_text in ("a/\0.yaml", "~nobody-of-this-name/x.yaml", f"{'x' * 5000}.yaml"):
+        with pytest.raises(InputError, match="there is no file"):
+            resources.find("scenarios", path_text)
