@@ -25,10 +25,11 @@ MAX_RESTARTS = 200
 # the nearest solution of a UR5 is missed for 3 with 8 restarts, for 2 with 16, for 1 with 24.
 NEARER_RESTARTS = 16
 FAR = 1.5  # [rad or m]
-# The free motion of an arm with more joints than the pose needs is followed roughly from solutions
-# that are not much farther than the nearest, and to the end from the nearest.
+# The free motion of an arm with more joints than the pose needs is followed from solutions that are
+# not much farther than the nearest, until its steps are this part of the distance (what is left to
+# gain is then about the square of it); and to the end from the nearest.
 SETTLE_WITHIN = 1.5
-ROUGHLY = 0.1  # [rad or m]
+ROUGHLY = 0.1
 # Searches aim at a little less than the tolerances, so that rounding can't carry an answer across.
 MARGIN = 0.9
 
@@ -153,7 +154,7 @@ class _Collector:
         q = nearest_turns(found.q, self.near, lower, upper, self._revolute)
         distance = float(np.linalg.norm(q - self.near))
         if robot.dof > 6 and distance < SETTLE_WITHIN * self.distance:
-            q, steps = settle_near(self.search, q, self.near, ROUGHLY)
+            q, steps = settle_near(self.search, q, self.near, ROUGHLY * distance)
             self.iterations += steps
             distance = float(np.linalg.norm(q - self.near))
         if distance < self.distance:

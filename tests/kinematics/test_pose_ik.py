@@ -1,0 +1,352 @@
+"""Inverse kinematics of poses: solved, nearest, inside limits, and why not."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from knotwork.errors import (
+    OutsideLimitsError,
+    RobotError,
+    UnreachablePoseError,
+    WaypointDataError,
+)
+from knotwork.kinematics import solve_pose_ik
+from knotwork.kinematics.restarts import low_discrepancy, nearest_turns
+from knotwork.robot import Robot, load_robot, robot_names
+
+ROBOTS = {name: load_robot(name) for name in robot_names()}
+PLANAR, UR5, PANDA, KINOVA = (ROBOTS[name] for name in ("planar2", "ur5", "panda", "kinova"))
+L1, L2 = 0.5, 0.4
+ANGLE = st.floats(-2.6, 2.6)
+
+
+def sample(robot: Robot, generator: np.random.Generator) -> np.ndarray:
+    lower = np.maximum(robot.lower_position_limit, -np.pi)
+    upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
+    return generator.uniform(lower, upper)
+
+
+def witness(robot: Robot, q: np.ndarray) -> pin.SE3:
+    """Pose by a model of its own, built from the file."""
+    model = pin.buildModelFromUrdf(str(robot.urdf))
+    data = model.createData()
+    full = pin.neutral(model)
+    for name, value in {**robot.locked, **dict(zip(robot.joint_names, q, strict=True))}.items():
+        joint = model.joints[model.getJointId(name)]
+        entry = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+        full[joint.idx_q : joint.idx_q + joint.nq] = entry
+    pin.framesForwardKinematics(model, data, full)
+    base, tool = (
+        data.oMf[model.getFrameId(f, pin.BODY)] for f in (robot.base_frame, robot.tool_frame)
+    )
+    return base.inverse() * tool * robot.tool_offset
+
+
+def errors(reached: pin.SE3, pose: pin.SE3) -> tuple[float, float]:
+    turn = reached.rotation.T @ pose.rotation
+    return (
+        float(np.linalg.norm(reached.translation - pose.translation)),
+        float(np.linalg.norm(pin.log3(turn))),
+    )
+
+
+def assert_solves(robot: Robot, pose: pin.SE3, q: np.ndarray, independent: bool = True) -> None:
+    reached = witness(robot, q) if independent else robot.forward(q)
+    assert max(errors(reached, pose)) <= 1e-8
+    assert (q >= robot.lower_position_limit).all()
+    assert (q <= robot.upper_position_limit).all()
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_every_reachable_pose_is_solved_from_home(name: str) -> None:
+    robot, generator = ROBOTS[name], np.random.default_rng(20)
+    home = robot.configuration("home")
+    for i in range(100):
+        pose = robot.forward(sample(robot, generator))
+        solution = solve_pose_ik(robot, pose, home)
+        assert_solves(robot, pose, solution.q, independent=i % 10 == 0)
+        assert solution.converged
+        assert solution.distance == pytest.approx(np.linalg.norm(solution.q - home))
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_a_start_nearby_is_not_left(name: str) -> None:
+    """The answer is no farther than the configuration that the pose came from."""
+    robot, generator = ROBOTS[name], np.random.default_rng(21)
+    for _ in range(100):
+        q = sample(robot, generator)
+        start = q + generator.uniform(-0.1, 0.1, robot.dof)
+        pose = robot.forward(q)
+        solution = solve_pose_ik(robot, pose, start)
+        assert_solves(robot, pose, solution.q, independent=False)
+        assert solution.distance <= np.linalg.norm(q - start) + 1e-6
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_poses_at_joint_limits_are_solved(name: str) -> None:
+    robot, generator = ROBOTS[name], np.random.default_rng(22)
+    lower = np.maximum(robot.lower_position_limit, -np.pi)
+    upper = np.minimum(robot.upper_position_limit, 2 * np.pi)
+    for _ in range(10):
+        side = generator.integers(0, 3, robot.dof)
+        q = np.select([side == 0, side == 1], [lower, upper], sample(robot, generator))
+        pose = robot.forward(q)
+        assert_solves(robot, pose, solve_pose_ik(robot, pose, robot.configuration("home")).q)
+
+
+@pytest.mark.parametrize(
+    ("name", "fixed"),
+    [
+        ("ur5", {4: 0.0}),
+        ("ur5", {4: np.pi}),
+        ("ur5", {2: 0.0}),
+        ("ur5", {2: 0.0, 4: 0.0}),
+        ("planar2", {1: 0.0}),
+        ("kinova", {2: np.pi}),
+        ("talos_arm", {2: 0.0}),
+        ("panda", {1: 0.0, 2: 0.0, 5: 0.0}),
+    ],
+)
+def test_poses_at_singularities_are_solved(name: str, fixed: dict[int, float]) -> None:
+    robot, generator = ROBOTS[name], np.random.default_rng(23)
+    for _ in range(10):
+        q = sample(robot, generator)
+        q[list(fixed)] = list(fixed.values())
+        pose = robot.forward(q)
+        for start in (robot.configuration("home"), q + generator.uniform(-0.1, 0.1, robot.dof)):
+            assert_solves(robot, pose, solve_pose_ik(robot, pose, start).q)
+
+
+@settings(max_examples=60, deadline=None)
+@given(ANGLE, ANGLE)
+def test_planar_arm_has_the_closed_form(a: float, b: float) -> None:
+    """With its orientation given, a two-link arm has one solution, the law of cosines' branch."""
+    pose = PLANAR.forward([a, b])
+    q = solve_pose_ik(PLANAR, pose, [0.1, 0.1]).q
+    x, y = pose.translation[:2]
+    cosine = (x**2 + y**2 - L1**2 - L2**2) / (2 * L1 * L2)
+    assert np.cos(q[1]) == pytest.approx(cosine, abs=1e-7)
+    branches = []
+    for sign in (1, -1):
+        elbow = sign * np.arccos(np.clip(cosine, -1, 1))
+        shoulder = np.arctan2(y, x) - np.arctan2(L2 * np.sin(elbow), L1 + L2 * np.cos(elbow))
+        branches.append([shoulder, elbow])
+    gaps = [np.abs(pin.utils.rotate("z", d) - np.eye(3)).max() for d in (q - branches)[:, 0]]
+    gaps = np.maximum(gaps, np.abs(q[1] - np.array(branches)[:, 1]))
+    assert min(gaps) < 1e-6
+
+
+@settings(max_examples=60, deadline=None)
+@given(ANGLE, ANGLE)
+def test_both_elbow_branches_are_found_by_their_start(a: float, b: float) -> None:
+    assume(abs(b) > 0.05)
+    for branch in (b, -b):
+        q = np.array([a, branch])
+        found = solve_pose_ik(PLANAR, PLANAR.forward(q), q + np.array([0.02, -0.02])).q
+        np.testing.assert_allclose(found, q, atol=1e-6)
+
+
+def test_the_nearest_of_the_ur5_branches_is_found() -> None:
+    """Every branch, found by many searches, is the answer when started beside it."""
+    q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
+    pose = UR5.forward(q)
+    generator = np.random.default_rng(3)
+    branches: list[np.ndarray] = []
+    for _ in range(60):
+        start = generator.uniform(-np.pi, np.pi, 6)
+        found = solve_pose_ik(UR5, pose, start).q
+        if all(np.abs(found - other).max() > 1e-6 for other in branches):
+            branches.append(found)
+    geometric = {tuple(np.round(np.cos(found), 6)) for found in branches}
+    assert len(geometric) == 8
+    for branch in branches:
+        nearby = branch + generator.uniform(-0.2, 0.2, 6)
+        found = solve_pose_ik(UR5, pose, nearby)
+        best = min(np.linalg.norm(other - nearby) for other in branches)
+        assert found.distance <= best + 1e-9
+
+
+@pytest.mark.parametrize("turn", [-1, 0, 1])
+def test_a_joint_takes_the_turn_nearest_the_start(turn: int) -> None:
+    q = np.array([-0.2 * turn, -1.4, 1.2, -0.5, 1.1, -0.4 * turn])
+    start = q.copy()
+    start[[0, 5]] += 2 * np.pi * turn
+    found = solve_pose_ik(UR5, UR5.forward(q), start + 0.05).q
+    np.testing.assert_allclose(found, start, atol=1e-8)
+
+
+def test_an_unbounded_joint_takes_the_turn_nearest_the_start() -> None:
+    q = np.array(KINOVA.configuration("home"))
+    far = q + 2 * np.pi * np.array([40, 0, 0, -7, 0, 1]) + 0.1
+    found = solve_pose_ik(KINOVA, KINOVA.forward(q), far).q
+    np.testing.assert_allclose(found - far, -0.1, atol=1e-7)
+
+
+def test_near_may_differ_from_the_start() -> None:
+    q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
+    pose = UR5.forward(q)
+    found = solve_pose_ik(UR5, pose, UR5.configuration("home"), near=q + 0.05)
+    np.testing.assert_allclose(found.q, q, atol=1e-8)
+    assert found.distance == pytest.approx(0.05 * np.sqrt(6), abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["panda", "xarm7"])
+def test_a_redundant_arm_stays_as_near_as_its_free_motion_allows(name: str) -> None:
+    """No small step along the free motion, inside the limits, brings the answer nearer."""
+    robot, generator = ROBOTS[name], np.random.default_rng(5)
+    home = robot.configuration("home")
+    for _ in range(5):
+        q = home + generator.uniform(-0.4, 0.4, 7)
+        found = solve_pose_ik(robot, robot.forward(q), home).q
+        free = np.linalg.svd(robot.jacobian(found))[2][-1]
+        room = np.minimum(found - robot.lower_position_limit, robot.upper_position_limit - found)
+        assert (room > 0).all()
+        assert abs(free @ (home - found)) < 1e-5
+        assert np.linalg.norm(found - home) <= np.linalg.norm(q - home) + 1e-6
+
+
+def test_the_same_question_has_the_same_answer() -> None:
+    pose = UR5.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
+    first, second = (solve_pose_ik(UR5, pose, np.full(6, 0.7)) for _ in range(2))
+    np.testing.assert_array_equal(first.q, second.q)
+    assert first.iterations == second.iterations
+    assert not first.q.flags.writeable
+
+
+def test_reported_errors_are_those_of_forward_kinematics() -> None:
+    tolerance = 1e-3
+    pose = UR5.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
+    found = solve_pose_ik(
+        UR5,
+        pose,
+        UR5.configuration("home"),
+        position_tolerance=tolerance,
+        orientation_tolerance=tolerance,
+    )
+    linear, angular = errors(witness(UR5, found.q), pose)
+    assert found.position_error == pytest.approx(linear, abs=1e-12)
+    assert found.orientation_error == pytest.approx(angular, abs=1e-12)
+    assert max(linear, angular) <= tolerance
+
+
+def test_a_start_outside_the_limits_is_only_a_wish() -> None:
+    pose = PLANAR.forward([2.8, 0.5])
+    found = solve_pose_ik(PLANAR, pose, [4.0, 0.5])
+    np.testing.assert_allclose(found.q, [2.8, 0.5], atol=1e-8)
+    q = solve_pose_ik(UR5, UR5.forward(np.ones(6)), np.full(6, 50.0)).q
+    assert_solves(UR5, UR5.forward(np.ones(6)), q)
+
+
+def test_out_of_reach_says_how_far() -> None:
+    """The two-link arm ends 0.9 m from its base."""
+    pose = pin.SE3(pin.utils.rotate("z", 0.3), 1.5 * np.array([np.cos(0.3), np.sin(0.3), 0]))
+    with pytest.raises(UnreachablePoseError, match=r"0\.6 m away in any orientation") as caught:
+        solve_pose_ik(PLANAR, pose, [0.1, 0.1], waypoint="far", where="task.yaml:7")
+    assert str(caught.value).startswith("task.yaml:7: waypoint 'far': the pose is out of reach")
+    assert caught.value.position_shortfall == pytest.approx(0.6, abs=1e-6)
+    assert caught.value.orientation_shortfall == pytest.approx(0, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["ur5", "panda", "kinova"])
+def test_a_point_far_away_is_out_of_reach(name: str) -> None:
+    robot = ROBOTS[name]
+    pose = pin.SE3(np.eye(3), np.array([5.0, 0, 0]))
+    with pytest.raises(UnreachablePoseError, match="out of reach") as caught:
+        solve_pose_ik(robot, pose, robot.configuration("home"))
+    assert 3.4 < caught.value.position_shortfall < 5
+
+
+def test_a_wrong_orientation_is_told_from_a_point_out_of_reach() -> None:
+    """Tilting the planar arm's tool out of its plane by 0.5 rad is never possible."""
+    flat = PLANAR.forward([0.5, 1.2])
+    pose = pin.SE3(pin.utils.rotate("x", 0.5) @ flat.rotation, flat.translation)
+    message = r"point is reachable, but not in this orientation: .* off by 0.5 rad \(28.6"
+    with pytest.raises(UnreachablePoseError, match=message) as caught:
+        solve_pose_ik(PLANAR, pose, [0.1, 0.1])
+    assert caught.value.position_shortfall <= 1e-8
+    assert caught.value.orientation_shortfall == pytest.approx(0.5, abs=1e-6)
+
+
+def test_limits_that_are_in_the_way_are_named() -> None:
+    robot = UR5.with_limits(position={"elbow_joint": (-0.5, 0.5)})
+    pose = UR5.forward(UR5.configuration("home"))
+    with pytest.raises(OutsideLimitsError, match="elbow_joint at") as caught:
+        solve_pose_ik(robot, pose, np.zeros(6), waypoint="w")
+    ((name, value, lower, upper),) = caught.value.joints
+    assert (name, lower, upper) == ("elbow_joint", -0.5, 0.5)
+    assert not -0.5 <= value <= 0.5
+    # By the law of cosines the elbow has these two magnitudes, with wrist 3 in its two positions.
+    elbows = {
+        round(abs(float(solve_pose_ik(UR5, pose, start).q[2])), 6)
+        for start in np.random.default_rng(0).uniform(-3, 3, (40, 6))
+    }
+    assert round(abs(value), 6) == min(elbows)
+
+
+def test_limits_count_from_the_nearest_turn() -> None:
+    robot = PLANAR.with_limits(position={"shoulder": (-2.0, 2.0)})
+    with pytest.raises(OutsideLimitsError) as caught:
+        solve_pose_ik(robot, PLANAR.forward([2.3, 0.4]), [0.0, 0.0])
+    ((name, value, *_),) = caught.value.joints
+    assert name == "shoulder"
+    assert value == pytest.approx(2.3, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("pose", "start", "options"),
+    [
+        (np.eye(4), [0, 0], {}),
+        (pin.SE3(np.eye(3), np.array([np.nan, 0, 0])), [0, 0], {}),
+        (pin.SE3.Identity(), [0], {}),
+        (pin.SE3.Identity(), [0, np.inf], {}),
+        (pin.SE3.Identity(), [0, 0], {"near": [0, 0, 0]}),
+        (pin.SE3.Identity(), [0, 0], {"position_tolerance": 0.0}),
+        (pin.SE3.Identity(), [0, 0], {"orientation_tolerance": np.nan}),
+    ],
+)
+def test_input_is_checked(pose: object, start: list, options: dict) -> None:
+    with pytest.raises(WaypointDataError):
+        solve_pose_ik(PLANAR, pose, start, **options)
+
+
+def test_a_robot_without_a_tool_is_an_error() -> None:
+    robot = load_robot(PLANAR.urdf)
+    with pytest.raises(RobotError, match=r"tool frame.*tip"):
+        solve_pose_ik(robot, pin.SE3.Identity(), [0, 0])
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 6, 7])
+def test_starts_fill_the_box_evenly(dimension: int) -> None:
+    points = low_discrepancy(dimension)
+    starts = np.array([next(points) for _ in range(2000)])
+    assert ((starts >= 0) & (starts < 1)).all()
+    for column in starts.T:
+        counts = np.histogram(column, bins=10, range=(0, 1))[0]
+        assert counts.min() > 0.8 * 200
+        assert counts.max() < 1.2 * 200
+        assert abs(column.mean() - 0.5) < 0.01
+
+
+@given(
+    st.floats(-20, 20),
+    st.floats(-20, 20),
+    st.floats(-10, 0),
+    st.floats(0.1, 15),
+)
+def test_nearest_turns_are_the_nearest_that_the_limits_allow(
+    q: float, near: float, lower: float, width: float
+) -> None:
+    arrays = [np.array([value]) for value in (q, near, lower, lower + width)]
+    found = nearest_turns(*arrays, np.array([True]))[0]
+    choices = q + 2 * np.pi * np.arange(-20, 21)
+    inside = choices[(choices >= lower + 1e-9) & (choices <= lower + width - 1e-9)]
+    if inside.size:
+        assert abs(found - near) <= np.abs(inside - near).min() + 1e-9
+        assert lower <= found <= lower + width
+    else:
+        outside = np.maximum(lower - choices, choices - lower - width).min()
+        assert max(lower - found, found - lower - width) <= outside + 1e-9
+    slide = nearest_turns(*arrays, np.array([False]))[0]
+    assert slide == q

@@ -1,0 +1,181 @@
+"""Inverse kinematics of velocities: against least squares, and what a singularity loses."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from knotwork.errors import SingularityError, WaypointDataError
+from knotwork.kinematics import singular_values, smallest_singular_value, solve_velocity_ik
+from knotwork.kinematics.velocity import describe_direction
+from knotwork.robot import Robot, load_robot, robot_names
+
+ROBOTS = {name: load_robot(name) for name in robot_names()}
+PLANAR, UR5, PANDA = (ROBOTS[name] for name in ("planar2", "ur5", "panda"))
+WRIST_STRAIGHT = np.array([0.3, -1.2, 1.1, -0.7, 0.0, 0.4])
+
+
+def attainable(robot: Robot, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Joint positions beside home and a twist that the arm can do there."""
+    generator = np.random.default_rng(seed)
+    q = robot.configuration("home") + generator.uniform(-0.15, 0.15, robot.dof)
+    return q, robot.jacobian(q) @ generator.uniform(-1, 1, robot.dof)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_velocities_are_those_of_least_squares(name: str) -> None:
+    robot = ROBOTS[name]
+    for seed in range(20):
+        q, twist = attainable(robot, seed)
+        v = solve_velocity_ik(robot, q, twist)
+        J = robot.jacobian(q)
+        expected = np.linalg.lstsq(J, twist, rcond=1e-10)[0]
+        np.testing.assert_allclose(v, expected, atol=1e-11)
+        np.testing.assert_allclose(J @ v, twist, atol=1e-12)
+
+
+def test_six_joints_have_the_inverse() -> None:
+    q, twist = attainable(UR5, 50)
+    expected = np.linalg.solve(UR5.jacobian(q), twist)
+    np.testing.assert_allclose(solve_velocity_ik(UR5, q, twist), expected, atol=1e-12)
+
+
+def test_velocities_agree_with_finite_differences_of_the_pose() -> None:
+    q, twist = attainable(UR5, 51)
+    v, h = solve_velocity_ik(UR5, q, twist), 1e-6
+    after, before = UR5.forward(q + h * v), UR5.forward(q - h * v)
+    linear = (after.translation - before.translation) / (2 * h)
+    angular = pin.log3(after.rotation @ before.rotation.T) / (2 * h)
+    np.testing.assert_allclose([*linear, *angular], twist, atol=1e-8)
+
+
+def test_spare_joints_move_as_little_as_they_can() -> None:
+    q, twist = attainable(PANDA, 52)
+    v = solve_velocity_ik(PANDA, q, twist)
+    free = np.linalg.svd(PANDA.jacobian(q))[2][-1]
+    assert abs(free @ v) < 1e-12
+
+
+@settings(max_examples=40)
+@given(st.floats(-2.5, 2.5), st.floats(0.1, 2.5), st.floats(-3, 3), st.floats(-3, 3))
+def test_planar_arm_has_the_closed_form(a: float, b: float, va: float, vb: float) -> None:
+    """For a two-link arm the turn rate and one component of the velocity give both joints."""
+    twist = PLANAR.twist([a, b], [va, vb])
+    v = solve_velocity_ik(PLANAR, [a, b], twist)
+    along = twist.linear[0] * np.cos(a + b) + twist.linear[1] * np.sin(a + b)
+    shoulder = along / (0.5 * np.sin(b))
+    np.testing.assert_allclose(v, [shoulder, twist.angular[2] - shoulder], atol=1e-9)
+
+
+def test_a_motion_object_and_an_array_are_the_same_twist() -> None:
+    q, twist = attainable(UR5, 53)
+    expected = solve_velocity_ik(UR5, q, twist)
+    np.testing.assert_array_equal(solve_velocity_ik(UR5, q, pin.Motion(twist)), expected)
+
+
+@pytest.mark.parametrize("q", [WRIST_STRAIGHT, np.zeros(6)])
+def test_rest_is_rest_at_a_singularity_too(q: np.ndarray) -> None:
+    assert smallest_singular_value(UR5, q) < 1e-12
+    v = solve_velocity_ik(UR5, q, np.zeros(6))
+    np.testing.assert_array_equal(v, np.zeros(6))
+
+
+def test_a_singular_arm_keeps_the_twists_it_can_do() -> None:
+    v = np.array([0.3, -0.1, 0.2, 0.4, 0.5, -0.3])
+    twist = UR5.twist(WRIST_STRAIGHT, v)
+    found = solve_velocity_ik(UR5, WRIST_STRAIGHT, twist)
+    np.testing.assert_allclose(UR5.twist(WRIST_STRAIGHT, found).vector, twist.vector, atol=1e-12)
+    assert np.linalg.norm(found) <= np.linalg.norm(v)
+
+
+def test_a_lost_direction_is_an_error_that_says_what_is_lost() -> None:
+    lost = np.linalg.svd(UR5.jacobian(WRIST_STRAIGHT))[0][:, -1]
+    possible = UR5.twist(WRIST_STRAIGHT, np.full(6, 0.2)).vector
+    with pytest.raises(SingularityError, match="singular here") as caught:
+        solve_velocity_ik(
+            UR5, WRIST_STRAIGHT, possible + 0.1 * lost, waypoint="w", where="task.yaml:9"
+        )
+    error = caught.value
+    assert str(error).startswith("task.yaml:9: waypoint 'w': ")
+    assert error.smallest_singular_value < 1e-12
+    expected = 0.1 * np.linalg.norm(lost[:3]), 0.1 * np.linalg.norm(lost[3:])
+    assert error.residual == pytest.approx(expected, abs=1e-9)
+    assert tuple(error.joint_velocity) == UR5.joint_names
+    assert describe_direction(lost) in str(error)
+
+
+def test_a_stretched_arm_can_not_move_outwards() -> None:
+    q = [0.0, 0.0]
+    solve_velocity_ik(PLANAR, q, [0, 0.9, 0, 0, 0, 1.0])
+    with pytest.raises(SingularityError, match="along x of the base frame"):
+        solve_velocity_ik(PLANAR, q, [0.1, 0, 0, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("twist", "lost"),
+    [
+        ([0, 0, 0.2, 0, 0, 0], "along z of the base frame"),
+        ([0, 0, 0, 0.3, 0, 0], "about x of the base frame"),
+    ],
+)
+def test_few_joints_can_not_do_every_motion(twist: list[float], lost: str) -> None:
+    with pytest.raises(SingularityError, match="an arm of 2 joints can't") as caught:
+        solve_velocity_ik(PLANAR, [0.5, 1.2], twist)
+    assert lost in str(caught.value)
+    assert sum(caught.value.residual) == pytest.approx(sum(twist))
+
+
+def test_speeds_that_the_arm_has_not_got_are_an_error_only_near_a_singularity() -> None:
+    near, clear = WRIST_STRAIGHT.copy(), WRIST_STRAIGHT.copy()
+    near[4], clear[4] = 5e-4, 1.0
+    lost = np.linalg.svd(UR5.jacobian(near))[0][:, -1]
+    assert 0 < smallest_singular_value(UR5, near) < 1e-3
+    with pytest.raises(SingularityError, match="close to a singularity") as caught:
+        solve_velocity_ik(UR5, near, 0.1 * lost)
+    velocity = np.array(list(caught.value.joint_velocity.values()))
+    np.testing.assert_allclose(UR5.jacobian(near) @ velocity, 0.1 * lost, atol=1e-9)
+    assert (np.abs(velocity) > UR5.velocity_limit).any()
+    assert "wrist_1_joint" in str(caught.value)
+    assert "(limit 3.2)" in str(caught.value)
+    slow = solve_velocity_ik(UR5, near, 1e-4 * lost)
+    np.testing.assert_allclose(slow, 1e-3 * velocity, rtol=1e-6, atol=1e-9)
+    fast = solve_velocity_ik(UR5, clear, UR5.jacobian(clear) @ np.full(6, 10.0))
+    np.testing.assert_allclose(fast, 10.0, rtol=1e-9)
+
+
+def test_tolerance_grows_with_the_speed_only() -> None:
+    q, twist = attainable(UR5, 54)
+    v = solve_velocity_ik(UR5, q, 1e6 * twist)
+    np.testing.assert_allclose(v, 1e6 * solve_velocity_ik(UR5, q, twist), rtol=1e-9)
+    with pytest.raises(SingularityError):
+        solve_velocity_ik(PLANAR, [0.5, 1.2], [0, 0, 2e-9, 0, 0, 0])
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_singular_values_are_the_jacobians(name: str) -> None:
+    robot = ROBOTS[name]
+    q = robot.configuration("home")
+    J = robot.jacobian(q)
+    squares = np.sort(np.linalg.eigvalsh(J @ J.T))[::-1][: min(6, robot.dof)]
+    np.testing.assert_allclose(singular_values(robot, q) ** 2, squares, atol=1e-12)
+    assert smallest_singular_value(robot, q) == singular_values(robot, q)[-1]
+
+
+@pytest.mark.parametrize(
+    ("twist", "words"),
+    [
+        ([0, 0, -3, 0, 0, 0], "along z of the base frame"),
+        ([0, 0, 0, 0, 1e-3, 0], "about y of the base frame"),
+        ([1, 0, 0, 0, 0, 2], "along x and about z of the base frame"),
+        ([3, 4, 0, 0, 0, 0], "along (0.60, 0.80, 0.00) of the base frame"),
+    ],
+)
+def test_directions_in_words(twist: list[float], words: str) -> None:
+    assert describe_direction(np.array(twist, dtype=float)) == words
+
+
+@pytest.mark.parametrize("twist", [[0] * 5, [0, 0, 0, 0, 0, np.nan], "fast", np.zeros((6, 1))])
+def test_input_is_checked(twist: object) -> None:
+    with pytest.raises(WaypointDataError):
+        solve_velocity_ik(PLANAR, [0.5, 1.2], twist)
