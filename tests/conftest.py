@@ -1,0 +1,53 @@
+"""What several test files share: the command line run in this process, and plans made once."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from knotwork.cli.main import main
+from knotwork.pipeline import Plan, plan
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a command left behind."""
+
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Ran]
+
+
+@pytest.fixture
+def knotwork(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
+    """The `knotwork` command, run in this process."""
+
+    def run(*arguments: object) -> Ran:
+        monkeypatch.setattr(sys, "argv", ["knotwork", *map(str, arguments)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        captured = capsys.readouterr()
+        code = stopped.value.code
+        assert isinstance(code, int)
+        return Ran(code, captured.out, captured.err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def deburring() -> Plan:
+    """The plan of the main scenario, made once."""
+    return plan("ur5_deburring")
+
+
+@pytest.fixture(scope="session")
+def paper_case() -> Plan:
+    """The plan of the paper's case, made once."""
+    return plan("paper_case")
