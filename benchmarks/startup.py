@@ -17,14 +17,16 @@ import click
 from rich.console import Console
 from rich.table import Table
 
+# What reads YAML, checks a schema, knows the robot, parses the command line and prints tables.
+NEEDED = """
+import click, pinocchio, pydantic, rich.console, rich.table, yaml
+class Model(pydantic.BaseModel): pass
+"""
 COMMANDS = {
     "python -c pass": ["-c", "pass"],
     "import numpy": ["-c", "import numpy"],
     "import pinocchio": ["-c", "import pinocchio"],
-    "import pinocchio, pydantic, click, yaml, rich.table": [
-        "-c",
-        "import pinocchio, pydantic, click, yaml, rich.table",
-    ],
+    "import all a plan needs": ["-c", NEEDED],
     "import knotwork": ["-c", "import knotwork"],
     "knotwork --help": ["-m", "knotwork", "--help"],
     "knotwork plan SCENARIO": ["-m", "knotwork", "plan", "{scenario}"],

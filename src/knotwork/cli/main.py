@@ -16,6 +16,9 @@ from knotwork.errors import InputError, KnotworkError
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
 
+# No schema here is for pydantic's plugins, and looking for some takes time at every start.
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _EXIT_CODES = """
