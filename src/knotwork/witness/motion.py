@@ -8,6 +8,7 @@ import numpy as np
 
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.waypoints import FloatArray
 from knotwork.witness.report import Jump, LimitUse
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
@@ -15,9 +16,9 @@ QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 LIMIT_SLACK = 1e-9
 # A jump counts as none if it is within rounding, relative to the peak of the quantity.
 JUMP_TOLERANCE = 1e-9
-# Below this, relative to what the motion's size and duration make natural, a peak is itself
-# rounding: a joint that stands still has no acceleration to compare a jump with.
-NEGLIGIBLE = 1e-9
+# Coefficients are rounded by up to this, relative to the largest term of their piece: smaller jumps
+# are none. A joint that stands still has no acceleration to compare a jump with.
+ROUNDING = 64 * np.finfo(float).eps
 
 
 def rate_unit(unit: str, order: int) -> str:
@@ -73,15 +74,13 @@ def measured_jumps(
         curve: Joint positions, trailing shape (d,), joints in the order of `space`.
         required_order: Order of continuity asked for.
     """
-    extrema = curve.extrema(0)
-    size = np.maximum(extrema.maximum - extrema.minimum, NEGLIGIBLE * np.maximum(extrema.peak, 1.0))
-    duration = float(curve.x[-1] - curve.x[0])
     for order in range(3):
         jumps = np.abs(curve.jumps(order))
-        peak = np.maximum(curve.extrema(order).peak, NEGLIGIBLE * size / duration**order)
+        peak = curve.extrema(order).peak
         if not len(jumps):
             jumps = np.zeros((1, len(peak)))
-        relative = jumps / peak
+        relative = np.where(jumps > _rounding(curve, order), jumps, 0.0)
+        np.divide(relative, peak, out=relative, where=relative > 0.0)
         where, joint = divmod(int(relative.argmax()), relative.shape[1])
         ok = bool(relative[where, joint] <= JUMP_TOLERANCE)
         yield Jump(
@@ -95,3 +94,15 @@ def measured_jumps(
             order <= required_order,
             ok or order > required_order,
         )
+
+
+def _rounding(curve: PiecewisePolynomial, order: int) -> FloatArray:
+    """Jump that rounding can make at each inner break, shape (m-2, d), or (1, d) if there is none.
+
+    Each term c Hᵏ of a piece of length H is as good as the largest of them is rounded.
+    """
+    span = np.diff(curve.x)[:, np.newaxis]
+    degree = len(curve.c) - 1
+    terms = [np.abs(c) * span ** (degree - i) for i, c in enumerate(curve.c)]
+    size = ROUNDING * np.max(terms, axis=0) / span**order
+    return np.maximum(size[:-1], size[1:]) if len(size) > 1 else np.asarray(size)

@@ -84,9 +84,15 @@ def _in_order(trajectory: JointTrajectory, space: JointSpace) -> PiecewisePolyno
         raise InputError(
             f"the trajectory {' and '.join(faults)}; the scenario's joints are {', '.join(ours)}"
         )
+    order = [theirs.index(name) for name in ours]
+    for name, unit, index in zip(ours, space.joint_units, order, strict=True):
+        stated = (trajectory.joint_units or ())[index]
+        if stated != unit:
+            raise InputError(
+                f"the trajectory gives joint {name} in {stated}; the scenario has it in {unit}"
+            )
     if ours == theirs:
         return trajectory.polynomial
-    order = [theirs.index(name) for name in ours]
     polynomial = trajectory.polynomial
     return PiecewisePolynomial(polynomial.c[:, :, order], polynomial.x)
 

@@ -1,0 +1,461 @@
+"""The check as an independent witness: trajectories tampered with, and Pinocchio used directly."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.typing import NDArray
+
+from knotwork.errors import CheckFailedError, InputError
+from knotwork.pipeline import Plan
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot.load import example_robot_data
+from knotwork.scenario import Scenario, load_scenario
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import CartesianWaypoint
+from knotwork.witness import Defect, Jump, LimitUse, Report, Requirement, check
+
+Array = NDArray[np.float64]
+TURN, SLIDE = "turn", "lift"
+
+
+def scenario(**rest: Any) -> Scenario:
+    """Two joints from (0, 1) to (1, 0) in 2 s, from rest to rest."""
+    return load_scenario(
+        {
+            "waypoints": [
+                {"name": "A", "joints": {TURN: 0, SLIDE: 1}},
+                {"name": "B", "joints": {TURN: 1, SLIDE: 0}, "after": 2},
+            ],
+            **rest,
+        }
+    )
+
+
+# (3 t² - t³)/4 goes from 0 to 1 in 2 s with no speed at the ends.
+RISE = np.array([-0.25, 0.75, 0.0, 0.0])
+
+
+def shifted(polynomial: Array, s: float) -> Array:
+    """Coefficients of p(t + s)."""
+    result = np.poly1d([0.0])
+    for power, coefficient in enumerate(polynomial[::-1]):
+        result = result + coefficient * np.poly1d([1.0, s]) ** power
+    return np.concatenate([np.zeros(len(polynomial) - len(result.c)), result.c])
+
+
+def pieces(breaks: list[float], *joints: list[Array]) -> JointTrajectory:
+    """A trajectory from the local polynomials of each joint, highest power first."""
+    size = max(len(piece) for joint in joints for piece in joint)
+    c = np.zeros((size, len(breaks) - 1, len(joints)))
+    for j, joint in enumerate(joints):
+        for i, piece in enumerate(joint):
+            c[size - len(piece) :, i, j] = piece
+    return JointTrajectory((TURN, SLIDE), PiecewisePolynomial(c, breaks))
+
+
+def in_two(polynomial: Array, at: float = 1.0) -> list[Array]:
+    return [polynomial, shifted(polynomial, at)]
+
+
+FALL = np.array([0.25, -0.75, 0.0, 1.0])
+SOUND = pieces([0, 1, 2], in_two(RISE), in_two(FALL))
+
+
+def failing(report: Report) -> set[tuple[Any, ...]]:
+    found: set[tuple[Any, ...]] = set()
+    for item in report.failures:
+        if isinstance(item, Requirement):
+            found.add((item.waypoint, item.quantity))
+        elif isinstance(item, LimitUse):
+            found.add((item.joint, item.quantity))
+        elif isinstance(item, Jump):
+            found.add(("jump", item.quantity))
+        else:
+            assert isinstance(item, Defect)
+            found.add(("defect",))
+    assert report.ok == (not found)
+    return found
+
+
+def use(report: Report, joint: str, quantity: str) -> LimitUse:
+    (item,) = [i for i in report.limits if (i.joint, i.quantity) == (joint, quantity)]
+    return item
+
+
+def jump(report: Report, quantity: str) -> Jump:
+    (item,) = [item for item in report.jumps if item.quantity == quantity]
+    return item
+
+
+def test_a_sound_trajectory_passes() -> None:
+    report = check(SOUND, scenario(limits={"position": {TURN: [0, 1]}, "velocity": 0.75}))
+    assert report.ok
+    assert not report.failures
+    report.raise_if_failed()
+    assert len(report.requirements) == 4
+    assert {item.waypoint for item in report.requirements} == {"A", "B"}
+    # The peak speed of the cubic is 3/4 at the middle, exactly at the limit.
+    assert use(report, TURN, "velocity").value == pytest.approx(0.75, abs=1e-15)
+    assert use(report, TURN, "velocity").time == pytest.approx(1.0)
+    assert use(report, SLIDE, "velocity").limit == -0.75
+    assert use(report, TURN, "jerk").limit is None
+    assert use(report, TURN, "jerk").margin is None
+    assert use(report, TURN, "jerk").ok
+
+
+def test_values_off_by_a_thousandth_are_named_joint_and_waypoint() -> None:
+    off = RISE + np.array([0, 0, 0, 1e-3])
+    report = check(pieces([0, 1, 2], in_two(off), in_two(FALL)), scenario())
+    assert failing(report) == {("A", "joint_position"), ("B", "joint_position")}
+    item = report.failures[0]
+    assert isinstance(item, Requirement)
+    assert item.error == pytest.approx(1e-3, rel=1e-9)
+    assert (item.tolerance, item.unit, item.time) == (1e-6, "rad", 0.0)
+    assert item.requested == (0.0, 1.0)
+    assert item.achieved == pytest.approx((1e-3, 1.0))
+    report = check(
+        pieces([0, 1, 2], in_two(off), in_two(FALL)), scenario(tolerances={"joint_position": 2e-3})
+    )
+    assert report.ok
+
+
+def test_a_wrong_speed_at_the_end_is_a_wrong_velocity_and_nothing_else() -> None:
+    # 1e-3 t² (t - 2) adds nothing but a speed of 4e-3 at the end.
+    fast = RISE + np.array([1e-3, -2e-3, 0, 0])
+    report = check(pieces([0, 1, 2], in_two(fast), in_two(FALL)), scenario())
+    assert failing(report) == {("B", "joint_velocity")}
+    item = report.failures[0]
+    assert isinstance(item, Requirement)
+    assert item.error == pytest.approx(4e-3)
+    assert item.unit == "rad/s"
+
+
+BULGE = np.array([1.0, -4.0, 4.0, 0.0, 0.0])  # t² (2 - t)²: nothing at the ends, 1 in the middle
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_limit_broken_between_the_waypoints_is_found_with_its_peak_and_time(sign: int) -> None:
+    curve = np.polyadd(RISE, sign * BULGE)
+    trajectory = pieces([0, 1, 2], in_two(curve), in_two(FALL))
+    bounds = [-0.1, 1.1]
+    report = check(trajectory, scenario(limits={"position": {TURN: bounds, SLIDE: [-5, 5]}}))
+    assert failing(report) == {(TURN, "position")}
+    t = np.linspace(0, 2, 200_001)
+    dense = sign * np.polyval(curve, t)
+    item = use(report, TURN, "position")
+    assert sign * item.value >= dense.max() - 1e-12
+    assert sign * item.value == pytest.approx(dense.max(), rel=1e-9)
+    assert item.time == pytest.approx(t[dense.argmax()], abs=2e-5)
+    assert item.limit == (bounds[1] if sign > 0 else bounds[0])
+    assert item.margin == pytest.approx(-sign * (item.value - item.limit))
+    assert not item.sampled
+
+
+@pytest.mark.parametrize(("quantity", "order"), [("velocity", 1), ("acceleration", 2), ("jerk", 3)])
+def test_limits_of_rates_are_kept_or_broken_by_a_hair(quantity: str, order: int) -> None:
+    curve = np.polyadd(RISE, 0.3 * BULGE)
+    trajectory = pieces([0, 1, 2], in_two(curve), in_two(FALL))
+    dense = np.polyval(np.polyder(curve, order), np.linspace(0, 2, 100_001))
+    peak = np.abs(dense).max()
+    report = check(trajectory, scenario(limits={quantity: {TURN: peak * (1 + 1e-7)}}))
+    assert report.ok
+    report = check(trajectory, scenario(limits={quantity: {TURN: peak * (1 - 1e-6)}}))
+    assert failing(report) == {(TURN, quantity)}
+    item = use(report, TURN, quantity)
+    assert abs(item.value) == pytest.approx(peak, rel=1e-8)
+    assert item.value == pytest.approx(dense[np.abs(dense).argmax()], rel=1e-8)
+    assert item.limit == pytest.approx(np.copysign(peak * (1 - 1e-6), item.value))
+    assert item.unit == "rad/s" + ("", "²", "³")[order - 1]
+
+
+def broken_at_one(order: int, size: float) -> JointTrajectory:
+    """The derivative of an order jumps by `size` at 1 s; the end is met all the same."""
+    powers = [5, 4] if order < 2 else [4, 3]
+    factor = (1.0, 1.0, 0.5)[order]
+    matrix = [[1.0, 1.0], [float(power) for power in powers]]
+    first, second = np.linalg.solve(matrix, [-size * factor, -size * factor * order])
+    extra = np.zeros(6)
+    extra[5 - powers[0]], extra[5 - powers[1]], extra[5 - order] = first, second, size * factor
+    turn = [RISE, np.polyadd(shifted(RISE, 1.0), extra)]
+    return pieces([0, 1, 2], turn, in_two(FALL))
+
+
+@pytest.mark.parametrize(
+    ("order", "quantity"), [(0, "position"), (1, "velocity"), (2, "acceleration")]
+)
+def test_a_jump_of_one_derivative_is_found_and_no_other(order: int, quantity: str) -> None:
+    trajectory = broken_at_one(order, 1e-4)
+    report = check(trajectory, scenario())
+    assert failing(report) == {("jump", quantity)}
+    found = jump(report, quantity)
+    assert found.value == pytest.approx(1e-4, rel=1e-9)
+    assert (found.joint, found.time) == (TURN, 1.0)
+    t = np.linspace(0, 2, 100_001)
+    peak = np.abs(trajectory(t, order)[:, 0]).max()
+    assert found.relative == pytest.approx(1e-4 / peak, rel=1e-4)
+
+
+def test_continuity_that_is_not_asked_for_is_measured_and_not_required() -> None:
+    report = check(broken_at_one(2, 1e-4), scenario(continuity=1))
+    assert report.ok
+    assert jump(report, "acceleration").value == pytest.approx(1e-4)
+    assert not jump(report, "acceleration").required
+    assert failing(check(broken_at_one(1, 1e-4), scenario(continuity=1))) == {("jump", "velocity")}
+    assert check(broken_at_one(1, 1e-4), scenario(continuity=0)).ok
+    assert not check(broken_at_one(0, 1e-4), scenario(continuity=0)).ok
+
+
+def test_a_joint_that_stands_still_has_no_jumps_out_of_rounding() -> None:
+    still = scenario(
+        waypoints=[
+            {"joints": {TURN: 0, SLIDE: 0.3}},
+            {"joints": {TURN: 1, SLIDE: 0.3}, "after": 2},
+        ]
+    )
+    rounding = [np.array([0.0, 1e-17, 3e-17, 0.3]), np.array([0.0, -2e-17, 1e-17, 0.3])]
+    assert check(pieces([0, 1, 2], in_two(RISE), rounding), still).ok
+
+
+def test_a_trajectory_too_short_for_its_scenario_is_a_defect() -> None:
+    short = pieces([0, 1], [RISE], [FALL])
+    report = check(short, scenario())
+    assert failing(report) == {("defect",)}
+    (defect,) = report.defects
+    assert "waypoint 'B' is at 2 s" in str(defect)
+    assert "from 0 s to 1 s" in str(defect)
+    late = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(SOUND.polynomial.c, [0.5, 1.5, 2.5]))
+    assert ("defect",) in failing(check(late, scenario()))
+    assert failing(check(SOUND, scenario(), defects=["scratched"])) == {("defect",)}
+
+
+def test_time_stretched_by_a_tenth_misses_the_last_waypoint() -> None:
+    c = SOUND.polynomial.c * (1.1 ** -np.arange(3.0, -1.0, -1.0))[:, None, None]
+    slow = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(c, np.array([0, 1, 2]) * 1.1))
+    report = check(slow, scenario())
+    assert failing(report) == {("B", "joint_position"), ("B", "joint_velocity")}
+    position, velocity = report.requirements[2:]
+    assert position.error == pytest.approx(1 - np.polyval(RISE, 2 / 1.1))
+    assert velocity.error == pytest.approx(abs(np.polyval(np.polyder(RISE), 2 / 1.1)) / 1.1)
+
+
+def test_joints_may_come_in_any_order() -> None:
+    swapped = JointTrajectory(
+        (SLIDE, TURN), PiecewisePolynomial(SOUND.polynomial.c[:, :, ::-1], SOUND.breaks)
+    )
+    task = scenario(limits={"velocity": {TURN: 0.5}})
+    one, other = check(SOUND, task), check(swapped, task)
+    assert one.to_dict() == other.to_dict()
+    assert failing(one) == {(TURN, "velocity")}
+
+
+def test_other_joints_than_the_scenario_s_are_an_error() -> None:
+    c, x = SOUND.polynomial.c, SOUND.breaks
+    with pytest.raises(InputError, match=r"lacks joint lift; .* are turn, lift"):
+        check(JointTrajectory((TURN,), PiecewisePolynomial(c[:, :, :1], x)), scenario())
+    with pytest.raises(InputError, match="lacks joint lift and has joint left"):
+        check(JointTrajectory((TURN, "left"), PiecewisePolynomial(c, x)), scenario())
+    metres = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(c, x), joint_units=("rad", "m"))
+    with pytest.raises(InputError, match=r"joint lift in m.* rad"):
+        check(metres, scenario())
+
+
+def test_a_report_is_plain_data_and_an_assertion() -> None:
+    report = check(broken_at_one(1, 1e-4), scenario(limits={"velocity": {SLIDE: 0.7}}))
+    data = report.to_dict()
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    assert data["ok"] is False
+    assert len(data["failures"]) == 2
+    assert data["limits"][0]["joint"] == TURN
+    assert data["requirements"][0]["requested"] == [0.0, 1.0]
+    with pytest.raises(AssertionError) as caught:
+        report.raise_if_failed()
+    assert isinstance(caught.value, CheckFailedError)
+    assert caught.value.report is report
+    for failure in report.failures:
+        assert str(failure) in str(caught.value)
+        assert str(failure) in data["failures"]
+
+
+# With a robot: Pinocchio used here directly, on the model as it comes from the URDF.
+
+
+class Arm:
+    """The UR5 of the deburring scenario, written anew: base_link, tool0 and 180 mm of tool."""
+
+    def __init__(self) -> None:
+        folder = example_robot_data("ur5")
+        self.model = pin.buildModelFromUrdf(str(folder / "ur_description/urdf/ur5_robot.urdf"))
+        self.data = self.model.createData()
+
+    def pose(self, q: Array) -> Any:
+        pin.framesForwardKinematics(self.model, self.data, q)
+        base, flange = (
+            self.data.oMf[self.model.getFrameId(name)] for name in ("base_link", "tool0")
+        )
+        return base.inverse() * flange * pin.SE3(np.eye(3), np.array([0, 0, 0.18]))
+
+    def twist(self, trajectory: JointTrajectory, t: float) -> tuple[Array, Array]:
+        """Velocity by differences of poses a microsecond apart, where there is time around."""
+        h = 1e-5
+        low, high = max(t - h, trajectory.start_time), min(t + h, trajectory.end_time)
+        first, last = self.pose(trajectory(low)), self.pose(trajectory(high))
+        turn = pin.log3(last.rotation @ first.rotation.T)
+        return (last.translation - first.translation) / (high - low), turn / (high - low)
+
+    def errors(self, trajectory: JointTrajectory, waypoint: CartesianWaypoint) -> dict[str, float]:
+        pose = self.pose(trajectory(waypoint.time))
+        linear, angular = self.twist(trajectory, waypoint.time)
+        cosine = (np.trace(waypoint.rotation.T @ pose.rotation) - 1) / 2
+        turn = 2 * np.arcsin(
+            min(1.0, float(np.linalg.norm(pose.rotation - waypoint.rotation)) / np.sqrt(8))
+        )
+        assert np.cos(turn) == pytest.approx(cosine, abs=1e-9)
+        return {
+            "position": float(np.linalg.norm(pose.translation - waypoint.position)),
+            "orientation": float(turn),
+            "linear_velocity": float(np.linalg.norm(linear - waypoint.linear)),
+            "angular_velocity": float(np.linalg.norm(angular - waypoint.angular)),
+        }
+
+
+@pytest.fixture(scope="module")
+def arm() -> Arm:
+    return Arm()
+
+
+def tampered(trajectory: JointTrajectory, change: str) -> JointTrajectory:
+    c, x = np.array(trajectory.polynomial.c), np.array(trajectory.breaks)
+    if change == "one joint shifted":
+        c[-1, :, 2] += 1e-3
+    elif change == "one piece shifted":
+        c[-1, 5, 1] -= 2e-3
+    elif change == "one piece faster":
+        c[-2, 7, 4] += 0.01
+    elif change == "time scaled":
+        c *= (1.001 ** -np.arange(len(c) - 1.0, -1.0, -1.0))[:, None, None]
+        x = x * 1.001
+    elif change == "time shifted":
+        x = x - 0.002
+        x[-1] += 0.002
+    return dataclasses.replace(
+        trajectory, polynomial=PiecewisePolynomial(c, x), waypoint_times=None
+    )
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "nothing",
+        "one joint shifted",
+        "one piece shifted",
+        "one piece faster",
+        "time scaled",
+        "time shifted",
+    ],
+)
+def test_errors_at_the_tool_are_those_of_pinocchio_used_directly(
+    change: str, deburring: Plan, arm: Arm
+) -> None:
+    trajectory = tampered(deburring.trajectory, change)
+    report = check(trajectory, deburring.scenario)
+    assert report.ok == (change == "nothing")
+    tolerances = vars(deburring.scenario.tolerances)
+    checked = 0
+    for waypoint in deburring.scenario.waypoints:
+        if not isinstance(waypoint, CartesianWaypoint):
+            continue
+        if any(abs(waypoint.time - t) < 2e-5 for t in trajectory.breaks[1:-1]):
+            continue
+        for quantity, error in arm.errors(trajectory, waypoint).items():
+            (item,) = [
+                i
+                for i in report.requirements
+                if (i.waypoint, i.quantity) == (waypoint.name, quantity)
+            ]
+            # Differences of poses are good to about 1e-8 inside and 1e-6 at the ends.
+            slack = 5e-6 if "velocity" in quantity else 1e-9
+            assert item.error == pytest.approx(error, rel=1e-4, abs=slack)
+            assert item.tolerance == tolerances[quantity]
+            assert item.ok == (item.error <= item.tolerance)
+            checked += 1
+    assert checked >= 30
+
+
+def test_requested_and_achieved_poses_are_reported_in_the_same_form(deburring: Plan) -> None:
+    for item in deburring.report.requirements:
+        assert len(item.requested) == len(item.achieved)
+        if item.quantity == "orientation":
+            np.testing.assert_allclose(item.requested, item.achieved, atol=1e-6)
+            assert np.linalg.norm(item.requested) == pytest.approx(1)
+
+
+def test_efforts_are_those_of_inverse_dynamics(deburring: Plan, arm: Arm) -> None:
+    trajectory = deburring.trajectory
+    t = np.linspace(trajectory.start_time, trajectory.end_time, 4001)
+    dense = np.array(
+        [
+            pin.rnea(arm.model, arm.data, q, v, a)
+            for q, v, a in zip(trajectory(t), trajectory(t, 1), trajectory(t, 2), strict=True)
+        ]
+    )
+    for i, joint in enumerate(trajectory.joint_names):
+        item = use(deburring.report, joint, "effort")
+        state = [trajectory(item.time, order) for order in range(3)]
+        assert item.value == pytest.approx(pin.rnea(arm.model, arm.data, *state)[i], abs=1e-12)
+        assert item.sampled
+        assert item.unit == "N m"
+        worst = np.abs(dense[:, i]).max()
+        assert 0.99 * worst <= abs(item.value) <= 1.01 * worst
+        assert item.margin == pytest.approx(abs(item.limit or 0) - abs(item.value))
+
+
+def test_an_effort_limit_below_the_weight_of_the_arm_is_broken(deburring: Plan) -> None:
+    worst = abs(use(deburring.report, "elbow_joint", "effort").value)
+    for factor, kept in ((1.0001, True), (0.9999, False)):
+        limited = load_scenario(
+            {
+                "robot": "ur5",
+                "limits": {"effort": {"elbow_joint": worst * factor}},
+                "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}],
+            }
+        )
+        asked = dataclasses.replace(deburring.scenario, limits=limited.limits)
+        report = check(deburring.trajectory, asked)
+        assert failing(report) == (set() if kept else {("elbow_joint", "effort")})
+
+
+def test_the_smallest_singular_value_is_that_of_the_jacobian(deburring: Plan, arm: Arm) -> None:
+    near = deburring.report.singularity
+    assert near is not None
+
+    def jacobian(q: Array) -> Array:
+        h, columns = 1e-6, []
+        for i in range(6):
+            step = h * np.eye(6)[i]
+            low, high = arm.pose(q - step), arm.pose(q + step)
+            turn = pin.log3(high.rotation @ low.rotation.T)
+            columns.append(np.concatenate([high.translation - low.translation, turn]) / (2 * h))
+        return np.array(columns).T
+
+    def smallest(t: float) -> float:
+        return float(np.linalg.svd(jacobian(deburring.trajectory(t)), compute_uv=False)[-1])
+
+    assert smallest(near.time) == pytest.approx(near.smallest_singular_value, rel=1e-6)
+    times = np.linspace(deburring.trajectory.start_time, deburring.trajectory.end_time, 301)
+    assert min(map(smallest, times)) >= near.smallest_singular_value * (1 - 1e-3)
+
+
+def test_limits_of_the_robot_are_in_the_report(deburring: Plan, arm: Arm) -> None:
+    for i, joint in enumerate(deburring.trajectory.joint_names):
+        item = use(deburring.report, joint, "velocity")
+        assert item.limit is not None
+        assert abs(item.limit) == pytest.approx(arm.model.velocityLimit[i])
+        item = use(deburring.report, joint, "position")
+        bounds = arm.model.lowerPositionLimit[i], arm.model.upperPositionLimit[i]
+        assert item.limit == pytest.approx(bounds[0]) or item.limit == pytest.approx(bounds[1])
