@@ -12,7 +12,7 @@ from pydantic import Field
 
 from knotwork import documents
 from knotwork.documents import Document, Number, StrictModel, Text
-from knotwork.errors import DocumentError, Problem
+from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import KNOT_FIELDS
 from knotwork.trajectory import JointTrajectory, Knots
@@ -80,13 +80,21 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
         raise document.error(
             ("units", "joints"), f"has {len(content.units.joints)} entries", f"{joints}, as joints"
         )
-    return JointTrajectory(
-        tuple(content.joint_names),
-        PiecewisePolynomial(coefficients, np.array(content.breaks)),
-        joint_units=tuple(content.units.joints),
-        planner=content.planner,
-        waypoint_times=None if content.waypoint_times is None else np.array(content.waypoint_times),
-    )
+    for i, name in enumerate(content.joint_names):
+        if name in content.joint_names[:i]:
+            raise document.error(("joint_names", i), f"{name!r} is given twice", "each joint once")
+    polynomial = PiecewisePolynomial(coefficients, np.array(content.breaks))
+    times = content.waypoint_times
+    try:
+        return JointTrajectory(
+            tuple(content.joint_names),
+            polynomial,
+            joint_units=tuple(content.units.joints),
+            planner=content.planner,
+            waypoint_times=None if times is None else np.array(times),
+        )
+    except InputError as error:
+        raise document.error(("waypoint_times",), str(error)) from error
 
 
 def _array(
@@ -141,11 +149,27 @@ def read_trajectory_document(path: Path | str) -> Document:
     def refuse(word: str) -> Any:
         raise DocumentError(path, [Problem(None, "", f"{word} is no finite number")])
 
+    def mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        data = dict(pairs)
+        if len(data) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for key in keys if keys.count(key) > 1)
+            raise DocumentError(path, [Problem(None, twice, "is given twice")])
+        return data
+
+    text = documents.read_text(path)
     try:
-        data = json.loads(documents.read_text(path), parse_constant=refuse)
+        data = json.loads(text, parse_constant=refuse, object_pairs_hook=mapping)
     except json.JSONDecodeError as error:
         message = f"is not valid JSON: {error.msg} (column {error.colno})"
         raise DocumentError(path, [Problem(error.lineno, "", message)]) from error
+    except RecursionError:
+        raise DocumentError(path, [Problem(None, "", "is nested too deep")]) from None
+    except DocumentError:
+        raise
+    except ValueError as error:  # Python reads no integer of more than some thousands of digits
+        message = "holds an integer of too many digits"
+        raise DocumentError(path, [Problem(None, "", message)]) from error
     return Document(data, path)
 
 

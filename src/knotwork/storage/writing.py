@@ -6,6 +6,7 @@ import io
 import json
 import os
 import re
+import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,7 +22,7 @@ KNOT_FIELDS = ("time", "position", "velocity", "acceleration")
 # More rows than this are a mistake in the rate rather than a file anybody reads.
 MOST_SAMPLES = 10_000_000
 
-_NUMBERS = re.compile(r"\[\s+-?\d[-+\d.eE,\s]*\]")
+_NUMBERS = re.compile(r"\[\n\s*-?\d[-+\d.eE,\s]*\]")
 
 
 def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
@@ -97,26 +98,53 @@ def write_files(folder: Path | str, contents: Mapping[str, str]) -> list[Path]:
         InputError: The folder can't be made or written to.
     """
     folder = Path(folder)
-    written: list[tuple[str, Path]] = []
+    written: list[tuple[Path, Path]] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in contents.items():
             handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
-            written.append((temporary, folder / name))
+            written.append((Path(temporary), folder / name))
             with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
                 file.write(text)
             Path(temporary).chmod(0o666 & ~_umask())
-        for temporary, path in written:
-            os.replace(temporary, path)
-    except OSError as error:
-        reason = error.strerror or str(error)
+        _replace_all(written)
+    except (OSError, ValueError) as error:  # ValueError: a name or text that no file can have
+        reason = getattr(error, "strerror", None) or str(error)
         raise InputError(
             f"can't write to {folder}: {reason}; give a folder that can be made and written to"
         ) from error
     finally:
-        for temporary, _ in written:
-            Path(temporary).unlink(missing_ok=True)
+        for temporary_path, _ in written:
+            temporary_path.unlink(missing_ok=True)
     return [path for _, path in written]
+
+
+def _replace_all(files: list[tuple[Path, Path]]) -> None:
+    """Move new files into their places; if one can't be, put back what was there before.
+
+    Raises:
+        OSError: A file could not be moved.
+    """
+    done: list[tuple[Path, Path | None]] = []
+    try:
+        for new, path in files:
+            old = new.with_name(f"{new.name}.old") if path.exists() else None
+            done.append((path, old))
+            if old is not None:
+                shutil.copy2(path, old)
+            os.replace(new, path)
+    except OSError:
+        for (new, path), (_, old) in zip(files, done, strict=False):
+            moved = not new.exists()
+            if moved and old is not None:
+                os.replace(old, path)
+            elif moved:
+                path.unlink()
+        raise
+    finally:
+        for _, old in done:
+            if old is not None:
+                old.unlink(missing_ok=True)
 
 
 def _umask() -> int:

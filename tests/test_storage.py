@@ -1,0 +1,405 @@
+"""Stored trajectories: the same motion for SciPy, for us and for whoever edits the file."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import stat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicHermiteSpline, PPoly
+
+import knotwork as kw
+from conftest import Command
+from knotwork import storage
+from knotwork.errors import DocumentError, InputError
+from knotwork.pipeline import Plan
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.trajectory import JointTrajectory
+
+FILES = ["report.json", "samples.csv", "trajectory.json"]
+
+
+@pytest.fixture(scope="module")
+def stored(deburring: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("stored")
+    written = deburring.save(folder)
+    assert sorted(path.name for path in written) == FILES
+    assert sorted(path.name for path in folder.iterdir()) == FILES
+    return folder
+
+
+def read(folder: Path) -> dict[str, Any]:
+    data = json.loads((folder / "trajectory.json").read_text(encoding="utf-8"))
+    assert isinstance(data, dict)
+    return data
+
+
+def edited(folder: Path, tmp_path: Path, change: dict[str, Any]) -> Path:
+    path = tmp_path / "edited.json"
+    path.write_text(json.dumps({**read(folder), **change}))
+    return path
+
+
+# What is in the files
+
+
+def test_reading_gives_back_every_bit(deburring: Plan, stored: Path) -> None:
+    one, other = deburring.trajectory, kw.load_trajectory(stored)
+    assert one.joint_names == other.joint_names
+    assert one.joint_units == other.joint_units
+    assert one.planner == other.planner
+    assert one.polynomial.c.tobytes() == other.polynomial.c.tobytes()
+    assert one.breaks.tobytes() == other.breaks.tobytes()
+    assert np.asarray(one.waypoint_times).tobytes() == np.asarray(other.waypoint_times).tobytes()
+    again = kw.load_trajectory(stored / "trajectory.json")
+    assert again.polynomial.c.tobytes() == one.polynomial.c.tobytes()
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
+    numbers = st.floats(-1e300, 1e300, allow_subnormal=True)
+    degree, pieces, joints = (data.draw(st.integers(low, 4)) for low in (0, 1, 1))
+    size = (degree + 1) * pieces * joints
+    values = data.draw(st.lists(numbers, min_size=size, max_size=size))
+    steps = data.draw(st.lists(st.floats(1e-3, 10), min_size=pieces, max_size=pieces))
+    start = data.draw(st.floats(-10, 10))
+    breaks = np.cumsum([start, *steps])
+    c = np.reshape(values, (degree + 1, pieces, joints))
+    if degree == 3:
+        c = c / 1e30  # knots are written for cubics, and must be finite
+    names = [data.draw(st.text(min_size=1, max_size=5)) + str(i) for i in range(joints)]
+    names = [name.encode("utf-8", "replace").decode() for name in names]
+    units = ["rad", "m", "rad", "m"][:joints]
+    before = JointTrajectory(
+        tuple(names), PiecewisePolynomial(c, breaks), joint_units=units, planner="a [ 1,  2] b"
+    )
+    text = storage.to_json(storage.trajectory_to_dict(before))
+    after = storage.trajectory_from_dict(json.loads(text))
+    assert after.polynomial.c.tobytes() == np.ascontiguousarray(c).tobytes()
+    assert after.breaks.tobytes() == breaks.tobytes()
+    assert (after.joint_names, after.joint_units) == (before.joint_names, before.joint_units)
+    assert after.planner == before.planner
+
+
+def test_the_coefficients_are_scipy_s(deburring: Plan, stored: Path) -> None:
+    data, trajectory = read(stored), deburring.trajectory
+    breaks, joints = data["breaks"], data["joint_names"]
+    c = np.array(data["coefficients"])
+    assert c.shape == (4, len(breaks) - 1, len(joints))
+    curve = PPoly(c, breaks)
+    t = np.linspace(breaks[0], breaks[-1], 999)
+    for order in range(4):
+        np.testing.assert_allclose(curve(t, order), trajectory(t, order), rtol=1e-12, atol=1e-12)
+
+
+def test_the_knots_alone_are_the_whole_curve(deburring: Plan, stored: Path) -> None:
+    knots = read(stored)["knots"]
+    time, position, velocity, acceleration = (
+        np.array(knots[key]) for key in ("time", "position", "velocity", "acceleration")
+    )
+    assert position.shape == velocity.shape == acceleration.shape == (len(time), 6)
+    curve = CubicHermiteSpline(time, position, velocity)
+    t = np.linspace(time[0], time[-1], 999)
+    for order in range(3):
+        np.testing.assert_allclose(
+            curve(t, order), deburring.trajectory(t, order), rtol=1e-9, atol=1e-10
+        )
+    np.testing.assert_allclose(acceleration, curve(time, 2), atol=1e-9)
+
+
+def test_units_format_and_names_are_in_the_file(stored: Path) -> None:
+    data = read(stored)
+    assert data["format"] == "knotwork.trajectory"
+    assert data["version"] == 1
+    assert data["units"] == {"time": "s", "joints": ["rad"] * 6}
+    assert data["joint_names"][2] == "elbow_joint"
+    assert data["planner"] == "modified-hermite"
+    assert data["waypoint_times"][:3] == [0, 3, 5]
+
+
+def test_numbers_stand_in_rows_that_can_be_read(stored: Path) -> None:
+    lines = (stored / "trajectory.json").read_text().splitlines()
+    assert max(map(len, lines)) < 1000
+    assert len(lines) < 400
+
+
+def test_prismatic_joints_are_stored_in_metres(tmp_path: Path) -> None:
+    robot = Path(__file__).parent / "failing" / "arms" / "two_joints.urdf"
+    plan = kw.plan(
+        {
+            "robot": str(robot),
+            "tool": {"frame": "tip"},
+            "units": {"length": "mm", "angle": "deg"},
+            "waypoints": [
+                {"joints": {"shoulder": 0, "slide": 250}},
+                {"joints": {"shoulder": 90, "slide": 500}, "after": 4},
+            ],
+        }
+    )
+    plan.save(tmp_path)
+    data = read(tmp_path)
+    assert data["units"]["joints"] == ["rad", "m"]
+    np.testing.assert_allclose(data["knots"]["position"], [[0, 0.25], [np.pi / 2, 0.5]])
+    header = (tmp_path / "samples.csv").read_text().splitlines()[0]
+    assert "slide.velocity_m_per_s," in header
+    assert "shoulder.jerk_rad_per_s3" in header
+    assert {item.unit for item in plan.report.limits if item.joint == "slide"} == {
+        *("m", "m/s", "m/s²", "m/s³", "N"),
+    }
+
+
+@pytest.mark.parametrize("rate", [125.0, 7.0, 0.01])
+def test_samples_come_at_their_rate_and_end_at_the_end(
+    rate: float, deburring: Plan, tmp_path: Path
+) -> None:
+    deburring.save(tmp_path, rate=rate)
+    with (tmp_path / "samples.csv").open(newline="") as file:
+        header, *rows = list(csv.reader(file))
+    trajectory = deburring.trajectory
+    table = np.array(rows, dtype=float)
+    time = table[:, 0]
+    assert header[0] == "time_s"
+    assert len(header) == table.shape[1] == 1 + 4 * 6
+    assert header[1] == "shoulder_pan_joint.position_rad"
+    assert header[24] == "wrist_3_joint.jerk_rad_per_s3"
+    assert time[0] == trajectory.start_time
+    assert time[-1] == trajectory.end_time
+    np.testing.assert_allclose(np.diff(time)[:-1], 1 / rate, rtol=1e-9)
+    assert 0 < np.diff(time)[-1] <= 1 / rate * (1 + 1e-9)
+    for order in range(4):
+        columns = table[:, 1 + 6 * order : 7 + 6 * order]
+        np.testing.assert_array_equal(columns, trajectory(time, order))
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e9])
+def test_an_impossible_rate_writes_nothing(rate: float, deburring: Plan, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="rate"):
+        deburring.save(tmp_path / "out", rate=rate)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_report_in_the_file_is_the_report(deburring: Plan, stored: Path) -> None:
+    data = json.loads((stored / "report.json").read_text(encoding="utf-8"))
+    assert data == deburring.report.to_dict()
+    assert data["ok"] is True
+
+
+# Writing
+
+
+def test_files_are_replaced_and_others_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("old")
+    (tmp_path / "mine.txt").write_text("mine")
+    storage.write_files(tmp_path, {"a.txt": "new\n", "b.txt": "ü\n"})
+    assert (tmp_path / "a.txt").read_text() == "new\n"
+    assert (tmp_path / "b.txt").read_bytes() == "ü\n".encode()
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_files_have_the_permissions_of_any_new_file(tmp_path: Path) -> None:
+    (tmp_path / "plain").write_text("")
+    storage.write_files(tmp_path, {"a": ""})
+    modes = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("a", "plain")]
+    assert modes[0] == modes[1]
+
+
+@pytest.mark.parametrize("failing", [1, 2, 3])
+def test_a_failure_at_any_file_leaves_everything_as_it_was(
+    failing: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).write_text("old")
+    replace, calls = os.replace, 0
+
+    def full(source: Any, target: Any) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == failing:
+            raise OSError(28, "No space left on device")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(InputError, match=r"can't write to .*: No space left on device"):
+        storage.write_files(tmp_path, {"a": "new", "b": "new", "c": "new"})
+    monkeypatch.undo()
+    left = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    assert left == {"a": "old", "b": "old"}
+
+
+def test_a_folder_in_the_place_of_a_file_is_an_error_that_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "b").mkdir()
+    with pytest.raises(InputError, match="can't write"):
+        storage.write_files(tmp_path, {"a": "new", "b": "new"})
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+
+
+def test_a_file_in_the_place_of_the_folder_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("here first")
+    for folder in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match="give a folder"):
+            storage.write_files(folder, {"a": "x"})
+    assert (tmp_path / "file").read_text() == "here first"
+
+
+def test_text_that_no_file_can_hold_is_an_error_that_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="can't write"):
+        storage.write_files(tmp_path, {"a": "fine", "b": "\ud800"})
+    with pytest.raises(InputError, match="can't write"):
+        storage.write_files(tmp_path / "a\0b", {"a": "fine"})
+    assert not list(tmp_path.iterdir())
+
+
+# Files edited by hand
+
+
+def test_a_stored_plan_still_passes(stored: Path, knotwork: Command) -> None:
+    for path in (stored, stored / "trajectory.json"):
+        ran = knotwork("check", path, "--scenario", "ur5_deburring")
+        assert ran.code == 0
+        assert "PASSED" in ran.out
+
+
+@pytest.mark.parametrize("index", [(3, 5, 1), (0, 0, 3), (2, 9, 5)])
+def test_an_edited_coefficient_fails_the_check(
+    index: tuple[int, int, int], stored: Path, tmp_path: Path, knotwork: Command
+) -> None:
+    data = read(stored)
+    power, piece, joint = index
+    data["coefficients"][power][piece][joint] += 1e-3
+    path = edited(stored, tmp_path, {"coefficients": data["coefficients"]})
+    ran = knotwork("check", path, "--scenario", "ur5_deburring", "--json")
+    assert ran.code == 1
+    report = json.loads(ran.out)
+    assert report["ok"] is False
+    joint_name = data["joint_names"][joint]
+    assert any(joint_name in failure and "jumps" in failure for failure in report["failures"])
+
+
+@pytest.mark.parametrize("name", ["time", "position", "velocity", "acceleration"])
+def test_edited_knots_fail_the_check_and_are_named(
+    name: str, stored: Path, tmp_path: Path, knotwork: Command
+) -> None:
+    knots = read(stored)["knots"]
+    if name == "time":
+        knots[name][4] += 1e-4
+        at = "knots.time[4]"
+    else:
+        knots[name][4][2] += 1e-4
+        at = f"knots.{name}[4][2]"
+    path = edited(stored, tmp_path, {"knots": knots})
+    ran = knotwork("check", path, "--scenario", "ur5_deburring", "--json")
+    assert ran.code == 1
+    (failure,) = json.loads(ran.out)["failures"]
+    assert failure.startswith(at)
+
+
+def test_the_knots_may_be_left_out(stored: Path, tmp_path: Path, knotwork: Command) -> None:
+    path = edited(stored, tmp_path, {"knots": None})
+    assert knotwork("check", path, "--scenario", "ur5_deburring").code == 0
+
+
+def test_a_curve_of_another_degree_may_state_knots_too(tmp_path: Path) -> None:
+    c = np.zeros((5, 1, 1))
+    c[:, 0, 0] = 1.0
+    trajectory = JointTrajectory(("a",), PiecewisePolynomial(c, [0.0, 1.0]))
+    data = storage.trajectory_to_dict(trajectory)
+    assert "knots" not in data
+    assert storage.trajectory_from_dict(data).polynomial.degree == 4
+
+
+def without(key: str, data: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in data.items() if name != key}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda d: without("coefficients", d), "coefficients: is missing"),
+        (lambda d: {**d, "format": "other"}, "format"),
+        (lambda d: {**d, "version": 2}, "version"),
+        (lambda d: {**d, "breaks": d["breaks"][::-1]}, "breaks[1]"),
+        (lambda d: {**d, "breaks": d["breaks"][:-1]}, "coefficients: has shape"),
+        (lambda d: {**d, "breaks": ["0", *d["breaks"][1:]]}, "breaks[0]: '0': must be a valid"),
+        (lambda d: {**d, "coefficients": [[[1]]]}, "coefficients: has shape (1, 1, 1)"),
+        (lambda d: {**d, "coefficients": [[[1, 2], [1]]]}, "rows of different lengths"),
+        (lambda d: {**d, "coefficients": 3}, "coefficients"),
+        (lambda d: {**d, "coeficients": []}, "did you mean 'coefficients'?"),
+        (lambda d: {**d, "joint_names": d["joint_names"][:-1]}, "coefficients: has shape"),
+        (lambda d: {**d, "joint_names": [d["joint_names"][0]] * 6}, "joint_names"),
+        (lambda d: {**d, "joint_names": []}, "joint_names"),
+        (lambda d: {**d, "units": {"joints": ["rad"]}}, "units.joints: has 1 entries"),
+        (lambda d: {**d, "units": {"joints": ["deg"] * 6}}, "units.joints[0]"),
+        (lambda d: {**d, "waypoint_times": [0, 999]}, "waypoint_times"),
+        (lambda d: {**d, "waypoint_times": [1, 0]}, "waypoint_times"),
+        (lambda d: {**d, "knots": {**d["knots"], "time": [0]}}, "knots.time: has shape (1,)"),
+        (lambda d: {**d, "knots": without("time", d["knots"])}, "knots.time: is missing"),
+        (lambda d: {**d, "knots": {**d["knots"], "position": [[1], []]}}, "knots.position"),
+        (lambda d: [d], "a mapping"),
+        (lambda d: "text", "a mapping"),
+    ],
+)
+def test_a_malformed_file_names_file_and_field(
+    change: Any, says: str, stored: Path, tmp_path: Path, knotwork: Command
+) -> None:
+    path = tmp_path / "edited.json"
+    path.write_text(json.dumps(change(read(stored))))
+    ran = knotwork("check", path, "--scenario", "ur5_deburring")
+    assert ran.code == 2
+    assert str(path) in ran.err
+    assert says in ran.err
+    assert not ran.out
+    assert "Traceback" not in ran.err
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('{"format": "knotwork.trajectory",\n "breaks": [0, 1,]}', "line 2: is not valid JSON"),
+        ("", "not valid JSON"),
+        ('{"breaks": [NaN]}', "NaN is no finite number"),
+        ('{"breaks": [-Infinity]}', "-Infinity is no finite number"),
+        ('{"breaks": [1e999, 2]}', "breaks[0]"),
+        ('{"breaks": [' + "9" * 5000 + "]}", "digits"),
+        ("[" * 100_000, "nested"),
+        ('{"a": ' * 2000 + "1" + "}" * 2000, "nested"),
+        ('{"version": 1, "version": 1}', "version: is given twice"),
+    ],
+)
+def test_what_is_no_json_of_ours_says_where(
+    text: str, says: str, tmp_path: Path, knotwork: Command
+) -> None:
+    path = tmp_path / "broken.json"
+    path.write_text(text)
+    ran = knotwork("check", path, "--scenario", "ur5_deburring")
+    assert ran.code == 2
+    assert "broken.json" in ran.err
+    assert says in ran.err
+    assert len(ran.err) < 5000
+
+
+def test_a_missing_or_binary_file_is_an_error(tmp_path: Path, knotwork: Command) -> None:
+    (tmp_path / "bytes.json").write_bytes(b"\xff\xfe")
+    for path in (tmp_path / "none.json", tmp_path, tmp_path / "bytes.json"):
+        ran = knotwork("check", path, "--scenario", "ur5_deburring")
+        assert ran.code == 2
+        assert ran.err.startswith("error: ")
+
+
+def test_a_trajectory_of_another_robot_is_an_error(stored: Path, knotwork: Command) -> None:
+    ran = knotwork("check", stored, "--scenario", "paper_case")
+    assert ran.code == 2
+    assert "lacks joint joint_1" in ran.err
+
+
+def test_the_building_blocks_raise_document_errors() -> None:
+    with pytest.raises(DocumentError, match=r"\(given in Python\): format: is missing"):
+        storage.trajectory_from_dict({})
