@@ -4,8 +4,9 @@ Take an interval of length h between two waypoints with positions y0, y1, veloci
 accelerations a0, a1, and its two knots a time p h after the one and b h before the other. Position
 and velocity at the far end fix the accelerations at the knots. With q = 1 - b, s = (y1 - y0) / h:
 
-    A = [-p (1 + q) a0 + (1 - p) b a1 + (6 (s - v0) - 2 (1 + b - p) (v1 - v0)) / h] / q
-    B = [p q a0 - b (2 - p) a1 - (6 (s - v0) - 2 (2 + b - p) (v1 - v0)) / h] / (1 - p)
+    A = -p (1 + q)/q a0 + (1 - p) b/q a1 + [6 s - 2 (1 + p + q) v0 - 2 (1 - p + b) v1] / (h q)
+    B = p q/(1 - p) a0 - b (2 - p)/(1 - p) a1
+            - [6 s - 2 (p + q) v0 - 2 (2 - p + b) v1] / (h (1 - p))
 
 and so the first jerk of the interval, (A - a0) / (p h), and its last, (a1 - B) / (b h). No knot
 sits at a waypoint, so the last jerk of an interval is the first jerk of the next one: that is one
@@ -27,136 +28,168 @@ from knotwork.interpolation.knots import PlacedKnots
 from knotwork.interpolation.tridiagonal import solve_tridiagonal
 from knotwork.waypoints import FloatArray
 
-BLOCK = 2048
-"""Waypoints handled together, so that the temporaries stay in the cache."""
+BLOCK = 49152
+"""Values that are worked on together, so that the temporaries stay in the nearer caches."""
 
 
 @dataclass(frozen=True, eq=False)
-class KnotAccelerations:
-    """Accelerations at the two knots of consecutive intervals, linear in those at their ends.
-
-    A = -after_0 a0 + after_1 a1 + after_given and B = before_0 a0 - before_1 a1 + before_given.
+class Waypoints:
+    """The data of a spline, one row a component.
 
     Attributes:
-        after_0, after_1, before_0, before_1: Factors, shape (intervals,).
-        after_given, before_given: What positions and velocities contribute, shape (d, intervals).
+        x: Times [s], shape (n,).
+        y: Positions, shape (d, n).
+        dydx: Velocities, shape (d, n).
+        knots: The knots.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    dydx: FloatArray
+    knots: PlacedKnots
+
+    @property
+    def block(self) -> int:
+        """How many waypoints to work on together."""
+        # odd, as rows a power of two apart would compete for the same lines of the cache
+        return max(16, BLOCK // max(1, int(self.y.shape[0]))) | 1
+
+
+@dataclass(frozen=True, eq=False)
+class IntervalWeights:
+    """Accelerations at the two knots of consecutive intervals as sums of what is at their ends.
+
+    Attributes:
+        after: Weights of a0, a1, y1 - y0, v0, v1 in A, shape (5, intervals).
+        before: Weights of the same in B, shape (5, intervals).
         after_time: From the first waypoint to its knot, p h [s], shape (intervals,).
         before_time: From the second knot to its waypoint, b h [s], shape (intervals,).
     """
 
-    after_0: FloatArray
-    after_1: FloatArray
-    after_given: FloatArray
-    before_0: FloatArray
-    before_1: FloatArray
-    before_given: FloatArray
+    after: FloatArray
+    before: FloatArray
     after_time: FloatArray
     before_time: FloatArray
 
-    def at(self, a: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return A and B, shape (d, intervals), from accelerations a, shape (d, intervals + 1)."""
-        a0, a1 = a[:, :-1], a[:, 1:]
-        after = self.after_1 * a1
-        after += self.after_given
-        after -= self.after_0 * a0
-        before = self.before_0 * a0
-        before += self.before_given
-        before -= self.before_1 * a1
-        return after, before
 
-
-def knot_accelerations(
-    x: FloatArray, y: FloatArray, dydx: FloatArray, knots: PlacedKnots, low: int, high: int
-) -> KnotAccelerations:
-    """Set up the accelerations at the knots of the intervals low … high - 1.
-
-    Args:
-        x: Waypoint times [s], shape (n,).
-        y: Positions as rows, shape (d, n).
-        dydx: Velocities as rows, shape (d, n).
-        knots: The knots of all waypoints.
-        low: First interval.
-        high: The one after the last.
-    """
-    ends = slice(low, high + 1)
-    start, end = x[low:high], x[low + 1 : high + 1]
-    left, right = knots.left[low + 1 : high + 1], knots.right[low:high]
-    h = end - start
+def interval_weights(data: Waypoints, low: int, high: int) -> IntervalWeights:
+    """Set up the accelerations at the knots of the intervals low … high - 1."""
+    start, end = data.x[low:high], data.x[low + 1 : high + 1]
+    left, right = data.knots.left[low + 1 : high + 1], data.knots.right[low:high]
     after_time, before_time = right - start, end - left
+    per_h = 1.0 / (end - start)
     # differences of times rather than 1 - p and 1 - b: knots may be very near to a waypoint
-    p, p_rest = after_time / h, (end - right) / h
-    b, b_rest = before_time / h, (left - start) / h
+    p, p_rest = after_time * per_h, (end - right) * per_h
+    b, b_rest = before_time * per_h, (left - start) * per_h
 
-    slope, change = np.diff(y[:, ends]), np.diff(dydx[:, ends])
-    slope /= h
-    slope -= dydx[:, low:high]
-    slope *= 6.0
-    change *= 2.0
-    after = slope - (b + p_rest) * change
-    after /= h * b_rest
-    change *= 1.0 + b + p_rest
-    change -= slope
-    change /= h * p_rest
-    return KnotAccelerations(
-        after_0=p * (1.0 + b_rest) / b_rest,
-        after_1=p_rest * b / b_rest,
-        after_given=after,
-        before_0=p * b_rest / p_rest,
-        before_1=b * (1.0 + p_rest) / p_rest,
-        before_given=change,
-        after_time=after_time,
-        before_time=before_time,
-    )
+    after, before = np.empty((2, 5, high - low))
+    after[0] = -p * (1.0 + b_rest)
+    after[1] = p_rest * b
+    after[2] = 6.0 * per_h * per_h
+    after[3] = (1.0 + p + b_rest) * (-2.0 * per_h)
+    after[4] = (p_rest + b) * (-2.0 * per_h)
+    before[0] = p * b_rest
+    before[1] = -b * (1.0 + p_rest)
+    before[2] = -after[2]
+    before[3] = (p + b_rest) * (2.0 * per_h)
+    before[4] = (1.0 + p_rest + b) * (2.0 * per_h)
+    after *= 1.0 / b_rest
+    before *= 1.0 / p_rest
+    return IntervalWeights(after, before, after_time, before_time)
+
+
+def _weighted_sum(
+    weights: FloatArray, terms: tuple[FloatArray, ...], out: FloatArray, scratch: FloatArray
+) -> None:
+    """Sum terms of shape (d, k) with weights of shape (terms, k) into `out`, shape (d, k)."""
+    np.multiply(terms[0], weights[0], out=out)
+    for weight, term in zip(weights[1:], terms[1:], strict=True):
+        np.multiply(term, weight, out=scratch)
+        np.add(out, scratch, out=out)
 
 
 def waypoint_accelerations(
-    x: FloatArray,
-    y: FloatArray,
-    dydx: FloatArray,
-    knots: PlacedKnots,
-    end_acceleration: tuple[FloatArray, FloatArray] | None,
+    data: Waypoints, end_acceleration: tuple[FloatArray, FloatArray] | None
 ) -> FloatArray:
     """Solve for the accelerations at the waypoints.
 
     Args:
-        x: Waypoint times [s], shape (n,).
-        y: Positions as rows, shape (d, n).
-        dydx: Velocities as rows, shape (d, n).
-        knots: The knots; with doubled ends exactly if end accelerations are given.
+        data: Times, positions, velocities and knots; with doubled ends exactly if end
+            accelerations are given.
         end_acceleration: First and last acceleration, shape (d,) each, or `None`.
 
     Returns:
         Accelerations as rows, shape (d, n).
     """
-    n = x.size
+    n = data.x.size
     # the jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads
-    #     -before_0/(b h) a[i-1] + ((1 + before_1)/(b h) + (1 + after_0)/(p h)) a[i]
-    #         - after_1/(p h) a[i+1] = after_given/(p h) + before_given/(b h)
+    #     -before[0]/(b h) a[i-1] + ((1 - before[1])/(b h) + (1 - after[0])/(p h)) a[i]
+    #         - after[1]/(p h) a[i+1] = the other terms of A/(p h) and B/(b h)
     # and at both ends a = what is asked for; without that it is decoupled, and found afterwards
     lower, diagonal, upper = np.zeros(n - 1), np.zeros(n), np.zeros(n - 1)
-    rhs = np.empty((y.shape[0], n))
+    rhs = np.empty((data.y.shape[0], n))
     rhs[:, 0] = 0.0
-    for low in range(0, n - 1, BLOCK):
-        high = min(low + BLOCK, n - 1)
+    for low in range(0, n - 1, data.block):
+        high = min(low + data.block, n - 1)
         own, following = slice(low, high), slice(low + 1, high + 1)
-        knot = knot_accelerations(x, y, dydx, knots, low, high)
-        per_after, per_before = _inverse(knot.after_time), _inverse(knot.before_time)
-        lower[own], upper[own] = -knot.before_0 * per_before, -knot.after_1 * per_after
-        diagonal[following] = (1.0 + knot.before_1) * per_before
-        diagonal[own] += (1.0 + knot.after_0) * per_after
-        np.multiply(knot.before_given, per_before, out=rhs[:, following])
-        rhs[:, own] += knot.after_given * per_after
+        weights = interval_weights(data, low, high)
+        per_after, per_before = inverse(weights.after_time), inverse(weights.before_time)
+        weights.after[...] *= per_after
+        weights.before[...] *= per_before
+        np.negative(weights.before[0], out=lower[own])
+        np.negative(weights.after[1], out=upper[own])
+        np.subtract(per_before, weights.before[1], out=diagonal[following])
+        per_after -= weights.after[0]
+        diagonal[own] += per_after
+        terms = _given_terms(data, low, high)
+        scratch, total = np.empty((2, *terms[0].shape))
+        _weighted_sum(weights.before[2:], terms, rhs[:, following], scratch)
+        _weighted_sum(weights.after[2:], terms, total, scratch)
+        rhs[:, own] += total
     diagonal[0] = diagonal[-1] = 1.0
     upper[0] = lower[-1] = 0.0
     rhs[:, 0], rhs[:, -1] = (0.0, 0.0) if end_acceleration is None else end_acceleration
     a = solve_tridiagonal(lower, diagonal, upper, rhs)
     if end_acceleration is None:
-        start = knot_accelerations(x, y, dydx, knots, 0, 1).at(a[:, :2])[0]
-        end = knot_accelerations(x, y, dydx, knots, n - 2, n - 1).at(a[:, -2:])[1]
-        a[:, 0], a[:, -1] = start[:, 0], end[:, 0]
+        ends = np.empty((2, 2, data.y.shape[0], 1))
+        knot_accelerations(data, a, 0, 1, *ends[0])
+        knot_accelerations(data, a, n - 2, n - 1, *ends[1])
+        a[:, 0], a[:, -1] = ends[0, 0, :, 0], ends[1, 1, :, 0]
     return a
 
 
-def _inverse(value: FloatArray) -> FloatArray:
+def knot_accelerations(
+    data: Waypoints, a: FloatArray, low: int, high: int, after: FloatArray, before: FloatArray
+) -> None:
+    """Find the accelerations A and B at the knots of the intervals low … high - 1.
+
+    Args:
+        data: Times, positions, velocities and knots.
+        a: Accelerations at the waypoints as rows, shape (d, n).
+        low: First interval.
+        high: The one after the last.
+        after: Takes A, shape (d, high - low).
+        before: Takes B, shape (d, high - low).
+    """
+    weights = interval_weights(data, low, high)
+    terms = (a[:, low:high], a[:, low + 1 : high + 1], *_given_terms(data, low, high))
+    scratch = np.empty(terms[2].shape)
+    _weighted_sum(weights.after, terms, after, scratch)
+    _weighted_sum(weights.before, terms, before, scratch)
+
+
+def _given_terms(data: Waypoints, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return y1 - y0, v0 and v1 of the intervals low … high - 1, shape (d, high - low) each."""
+    position, velocity = data.y[:, low : high + 1], data.dydx[:, low : high + 1]
+    # the data may be a transposed view, and NumPy would keep its order in what is made from it
+    change = np.empty((position.shape[0], high - low))
+    np.subtract(position[:, 1:], position[:, :-1], out=change)
+    velocity = np.ascontiguousarray(velocity)
+    return change, velocity[:, :-1], velocity[:, 1:]
+
+
+def inverse(value: FloatArray) -> FloatArray:
     """1 / value; 0 where the value is 0, at an end waypoint that has no knot on that side."""
+    if value.all():
+        return 1.0 / value
     return np.divide(1.0, value, out=np.zeros_like(value), where=value > 0.0)

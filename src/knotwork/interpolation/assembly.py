@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.accelerations import BLOCK, knot_accelerations
-from knotwork.interpolation.knots import PlacedKnots
+from knotwork.interpolation.accelerations import Waypoints, inverse, knot_accelerations
 from knotwork.waypoints import FloatArray
 
 
-def coefficients(
-    x: FloatArray, y: FloatArray, dydx: FloatArray, a: FloatArray, knots: PlacedKnots
-) -> FloatArray:
+def coefficients(data: Waypoints, a: FloatArray) -> FloatArray:
     """Assemble the polynomials between the knots.
 
     Acceleration is linear between the knots, so it is built from its values there; position and
@@ -19,103 +16,79 @@ def coefficients(
     made from its one state, so that they agree to rounding.
 
     Args:
-        x: Waypoint times [s], shape (n,).
-        y: Positions as rows, shape (d, n).
-        dydx: Velocities as rows, shape (d, n).
-        a: Accelerations as rows, shape (d, n).
-        knots: The knots.
+        data: Times, positions, velocities and knots.
+        a: Accelerations at the waypoints as rows, shape (d, n).
 
     Returns:
         Coefficients, shape (4, m-1, d), highest power first.
     """
-    n = x.size
-    # pieces in turn: the one around a waypoint, then the one from there to the next waypoint's;
-    # without doubled ends the first and the last of them do not exist
-    shift = 0 if knots.doubled_ends else 1
-    c = np.empty((4, knots.time.size - 1, y.shape[0]))
-    for low in range(0, n, BLOCK):
-        high = min(low + BLOCK, n)
-        after, before = _beside_waypoints(x, y, dydx, a, knots, low, high)
-        left, right = knots.left[low : high + 1], knots.right[low:high]
-        r_left, v_left = _state(x, y, dydx, a, left, before, low)
-        r_right, v_right = _state(x, y, dydx, a, right, after, low)
-
-        first = 1 if shift and low == 0 else 0
-        last = high - low - 1 if shift and high == n else high - low
-        used = slice(first, last)
-        around = slice(2 * (low + first) - shift, 2 * (low + last) - shift, 2)
-        cubic = after[:, used] - before[:, used]
-        cubic /= 6.0 * (right[used] - left[used])
-        _put(c, around, cubic, before[:, used], v_left[:, used], r_left[:, used])
-
-        gaps = left.size - 1
-        between = slice(2 * low + 1 - shift, 2 * (low + gaps) + 1 - shift, 2)
-        cubic = before[:, 1:] - after[:, :gaps]
-        cubic /= 6.0 * (left[1:] - right[:gaps])
-        _put(c, between, cubic, after[:, :gaps], v_right[:, :gaps], r_right[:, :gaps])
-    return c
+    n = data.x.size
+    # For each waypoint the piece from its left to its right knot, and from there to the left knot
+    # of the next one. Pieces that do not exist are cut off: the last, and without doubled ends
+    # also the first and the last but one.
+    c = np.empty((4, 2 * n, data.y.shape[0]))
+    for low in range(0, n, data.block):
+        high = min(low + data.block, n)
+        _assemble(data, a, low, high, c[:, 2 * low : 2 * high])
+    return c[:, :-1] if data.knots.doubled_ends else c[:, 1:-2]
 
 
-def _beside_waypoints(
-    x: FloatArray,
-    y: FloatArray,
-    dydx: FloatArray,
-    a: FloatArray,
-    knots: PlacedKnots,
-    low: int,
-    high: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Accelerations at the right knots of waypoints low … high - 1, at the left ones of one more.
+def _assemble(data: Waypoints, a: FloatArray, low: int, high: int, c: FloatArray) -> None:
+    """Fill the coefficients c, shape (4, 2 k, d), of the pieces of waypoints low … high - 1."""
+    part, count = slice(low, high), high - low
+    # leading axis: left knot and right knot; both are computed at once
+    knot = np.stack((data.knots.left[part], data.knots.right[part]))[:, None]
+    u = knot - data.x[part]
+    bend = _beside_waypoints(data, a, low, high)
+    second = bend[..., 1 : count + 1]
+    y, v = (np.ascontiguousarray(rows[:, part]) for rows in (data.y, data.dydx))
+    # pieces alternate: those of left knots, those of right knots
+    pieces = c.reshape(4, count, 2, -1).transpose(0, 2, 3, 1)
+
+    np.multiply(second, 0.5, out=pieces[1])
+    value = a[:, part] + second
+    value *= 0.5 * u
+    value += v
+    pieces[2] = value
+    np.multiply(a[:, part], 2.0, out=value)
+    value += second
+    value *= u / 6.0
+    value += v
+    value *= u
+    value += y
+    pieces[3] = value
+    np.subtract(second[1], second[0], out=value[0])
+    np.subtract(bend[0, :, 2:], second[1], out=value[1])
+    following = np.append(data.knots.left[low + 1 : high + 1], data.knots.right[high - 1 :][:1])
+    span = np.stack((knot[1, 0] - knot[0, 0], following[:count] - knot[1, 0]))[:, None]
+    value *= inverse(6.0 * span)
+    pieces[0] = value
+
+
+def _beside_waypoints(data: Waypoints, a: FloatArray, low: int, high: int) -> FloatArray:
+    """Accelerations at the left and the right knots of the waypoints low - 1 … high.
 
     The first waypoint is its own left knot, the last one its own right knot.
+
+    Returns:
+        Shape (2, d, high - low + 2); entries that no piece of the waypoints low … high - 1 needs
+        are left at 0.
     """
-    n = x.size
+    n = data.x.size
+    bend = np.empty((2, data.y.shape[0], high - low + 2))
+    bend[..., [0, -1]] = 0.0
     start, stop = max(low - 1, 0), min(high, n - 1)
-    knot = knot_accelerations(x, y, dydx, knots, start, stop)
-    after, before = knot.at(a[:, start : stop + 1])
+    shift = 1 - low
+    knot_accelerations(
+        data,
+        a,
+        start,
+        stop,
+        bend[1, :, start + shift : stop + shift],
+        bend[0, :, start + 1 + shift : stop + 1 + shift],
+    )
     if low == 0:
-        before = np.concatenate((a[:, :1], before), axis=1)
-    else:
-        after = after[:, 1:]
+        bend[0, :, 1] = a[:, 0]
     if high == n:
-        after = np.concatenate((after, a[:, -1:]), axis=1)
-    return after, before
-
-
-def _state(
-    x: FloatArray,
-    y: FloatArray,
-    dydx: FloatArray,
-    a: FloatArray,
-    side: FloatArray,
-    acceleration: FloatArray,
-    low: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Position and velocity at knots beside the waypoints from `low` on, shape (d, knots) each."""
-    part = slice(low, low + side.size)
-    u = side - x[part]
-    velocity = a[:, part] + acceleration
-    velocity *= 0.5 * u
-    velocity += dydx[:, part]
-    position = a[:, part] * 2.0
-    position += acceleration
-    position *= u / 6.0
-    position += dydx[:, part]
-    position *= u
-    position += y[:, part]
-    return position, velocity
-
-
-def _put(
-    c: FloatArray,
-    pieces: slice,
-    cubic: FloatArray,
-    acceleration: FloatArray,
-    velocity: FloatArray,
-    position: FloatArray,
-) -> None:
-    """Store the coefficients of every other piece, given as rows, shape (d, pieces)."""
-    c[0, pieces] = cubic.T
-    np.multiply(acceleration.T, 0.5, out=c[1, pieces])
-    c[2, pieces] = velocity.T
-    c[3, pieces] = position.T
+        bend[1, :, -2] = a[:, -1]
+    return bend

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, UnknownNameError, WaypointDataError
-from knotwork.interpolation.accelerations import waypoint_accelerations
+from knotwork.interpolation.accelerations import Waypoints, waypoint_accelerations
 from knotwork.interpolation.assembly import coefficients
 from knotwork.interpolation.knots import BalancedKnots, place_knots
 from knotwork.polynomial import PiecewisePolynomial
@@ -81,14 +81,15 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         positions, velocities = (
             array.reshape(times.size, math.prod(trailing)).T for array in (values, derivatives)
         )
-        a = waypoint_accelerations(times, positions, velocities, placed, ends)
+        data = Waypoints(times, positions, velocities, placed)
+        a = waypoint_accelerations(data, ends)
         if not np.isfinite(a).all():
             i = int(np.flatnonzero(~np.isfinite(a).all(axis=0))[0])
             raise InputError(
                 f"the acceleration at waypoint {i} exceeds the range of floating-point numbers; "
                 "the times are too close for the values given"
             )
-        c = coefficients(times, positions, velocities, a, placed)
+        c = coefficients(data, a)
         self._assign(c.reshape(*c.shape[:2], *trailing), placed.time, axis)
         self._waypoint_times = times
         acceleration = np.moveaxis(a.T.reshape(values.shape), 0, axis)

@@ -1,12 +1,19 @@
-"""Gaussian elimination without pivoting for the tridiagonal systems of this package.
+"""Tridiagonal M-matrices: a direct solver without pivoting, in NumPy alone.
 
-The diagonal is positive and the off-diagonals are negative, so with alternating signs of rows and
-columns all entries are nonnegative; and all leading principal minors are positive, because each
-belongs to a shorter interpolation problem that has one solution. Such a matrix is an M-matrix.
-Elimination then subtracts nothing but makes no entry grow either: |L||U| = |A|, so the
-computed solution solves a system whose every entry is perturbed by a few roundings only, row by
-row, however the rows are scaled. Pivoting, as LAPACK's general solver does it, could mix rows of
-very different size and lose that.
+The systems of this package have a positive diagonal and negative off-diagonals, and their leading
+principal minors are positive: each belongs to a shorter interpolation problem, which has exactly
+one solution wherever the knots are admissible, so no minor changes sign between those knots and
+the paper's, where the matrix is strictly diagonally dominant. Such a matrix is a nonsingular
+M-matrix, and with alternating signs of its rows and columns it is totally nonnegative.
+
+Eliminating the unknowns of an M-matrix, in whatever order, leaves M-matrices: nothing but positive
+numbers is subtracted from the diagonal, nothing grows, |L||U| = |A|. The computed solution then
+solves a system in which every entry is off by a few roundings only, row by row, however the rows
+are scaled. Pivoting would mix rows of very different size, and lose that.
+
+The order here is cyclic reduction: every other unknown is eliminated at once, which leaves a
+tridiagonal system of half the size. That is linear in n, works on whole arrays and on all
+right-hand sides together, and needs no SciPy, the import of which takes longer than solving.
 """
 
 from __future__ import annotations
@@ -15,70 +22,62 @@ import numpy as np
 
 from knotwork.waypoints import FloatArray
 
-LAPACK_SIZE = 512
-"""From this many rows on LAPACK is used; below it, importing SciPy costs more than it saves."""
+BLOCK = 49152
+"""Values of the right-hand sides that are worked on together."""
 
 
 def solve_tridiagonal(
     lower: FloatArray, diagonal: FloatArray, upper: FloatArray, rhs: FloatArray
 ) -> FloatArray:
-    """Solve A X = B for a tridiagonal M-matrix A, one factorisation for all right-hand sides.
+    """Solve A X = B for a tridiagonal M-matrix A.
 
     Args:
         lower: A[i+1, i] <= 0, shape (n-1,).
         diagonal: A[i, i] > 0, shape (n,).
         upper: A[i, i+1] <= 0, shape (n-1,).
-        rhs: Right-hand sides as rows, B transposed, shape (d, n), C contiguous; overwritten.
+        rhs: Right-hand sides as rows, B transposed, shape (d, n); overwritten by the solutions.
 
     Returns:
-        The solutions as rows, shape (d, n).
+        The solutions as rows, shape (d, n): `rhs`.
     """
-    if diagonal.size < LAPACK_SIZE:
-        return _eliminate(lower, diagonal, upper, rhs)
-    return _with_lapack(lower, diagonal, upper, rhs)
+    n = diagonal.size
+    if n == 1:
+        rhs /= diagonal
+        return rhs
+    # even rows are eliminated; odd row k lies between the even rows k and, if there is one, k + 1
+    rights = (n - 1) // 2
+    even_diagonal = diagonal[0::2]
+    to_left = lower[0::2] / even_diagonal[: n // 2]
+    to_right = upper[1::2] / even_diagonal[1 : rights + 1]
+    reduced_diagonal = diagonal[1::2] - to_left * upper[0::2]
+    reduced_diagonal[:rights] -= to_right * lower[1::2]
+    reduced_lower = -to_left[1:] * lower[1::2][: n // 2 - 1]
+    reduced_upper = -to_right[: n // 2 - 1] * upper[2::2]
 
+    reduced = np.empty((rhs.shape[0], n // 2))
+    step = max(16, BLOCK // max(1, rhs.shape[0]))
+    for low in range(0, n // 2, step):
+        high = min(low + step, n // 2)
+        last = min(high, rights)
+        even = rhs[:, 2 * low : 2 * high + 1 : 2]
+        own = reduced[:, low:high]
+        np.multiply(even[:, : high - low], to_left[low:high], out=own)
+        own[:, : last - low] += even[:, 1 : last - low + 1] * to_right[low:last]
+        np.subtract(rhs[:, 2 * low + 1 : 2 * high : 2], own, out=own)
+    solve_tridiagonal(reduced_lower, reduced_diagonal, reduced_upper, reduced)
 
-def _eliminate(
-    lower: FloatArray, diagonal: FloatArray, upper: FloatArray, rhs: FloatArray
-) -> FloatArray:
-    pivots, multipliers = diagonal.tolist(), []
-    for i, (below, above) in enumerate(zip(lower.tolist(), upper.tolist(), strict=True)):
-        multiplier = below / pivots[i]
-        multipliers.append(multiplier)
-        pivots[i + 1] -= multiplier * above
-    rows = np.ascontiguousarray(rhs.T)
-    for i, multiplier in enumerate(multipliers):
-        rows[i + 1] -= multiplier * rows[i]
-    rows[-1] /= pivots[-1]
-    above = upper.tolist()
-    for i in range(len(pivots) - 2, -1, -1):
-        rows[i] = (rows[i] - above[i] * rows[i + 1]) / pivots[i]
-    return np.ascontiguousarray(rows.T)
-
-
-def _with_lapack(
-    lower: FloatArray, diagonal: FloatArray, upper: FloatArray, rhs: FloatArray
-) -> FloatArray:
-    from scipy.linalg import lapack
-
-    # The pivots depend on the off-diagonals only through their products: they are those of the
-    # symmetric positive definite matrix with ones on the diagonal, which `pttrf` factors.
-    coupling = lower * upper
-    coupling /= diagonal[:-1]
-    coupling /= diagonal[1:]
-    pivots, _, info = lapack.dpttrf(np.ones(diagonal.size), np.sqrt(coupling))
-    if info:
-        raise ArithmeticError(f"leading minor {info} of the tridiagonal system is not positive")
-    pivots *= diagonal
-    solution, info = lapack.dgttrs(
-        lower / pivots[:-1],
-        pivots,
-        upper,
-        np.zeros(diagonal.size - 2),
-        np.arange(1, diagonal.size + 1, dtype=np.int32),
-        rhs.T,
-        overwrite_b=True,
-    )
-    if info:
-        raise ArithmeticError(f"LAPACK gttrs refused argument {-info}")
-    return np.ascontiguousarray(solution.T)
+    for low in range(0, n // 2, step):
+        high = min(low + step, n // 2)
+        last = min(high, rights)
+        odd = reduced[:, low:high]
+        rhs[:, 2 * low + 1 : 2 * high : 2] = odd
+        even = rhs[:, 2 * low : 2 * high : 2]
+        # the row right of the last odd one gets its share too, and its division in the next block
+        rhs[:, 2 * low + 2 : 2 * last + 1 : 2] -= (
+            odd[:, : last - low] * lower[2 * low + 1 : 2 * last : 2]
+        )
+        even -= odd * upper[2 * low : 2 * high : 2]
+        even /= even_diagonal[low:high]
+    if n % 2:
+        rhs[:, -1] /= diagonal[-1]
+    return rhs

@@ -1,8 +1,8 @@
 """Fast evaluation of piecewise polynomials: in cache-sized blocks into one preallocated array.
 
-Where consecutive times are sorted and many fall in one piece, Horner's scheme runs in place over
-slices with scalar coefficients; otherwise each time's coefficients are gathered. Both do the same
-operations in the same order, so a value does not depend on which times are asked for with it.
+Where times are sorted and many fall in one piece, all of them use the same coefficients: a single
+component is evaluated by Horner's scheme in place, several by the product of the powers of time
+with the coefficients. Otherwise each time's coefficients are gathered. The ways agree to rounding.
 """
 
 from __future__ import annotations
@@ -16,14 +16,18 @@ from numpy.typing import NDArray
 from knotwork.errors import TimeRangeError
 from knotwork.waypoints import FloatArray
 
-BLOCK = 65536
-"""Times that are looked at together: enough to make the bookkeeping for them negligible."""
+BLOCK = 49152
+"""Values that are worked on together: their buffers stay in the nearer caches, and bookkeeping is
+negligible beside them."""
 
-CACHED = 8192
-"""Values that are computed together: their buffers stay in the nearer caches."""
+HORNER_THRESHOLD = 1024
+"""Mean number of times in a piece from which Horner's scheme is faster than gathering."""
 
-SLICE_THRESHOLD = 1024
-"""Mean number of times in a piece from which slices are faster than gathering (measured)."""
+GATHERED = 16384
+"""Values whose coefficients are gathered together."""
+
+PRODUCT_THRESHOLD = 1024
+"""Mean number of values in a piece from which products are faster than gathering."""
 
 
 def falling_factorials(size: int, nu: int) -> list[float]:
@@ -65,8 +69,9 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
     out = np.empty((t.size, c.shape[2]))
     size = c.shape[0] - nu
     factors = falling_factorials(size, nu) if nu and size > 0 else None
-    for low in range(0, t.size, BLOCK):
-        block, target = t[low : low + BLOCK], out[low : low + BLOCK]
+    step = max(1, BLOCK // max(1, c.shape[2]))
+    for low in range(0, t.size, step):
+        block, target = t[low : low + step], out[low : low + step]
         is_sorted = bool((block[1:] >= block[:-1]).all())
         lowest, highest = (block[0], block[-1]) if is_sorted else (block.min(), block.max())
         if not (lowest >= start and highest <= end):
@@ -101,14 +106,17 @@ def _evaluate_sorted(
         return
     cuts = np.searchsorted(block, x[first + 1 : last + 1], side="left")
     cuts = np.concatenate(([0], cuts, [block.size]))
-    if block.size >= SLICE_THRESHOLD * (last - first + 1):
-        _by_slices(x, c, block, first, cuts.tolist(), factors, target)
+    pieces, d = last - first + 1, c.shape[2]
+    if d == 1 and block.size >= HORNER_THRESHOLD * pieces:
+        _by_horner(x, c[:, :, 0], block, first, cuts.tolist(), factors, target[:, 0])
+    elif d > 1 and block.size * d >= PRODUCT_THRESHOLD * pieces:
+        _by_products(x, c, block, first, cuts, factors, target)
     else:
         piece = np.repeat(np.arange(first, last + 1), np.diff(cuts))
         _by_gathering(x, c, block, piece, factors, target)
 
 
-def _by_slices(
+def _by_horner(
     x: FloatArray,
     c: FloatArray,
     block: FloatArray,
@@ -117,28 +125,43 @@ def _by_slices(
     factors: list[float] | None,
     target: FloatArray,
 ) -> None:
-    """Evaluate sorted times; those from cuts[i] to cuts[i+1] lie in piece first + i."""
-    buffers = np.empty((2, min(CACHED, block.size)))
-    for i, (start, stop) in enumerate(itertools.pairwise(cuts), first):
-        if start == stop:
+    """Evaluate one component at sorted times; those from cuts[i] on lie in piece first + i."""
+    local = np.empty(block.size)
+    for i, (low, high) in enumerate(itertools.pairwise(cuts), first):
+        value, u = target[low:high], local[low:high]
+        leading, *others = (c[:, i] if factors is None else c[:, i] * factors).tolist()
+        if not others:
+            value[...] = leading
             continue
-        coefficients = c[:, i] if factors is None else c[:, i] * np.array(factors)[:, None]
-        columns = coefficients.T.tolist()
-        for low in range(start, stop, CACHED):
-            high = min(low + CACHED, stop)
-            u, value = buffers[:, : high - low]
-            np.subtract(block[low:high], x[i], out=u)
-            for j, (*inner, constant) in enumerate(columns):
-                result = target[low:high, j]
-                if not inner:
-                    result[...] = constant
-                    continue
-                leading, *inner = inner
-                np.multiply(u, leading, out=value)
-                for coefficient in inner:
-                    np.add(value, coefficient, out=value)
-                    np.multiply(value, u, out=value)
-                np.add(value, constant, out=result)
+        np.subtract(block[low:high], x[i], out=u)
+        np.multiply(u, leading, out=value)
+        for coefficient in others[:-1]:
+            np.add(value, coefficient, out=value)
+            np.multiply(value, u, out=value)
+        np.add(value, others[-1], out=value)
+
+
+def _by_products(
+    x: FloatArray,
+    c: FloatArray,
+    block: FloatArray,
+    first: int,
+    cuts: NDArray[np.intp],
+    factors: list[float] | None,
+    target: FloatArray,
+) -> None:
+    """Evaluate at sorted times as powers times coefficients, piece by piece."""
+    powers = np.empty((c.shape[0], block.size))
+    powers[-1] = 1.0
+    if c.shape[0] > 1:
+        u = powers[-2]
+        np.subtract(block, np.repeat(x[first : first + cuts.size - 1], np.diff(cuts)), out=u)
+        for power in range(c.shape[0] - 3, -1, -1):
+            np.multiply(powers[power + 1], u, out=powers[power])
+    if factors is not None:
+        powers *= np.array(factors)[:, None]
+    for i, (low, high) in enumerate(itertools.pairwise(cuts.tolist()), first):
+        np.matmul(powers[:, low:high].T, c[:, i], out=target[low:high])
 
 
 def _by_gathering(
@@ -151,7 +174,7 @@ def _by_gathering(
 ) -> None:
     """Evaluate times in any order, each with the coefficients of its own piece."""
     d = c.shape[2]
-    step = min(block.size, max(1, CACHED // max(1, d)))
+    step = min(block.size, max(1, GATHERED // max(1, d)))
     terms, local = np.empty((step, d)), np.empty(step)
     for low in range(0, block.size, step):
         index, value = piece[low : low + step], target[low : low + step]
@@ -159,7 +182,7 @@ def _by_gathering(
         np.take(x, index, out=u, mode="clip")
         np.subtract(block[low : low + step], u, out=u)
         # one local time for each value, so that every pass below runs over contiguous memory
-        spread = u[:, None] if d == 1 else np.repeat(u, d).reshape(-1, d)
+        spread = u[:, None] if d == 1 else np.repeat(u, d).reshape(u.size, d)
         for power, coefficients in enumerate(c):
             into = term if power else value
             np.take(coefficients, index, axis=0, out=into, mode="clip")

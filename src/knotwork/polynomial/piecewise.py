@@ -26,7 +26,7 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
     Raises:
         InputError: It is no integer or negative.
     """
-    order = -1
+    order: int = -1
     if not isinstance(nu, bool | np.bool_):
         with contextlib.suppress(TypeError):
             order = int(operator.index(nu))
