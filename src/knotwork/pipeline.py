@@ -17,7 +17,7 @@ from knotwork.joint_space import JointSpace, joint_space
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
-from knotwork.waypoints import JointWaypoints
+from knotwork.waypoints import FloatArray, JointWaypoints
 from knotwork.witness import Report, check
 
 
@@ -91,8 +91,7 @@ def plan(
     if planner is not None:
         scenario = replace(scenario, planner=planner)
     if knots is not None:
-        given = knots if isinstance(knots, str | int | float) else np.array(knots, dtype=float)
-        scenario = replace(scenario, knots=given)
+        scenario = replace(scenario, knots=_given_knots(knots))
     interpolate = get_planner(scenario.planner)
     space = joint_space(scenario)
     options = _options(scenario, space)
@@ -108,6 +107,18 @@ def plan(
         ) from error
     report = check(trajectory, scenario, space=space)
     return Plan(scenario, space, waypoints, trajectory, report)
+
+
+def _given_knots(knots: str | float | ArrayLike) -> str | float | FloatArray:
+    if isinstance(knots, str | int | float):
+        return knots
+    try:
+        return np.array(knots, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise KnotError(
+            f"knots are {knots!r}; give 'paper', 'balanced', the constant of balanced knots or the "
+            "knot times in s"
+        ) from error
 
 
 def _options(scenario: Scenario, space: JointSpace) -> PlannerOptions:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import sys
@@ -28,6 +29,9 @@ Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
 
 def main() -> NoReturn:
     """Run the command line and end the process with its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal may not know ² or a table's lines
     try:
         code = cli.main(standalone_mode=False)
         sys.stdout.flush()
@@ -165,6 +169,11 @@ def _with_progress(scenarios: tuple[str, ...], as_json: bool) -> Any:
 def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> str:
     """Name of the scenario, which must be one of a kind among several."""
     name = Path(result.scenario.name).name
+    if name in ("", ".."):
+        raise InputError(
+            f"no folder can be named after scenario {result.scenario.name!r}; plan it by itself or "
+            "rename it"
+        )
     for reference, other, _ in earlier:
         if not isinstance(other, KnotworkError) and Path(other.scenario.name).name == name:
             raise InputError(

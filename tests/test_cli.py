@@ -1,0 +1,391 @@
+"""The command line: what it prints where, what it writes, and its exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+import yaml
+
+import knotwork as kw
+from conftest import Command
+from knotwork import pipeline, resources
+
+COMMANDS = ["plan", "check", "robots", "scenarios", "schema"]
+ROOT = Path(__file__).parents[1]
+BROKEN = ROOT / "tests" / "failing" / "jerk_limit_broken.yaml"
+WRONG = ROOT / "tests" / "failing" / "unknown_key.yaml"
+
+
+def run(*arguments: Any, cwd: Path, **options: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "knotwork", *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        **options,
+    )
+
+
+# plan
+
+
+def test_plan_prints_tables_and_a_verdict(knotwork: Command) -> None:
+    ran = knotwork("plan", "ur5_deburring")
+    assert ran.code == 0
+    assert not ran.err
+    lines = ran.out.splitlines()
+    assert lines[0].startswith("ur5_deburring")
+    assert lines[-1].startswith("PASSED ur5_deburring: 38 of 38 requirements met")
+    for word in ("edge 3", "elbow_joint", "none given", "sampled", "acceleration continuity"):
+        assert word in ran.out
+    assert max(map(len, lines)) <= 120
+    assert "\x1b" not in ran.out
+
+
+def test_plan_of_a_broken_limit_says_which(knotwork: Command) -> None:
+    ran = knotwork("plan", BROKEN)
+    assert ran.code == 1
+    assert "FAILED jerk_limit_broken" in ran.out
+    assert "joint 'a': jerk reaches -12 rad/s³" in ran.out
+    assert not ran.err
+
+
+def test_plan_writes_three_files_and_says_where(knotwork: Command, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "folder"
+    ran = knotwork("plan", "paper_case", "--out", out, "--rate", "50")
+    assert ran.code == 0
+    names = {"trajectory.json", "samples.csv", "report.json"}
+    assert {path.name for path in out.iterdir()} == names
+    for name in names:
+        assert f"wrote {out / name}" in ran.out
+    assert len((out / "samples.csv").read_text().splitlines()) == 1 + 25 * 50 + 1
+
+
+def test_plan_of_several_writes_a_folder_each(knotwork: Command, tmp_path: Path) -> None:
+    ran = knotwork("plan", "paper_case", "planar2_closed_form", BROKEN, "-o", tmp_path)
+    assert ran.code == 1
+    folders = {"paper_case", "planar2_closed_form", "jerk_limit_broken"}
+    assert {path.name for path in tmp_path.iterdir()} == folders
+    assert all(len(list(path.iterdir())) == 3 for path in tmp_path.iterdir())
+    summary = ran.out[ran.out.rindex("Scenarios") :]
+    assert summary.count("passed") == 2
+    assert summary.count("FAILED") == 1
+
+
+def test_the_worst_of_several_decides_and_the_others_are_done(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    ran = knotwork("plan", WRONG, "paper_case", BROKEN, "--out", tmp_path)
+    assert ran.code == 2
+    assert "unknown_key.yaml: line 10" in ran.err
+    assert "PASSED paper_case" in ran.out
+    assert "wrong input" in ran.out
+    assert {path.name for path in tmp_path.iterdir()} == {"paper_case", "jerk_limit_broken"}
+
+
+def test_scenarios_of_one_name_do_not_overwrite_each_other(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    ran = knotwork("plan", "paper_case", "paper_case", "--out", tmp_path)
+    assert ran.code == 2
+    assert "two scenarios are named 'paper_case'" in ran.err
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("name", ["..", "../..", ".", "/", "a/..", "a\0b", "x" * 300])
+def test_names_of_scenarios_do_not_lead_out_of_the_folder(
+    name: str, knotwork: Command, tmp_path: Path
+) -> None:
+    task = {"name": name, **yaml.safe_load((ROOT / "scenarios/paper_case.yaml").read_text())}
+    path = tmp_path / "odd.yaml"
+    path.write_text(json.dumps(task))
+    out = tmp_path / "deep" / "out"
+    ran = knotwork("plan", path, "paper_case", "--out", out)
+    assert ran.code in (0, 2)
+    assert "Traceback" not in ran.err
+    assert {entry.name for entry in tmp_path.iterdir()} <= {"odd.yaml", "deep"}
+    assert {entry.name for entry in (tmp_path / "deep").iterdir()} == {"out"}
+    assert all(entry.is_dir() for entry in out.iterdir())
+
+
+def test_names_and_descriptions_are_no_markup(knotwork: Command, tmp_path: Path) -> None:
+    task = yaml.safe_load(BROKEN.read_text())
+    task.update(name="[red]x[/]", description="[/bold] [link")
+    task["waypoints"][0]["name"] = "[b]A[/b]"
+    path = tmp_path / "t.yaml"
+    path.write_text(json.dumps(task))
+    ran = knotwork("plan", path)
+    assert ran.code == 1
+    for text in ("[red]x[/]", "[/bold] [link", "[b]A[/b]"):
+        assert text in ran.out
+
+
+def test_json_is_alone_on_standard_output(knotwork: Command, tmp_path: Path) -> None:
+    ran = knotwork("plan", "ur5_deburring", "--json", "--out", tmp_path)
+    assert ran.code == 0
+    assert not ran.err
+    data = json.loads(ran.out)
+    assert data["ok"] is True
+    (plan,) = data["plans"]
+    assert plan["scenario"] == "ur5_deburring"
+    assert plan["report"] == json.loads((tmp_path / "report.json").read_text())
+    assert plan["trajectory"] == json.loads((tmp_path / "trajectory.json").read_text())
+    assert sorted(plan["files"]) == sorted(str(path) for path in tmp_path.iterdir())
+
+
+def test_json_of_several_says_what_became_of_each(knotwork: Command) -> None:
+    ran = knotwork("plan", "paper_case", BROKEN, WRONG, "nowhere", "--json")
+    assert ran.code == 2
+    data = json.loads(ran.out)
+    assert data["ok"] is False
+    assert [plan["ok"] for plan in data["plans"]] == [True, False, False, False]
+    assert data["plans"][2]["error"]["type"] == "DocumentError"
+    assert "did you mean 'velocity'" in data["plans"][2]["error"]["message"]
+    assert data["plans"][3]["error"]["type"] == "UnknownNameError"
+
+
+@pytest.mark.parametrize(
+    ("knots", "breaks"),
+    [
+        ("paper", [0, 3.09, 7.5, 12.5, 18.82, 25]),
+        ("balanced", [0, 4, 6, 13, 17, 25]),
+        ("balanced:0.4", [0, 3, 7, 11, 19, 25]),
+        ("0,3,8,13,19,25", [0, 3, 8, 13, 19, 25]),
+        ("0, 3.5, 8, 13, 19, 25", [0, 3.5, 8, 13, 19, 25]),
+    ],
+)
+def test_knots_of_every_form(knots: str, breaks: list[float], knotwork: Command) -> None:
+    ran = knotwork("plan", "paper_case", "--knots", knots, "--json")
+    assert ran.code == 0
+    found = json.loads(ran.out)["plans"][0]["trajectory"]["breaks"]
+    np.testing.assert_allclose(found, breaks, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "knots", ["even", "balanced:", "balanced:0", "balanced:x", "1,2,x", "", "nan", "balanced:nan"]
+)
+def test_knots_of_no_form(knots: str, knotwork: Command) -> None:
+    ran = knotwork("plan", "paper_case", "--knots", knots)
+    assert ran.code == 2
+    assert not ran.out
+    assert "balanced" in ran.err or "knots" in ran.err
+
+
+def test_another_planner_is_another_motion(knotwork: Command) -> None:
+    ran = knotwork("plan", "paper_case", "--planner", "cubic", "--knots", "paper")
+    assert ran.code == 1
+    assert "acceleration jumps" in ran.out
+    ran = knotwork("plan", "paper_case", "--planner", "cubik")
+    assert ran.code == 2
+    assert "did you mean 'cubic'?" in ran.err
+
+
+def test_an_output_folder_that_can_not_be_is_an_error(knotwork: Command, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    ran = knotwork("plan", "paper_case", "--out", tmp_path / "file" / "x")
+    assert ran.code == 2
+    assert "can't write to" in ran.err
+    assert "give a folder" in ran.err
+
+
+# check
+
+
+def test_check_prints_the_verdict_again(knotwork: Command, tmp_path: Path) -> None:
+    kw.plan("paper_case").save(tmp_path)
+    ran = knotwork("check", tmp_path, "-s", "paper_case")
+    assert ran.code == 0
+    assert ran.out.splitlines()[-1].startswith("PASSED paper_case")
+    ran = knotwork("check", tmp_path / "trajectory.json", "-s", "paper_case", "--json")
+    assert json.loads(ran.out) == json.loads((tmp_path / "report.json").read_text())
+
+
+def test_check_against_a_stricter_scenario_fails(knotwork: Command, tmp_path: Path) -> None:
+    kw.plan("paper_case").save(tmp_path)
+    task = yaml.safe_load((ROOT / "scenarios/paper_case.yaml").read_text())
+    (tmp_path / "strict.yaml").write_text(json.dumps({**task, "limits": {"velocity": 5}}))
+    ran = knotwork("check", tmp_path, "--scenario", tmp_path / "strict.yaml")
+    assert ran.code == 1
+    assert "velocity reaches" in ran.out
+
+
+# robots, scenarios, schema
+
+
+def test_robots_lists_all_and_shows_one(knotwork: Command) -> None:
+    ran = knotwork("robots")
+    assert ran.code == 0
+    for name in kw.robot_names():
+        assert name in ran.out
+    ran = knotwork("robots", "ur5")
+    assert ran.code == 0
+    for word in ("shoulder_pan_joint", "tool0", "home", "base_link", "3.15", "none"):
+        assert word in ran.out
+    data = json.loads(knotwork("robots", "ur5", "--json").out)
+    assert data["limits"]["velocity_limit"]["elbow_joint"] == pytest.approx(3.15)
+    assert data["limits"]["jerk_limit"]["elbow_joint"] is None
+    assert list(data["joints"]) == list(kw.load_robot("ur5").joint_names)
+    listing = json.loads(knotwork("robots", "--json").out)
+    assert [robot["name"] for robot in listing] == kw.robot_names()
+    urdf = ROOT / "tests/failing/arms/two_joints.urdf"
+    ran = knotwork("robots", urdf)
+    assert ran.code == 0
+    assert "slide" in ran.out
+    ran = knotwork("robots", "ur6")
+    assert ran.code == 2
+    assert "did you mean 'ur" in ran.err
+
+
+def test_scenarios_lists_all(knotwork: Command) -> None:
+    ran = knotwork("scenarios")
+    assert ran.code == 0
+    for name in resources.names("scenarios"):
+        assert name in ran.out
+
+
+@pytest.fixture(scope="module")
+def validator() -> Any:
+    ran = run("schema", cwd=ROOT)
+    assert ran.returncode == 0
+    schema = json.loads(ran.stdout)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+@pytest.mark.parametrize("name", resources.names("scenarios"))
+def test_the_schema_accepts_the_shipped_scenarios(name: str, validator: Any) -> None:
+    task = kw.scenario.resolve.documents.read(resources.find("scenarios", name)).data
+    errors = [error.message for error in validator.iter_errors(task)]
+    assert errors == []
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"waypoints": []},
+        {"rat": 3},
+        {"rate": "fast"},
+        {"units": {"length": "cm"}},
+        {"waypoints": [{"joints": {"a": 1}, "tme": 0}]},
+        {"knots": "even"},
+    ],
+)
+def test_the_schema_refuses_what_the_reader_refuses(change: dict[str, Any], validator: Any) -> None:
+    task = {"waypoints": [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 1}]}
+    assert validator.is_valid(task)
+    assert not validator.is_valid({**task, **change})
+
+
+# Help and usage
+
+
+def test_version(knotwork: Command) -> None:
+    for option in ("--version", "-V"):
+        ran = knotwork(option)
+        assert (ran.code, ran.out.strip()) == (0, f"knotwork {kw.__version__}")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("option", ["-h", "--help"])
+def test_each_command_explains_itself(command: str, option: str, knotwork: Command) -> None:
+    ran = knotwork(command, option)
+    assert ran.code == 0
+    assert ran.out.startswith("Usage:")
+    assert len(ran.out.splitlines()) > 5
+    assert command in ran.out
+    if command in ("plan", "check"):
+        assert "Exit codes: 0" in ran.out
+
+
+def test_the_help_names_every_command(knotwork: Command) -> None:
+    for arguments in (["--help"], ["-h"]):
+        ran = knotwork(*arguments)
+        assert ran.code == 0
+        for command in COMMANDS:
+            assert f"\n  {command}" in ran.out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["plan"],
+        ["plam", "ur5_deburring"],
+        ["plan", "paper_case", "--rate", "0"],
+        ["plan", "paper_case", "--rate", "fast"],
+        ["plan", "paper_case", "--rate", "nan", "--out", "x"],
+        ["plan", "paper_case", "--wrong"],
+        ["plan", "nowhere.yaml"],
+        ["plan", ""],
+        ["check", "x"],
+        ["check", "nowhere.json", "--scenario", "paper_case"],
+        ["robots", "a", "b"],
+    ],
+)
+def test_wrong_usage_is_exit_code_2_on_standard_error(
+    arguments: list[str], knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = knotwork(*arguments)
+    assert ran.code == 2
+    assert not ran.out
+    assert ran.err
+    assert "Traceback" not in ran.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupt_is_said_and_no_traceback(
+    knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pipeline, "plan", interrupted)
+    ran = knotwork("plan", "paper_case")
+    assert ran.code == 128 + signal.SIGINT
+    assert ran.err.strip() == "interrupted"
+    assert not ran.out
+
+
+# In processes of their own
+
+
+def test_it_works_from_any_folder_and_with_any_output_encoding(tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "LC_ALL": "C", "COLUMNS": "40"}
+    ran = run("plan", "ur5_deburring", "--out", "out", cwd=tmp_path, env=environment)
+    assert ran.returncode == 0, ran.stderr
+    assert "PASSED" in ran.stdout
+    assert not ran.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_reader_that_stops_reading_is_no_error(tmp_path: Path) -> None:
+    command = f"{sys.executable} -m knotwork plan ur5_deburring | head -1"
+    ran = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ran.stdout.startswith("ur5_deburring")
+    assert not ran.stderr
+
+
+def test_errors_keep_to_standard_error_in_a_process_too(tmp_path: Path) -> None:
+    ran = run("plan", WRONG, cwd=tmp_path)
+    assert ran.returncode == 2
+    assert not ran.stdout
+    assert ran.stderr.startswith("error: ")

@@ -1,0 +1,193 @@
+"""`plan` and `Plan` through the public interface of the package."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork.errors import InputError, KnotError, UnknownNameError
+from knotwork.pipeline import Plan
+
+TASK: dict[str, Any] = {
+    "waypoints": [
+        {"name": "A", "joints": {"a": 0, "b": 0}},
+        {"name": "B", "joints": {"a": 1, "b": -1}, "velocity": {"a": 0.5}, "after": 1},
+        {"name": "C", "joints": {"a": 1, "b": 0}, "after": 2},
+    ]
+}
+
+
+def test_everything_public_can_be_had_from_the_package() -> None:
+    for name in kw.__all__:
+        assert getattr(kw, name) is not None
+    assert set(kw.__all__) <= set(dir(kw))
+    with pytest.raises(AttributeError, match="no attribute 'plann'"):
+        kw.plann  # noqa: B018
+
+
+def test_the_readme_s_few_lines_of_python(deburring: Plan, tmp_path: Path) -> None:
+    assert deburring.report.ok
+    velocity = deburring.trajectory.velocity(1.2)
+    assert velocity.shape == (6,)
+    h = 1e-6
+    difference = deburring.trajectory.position(1.2 + h) - deburring.trajectory.position(1.2 - h)
+    np.testing.assert_allclose(velocity, difference / (2 * h), atol=1e-8)
+    deburring.save(tmp_path / "out")
+    again = kw.check(kw.load_trajectory(tmp_path / "out"), deburring.scenario)
+    assert again.to_dict() == deburring.report.to_dict()
+
+
+def test_a_scenario_comes_as_mapping_file_path_or_loaded(tmp_path: Path) -> None:
+    path = tmp_path / "task.yaml"
+    path.write_text(json.dumps(TASK))
+    plans = [kw.plan(TASK), kw.plan(path), kw.plan(str(path)), kw.plan(kw.load_scenario(TASK))]
+    for plan in plans:
+        assert plan.report.ok
+        np.testing.assert_array_equal(
+            plan.trajectory.polynomial.c, plans[0].trajectory.polynomial.c
+        )
+    assert plans[0].joint_waypoints.names == ("A", "B", "C")
+    np.testing.assert_array_equal(plans[0].joint_waypoints.velocity[1], [0.5, 0])
+
+
+def test_planning_twice_gives_the_same_bits(deburring: Plan) -> None:
+    again = kw.plan("ur5_deburring")
+    assert again.trajectory.polynomial.c.tobytes() == deburring.trajectory.polynomial.c.tobytes()
+    assert again.report == deburring.report
+
+
+def test_the_planner_and_the_knots_can_be_overridden() -> None:
+    plain = kw.plan(TASK, planner="cubic")
+    assert plain.trajectory.planner == "cubic"
+    assert not plain.report.ok  # its acceleration jumps
+    assert kw.plan({**TASK, "continuity": 1}, planner="cubic").report.ok
+    np.testing.assert_allclose(kw.plan(TASK).trajectory.breaks, [0, 0.618, 1 + 0.382 * 2, 3])
+    balanced = kw.plan(TASK, knots=0.25)
+    np.testing.assert_allclose(balanced.trajectory.breaks, [0, 0.75, 1.25, 3])
+    np.testing.assert_allclose(kw.plan(TASK, knots="balanced").trajectory.breaks, [0, 0.8, 1.2, 3])
+    for knots in ([0, 0.5, 2, 3], np.array([0, 0.5, 2, 3]), (0, 0.5, 2.0, 3)):
+        plan = kw.plan(TASK, knots=knots)
+        np.testing.assert_array_equal(plan.trajectory.breaks, [0, 0.5, 2, 3])
+        assert plan.report.ok
+    assert kw.plan({**TASK, "knots": [0, 0.4, 2, 3]}, knots="paper").trajectory.breaks[1] == 0.618
+
+
+@pytest.mark.parametrize("ends", ["zero", {"start": {"a": 2}, "end": {"b": -3}}])
+def test_end_accelerations_are_met(ends: Any) -> None:
+    plan = kw.plan({**TASK, "end_acceleration": ends})
+    start, end = plan.trajectory.acceleration([0, 3])
+    zero = ends == "zero"
+    np.testing.assert_allclose(start, [0 if zero else 2, 0], atol=1e-12)
+    np.testing.assert_allclose(end, [0, 0 if zero else -3], atol=1e-12)
+    assert plan.report.ok
+    assert len(plan.trajectory.breaks) == 6
+
+
+@pytest.mark.parametrize("knots", ["paper", "balanced", 0.3])
+def test_every_knot_rule_meets_the_main_scenario(knots: Any) -> None:
+    kw.plan("ur5_deburring", knots=knots).report.raise_if_failed()
+
+
+def test_wrong_knots_name_the_waypoint_and_the_interval() -> None:
+    with pytest.raises(KnotError, match=r"scenario: knots \('B'\).*strictly between") as caught:
+        kw.plan(TASK, knots=[0, 0.5, 0.9, 3])
+    assert caught.value.waypoint == 1
+    assert caught.value.interval == (1.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    "knots",
+    [0.0, 0.7, -1, float("nan"), "even", [], [0, 1], [[0, 1]], ["x"], [0, float("nan"), 2, 3]],
+)
+def test_knots_that_can_not_be_are_an_error(knots: Any) -> None:
+    with pytest.raises(InputError):
+        kw.plan(TASK, knots=knots)
+
+
+def test_an_unknown_planner_is_found_before_any_work() -> None:
+    with pytest.raises(UnknownNameError, match="cubic"):
+        kw.plan("ur5_deburring", planner="quintic")
+
+
+def test_the_solution_near_what_is_wanted_is_taken() -> None:
+    pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
+    task = {
+        "robot": "ur5",
+        "waypoints": [
+            {"pose": pose},
+            {"pose": {**pose, "position": [0.45, 0.2, 0.35]}, "after": 2},
+        ],
+    }
+    home = kw.plan(task).joint_waypoints.position
+    names = kw.plan(task).trajectory.joint_names
+    wanted = dict(zip(names, [0.2, -2.0, 1.9, -1.5, -1.57 - 2 * np.pi, 0.2], strict=True))
+    near = kw.plan({**task, "near": wanted}).joint_waypoints.position
+    assert not np.allclose(home, near)
+    wanted_values = np.array(list(wanted.values()))
+    for q in near:
+        assert np.linalg.norm(q - wanted_values) <= min(
+            np.linalg.norm(other - wanted_values) for other in home
+        )
+    for plan in (kw.plan(task), kw.plan({**task, "near": "home"})):
+        np.testing.assert_array_equal(plan.joint_waypoints.position[0], home[0])
+
+
+def test_a_plan_starts_where_start_says() -> None:
+    pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
+    plan = kw.plan({"robot": "ur5", "start": "home", "waypoints": [{"pose": pose, "time": 3}]})
+    home = plan.space.configurations["home"]
+    np.testing.assert_allclose(plan.trajectory(0.0), home, atol=1e-15)
+    np.testing.assert_allclose(plan.trajectory.velocity([0.0, 3.0]), 0, atol=1e-12)
+    assert [w.name for w in plan.scenario.waypoints] == ["start", "waypoint 1"]
+
+
+def test_limits_of_the_scenario_take_the_place_of_the_robot_s() -> None:
+    base = {"robot": "ur5", "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}]}
+    own = kw.plan(base).space
+    changed = kw.plan(
+        {
+            **base,
+            "units": {"angle": "deg"},
+            "limits": {"velocity": {"elbow_joint": 90}, "acceleration": 180},
+        }
+    ).space
+    index = own.joint_names.index("elbow_joint")
+    assert changed.limits["velocity"][index] == pytest.approx(np.pi / 2)
+    others = np.arange(6) != index
+    np.testing.assert_array_equal(
+        changed.limits["velocity"][others], own.limits["velocity"][others]
+    )
+    np.testing.assert_allclose(changed.limits["acceleration"], np.pi)
+
+
+def test_a_broken_limit_is_a_verdict_and_no_error() -> None:
+    plan = kw.plan({**TASK, "limits": {"velocity": 0.1}})
+    assert not plan.report.ok
+    with pytest.raises(kw.CheckFailedError):
+        plan.report.raise_if_failed()
+
+
+def test_a_loaded_scenario_is_not_changed_by_overrides() -> None:
+    scenario = kw.load_scenario(TASK)
+    before = dataclasses.replace(scenario)
+    kw.plan(scenario, planner="cubic", knots=None)
+    kw.plan(scenario, knots=0.3)
+    assert (scenario.planner, scenario.knots) == (before.planner, before.knots)
+
+
+def test_times_so_close_that_nothing_fits_between_are_an_error() -> None:
+    task = {
+        "waypoints": [
+            {"joints": {"a": 0}, "time": 1e6},
+            {"joints": {"a": 1}, "time": float(np.nextafter(1e6, 2e6)), "stop": True},
+            {"joints": {"a": 0}, "time": 1e6 + 1},
+        ]
+    }
+    with pytest.raises(InputError):
+        kw.plan(task)
