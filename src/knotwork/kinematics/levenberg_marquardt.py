@@ -160,21 +160,22 @@ class PoseSearch:
                     H[:, held] = 0.0
             damping = factor * square + 1e-30
             step = LDLT(H + damping * self._identity).solve(gradient)
-            longest = max(step.max(), -step.min())
-            if longest > MAX_STEP:
-                step *= MAX_STEP / longest
+            length = step.dot(step)
+            if length > MAX_STEP**2:  # else no joint can exceed it
+                step *= MAX_STEP / max(step.max(), -step.min(), MAX_STEP)
             wanted = q + step
             candidate = np.minimum(np.maximum(wanted, lower), upper)
             trial = self.evaluate(candidate)
             trial_square = trial[0].dot(trial[0])
             accepted = trial_square < square
             if accepted:
-                at_limit = at_limit or not (candidate == wanted).all()
+                clipped = candidate - wanted
+                at_limit = at_limit or clipped.dot(clipped) > 0
                 q, square = candidate, trial_square
                 e, J, position, orientation = trial
                 factor = max(0.2 * factor, MIN_FACTOR)
             else:
-                if polished or factor > MAX_FACTOR or longest == 0.0:
+                if polished or factor > MAX_FACTOR or length == 0.0:
                     break
                 factor *= 8.0
         converged = self.within(position, orientation)
