@@ -82,14 +82,11 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             array.reshape(times.size, math.prod(trailing)).T for array in (values, derivatives)
         )
         data = Waypoints(times, positions, velocities, placed)
-        a = waypoint_accelerations(data, ends)
-        if not np.isfinite(a).all():
-            i = int(np.flatnonzero(~np.isfinite(a).all(axis=0))[0])
-            raise InputError(
-                f"the acceleration at waypoint {i} exceeds the range of floating-point numbers; "
-                "the times are too close for the values given"
-            )
-        c = coefficients(data, a)
+        # what overflows is reported below, with the reason
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            a = waypoint_accelerations(data, ends)
+            c = coefficients(data, a)
+        _check_range(a, c)
         self._assign(c.reshape(*c.shape[:2], *trailing), placed.time, axis)
         self._waypoint_times = times
         acceleration = np.moveaxis(a.T.reshape(values.shape), 0, axis)
@@ -105,6 +102,19 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
     def waypoint_acceleration(self) -> FloatArray:
         """Second derivative at the waypoints, of the shape of the data."""
         return self._waypoint_acceleration
+
+
+def _check_range(a: FloatArray, c: FloatArray) -> None:
+    """Raise an InputError if accelerations or jerks are beyond the range of floats."""
+    jerk = c[0]
+    if np.isfinite(a).all() and (jerk.size == 0 or np.isfinite([jerk.min(), jerk.max()]).all()):
+        return
+    wrong = np.flatnonzero(~np.isfinite(a).all(axis=0))
+    where = f"the acceleration at waypoint {wrong[0]}" if wrong.size else "the jerk"
+    raise InputError(
+        f"{where} is beyond the range of floating-point numbers: the times are too close together "
+        "for the values given"
+    )
 
 
 def _real(values: ArrayLike, what: str) -> FloatArray:

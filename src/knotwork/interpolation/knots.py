@@ -8,7 +8,6 @@ a right knot and the last one a left knot as well: m = 2n, two in every interval
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -154,50 +153,51 @@ def _balanced(x: FloatArray, c: float, doubled_ends: bool) -> tuple[FloatArray, 
 def _given(x: FloatArray, knots: ArrayLike, doubled_ends: bool) -> tuple[FloatArray, FloatArray]:
     n = x.size
     expected = 2 * n if doubled_ends else 2 * n - 2
-    counted = "2n, as end accelerations are asked for" if doubled_ends else "2n - 2"
     try:
         t = np.array(knots, dtype=float)
     except (TypeError, ValueError) as error:
         raise KnotError(f"knots must be a rule or times in seconds, not {knots!r}") from error
     if t.ndim != 1:
         raise KnotError(f"knot times must have one dimension, not shape {t.shape}")
-    if t.size != expected:
-        raise KnotError(
-            f"{n} waypoints need {expected} knots ({counted}); {t.size} are given",
-            waypoint=_first_unmatched(x, t, doubled_ends),
-        )
     if not np.isfinite(t).all():
         j = int(np.flatnonzero(~np.isfinite(t))[0])
-        raise KnotError(
-            f"knot {j} is {t[j]}; every knot must be finite", waypoint=_owner(j, doubled_ends)
-        )
-    for end, i in ((0, 0), (-1, n - 1)):
+        raise KnotError(f"knot {j} is {t[j]}; every knot must be finite")
+    for end, i in ((0, 0), (-1, n - 1)) if t.size else ():
         if t[end] != x[end]:
             raise KnotError(
                 f"the {'last' if end else 'first'} knot is {t[end]:.17g} s; it must be the time of "
                 f"waypoint {i}, {x[end]:.17g} s",
                 waypoint=i,
             )
+    if t.size != expected:
+        raise _miscounted(x, t, doubled_ends)
     if not doubled_ends:
         t = np.concatenate((t[:1], t, t[-1:]))
     return t[0::2].copy(), t[1::2].copy()
 
 
-def _owner(knot: int, doubled_ends: bool) -> int:
-    """Index of the waypoint whose left or right knot a knot is."""
-    return knot // 2 if doubled_ends else (knot + 1) // 2
-
-
-def _first_unmatched(x: FloatArray, t: FloatArray, doubled_ends: bool) -> int | None:
-    """First waypoint whose own interval to the next holds the wrong number of knots."""
-    inside = t[np.isfinite(t)]
-    count = np.array([np.sum((inside > a) & (inside < b)) for a, b in itertools.pairwise(x)])
-    needed = np.full(x.size - 1, 2)
+def _miscounted(x: FloatArray, t: FloatArray, doubled_ends: bool) -> KnotError:
+    """Error for too few or too many knots, naming the first interval where they are so."""
+    n = x.size
+    needed = np.full(n - 1, 2)
     if not doubled_ends:
         needed[0] -= 1
         needed[-1] -= 1
-    wrong = np.flatnonzero(count != needed)
-    return int(wrong[0]) if wrong.size else None
+    rule = "2n, as end accelerations are asked for" if doubled_ends else "2n - 2"
+    message = f"{n} waypoints need {needed.sum() + 2} knots ({rule}); {t.size} are given"
+    inside = np.sort(t)
+    found = np.searchsorted(inside, x[1:], side="left") - np.searchsorted(inside, x[:-1], "right")
+    wrong = np.flatnonzero(found != needed)
+    if not wrong.size:
+        return KnotError(message)
+    i = int(wrong[0])
+    interval = float(x[i]), float(x[i + 1])
+    return KnotError(
+        f"{message}. Between waypoints {i} and {i + 1}, strictly between {interval[0]:.17g} s and "
+        f"{interval[1]:.17g} s, there must be {needed[i]} and are {found[i]}",
+        waypoint=i,
+        interval=interval,
+    )
 
 
 def _check_order(x: FloatArray, left: FloatArray, right: FloatArray, doubled_ends: bool) -> None:

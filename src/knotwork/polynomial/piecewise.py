@@ -111,7 +111,7 @@ class PiecewisePolynomial:
     @property
     def degree(self) -> int:
         """Degree that the coefficients allow for, k."""
-        return self._c.shape[0] - 1
+        return int(self._c.shape[0]) - 1
 
     @property
     def _flat(self) -> FloatArray:
