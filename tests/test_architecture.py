@@ -1,0 +1,205 @@
+"""The import table of docs/design.md, held true by walking the syntax trees."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "knotwork"
+FILES = sorted(SOURCE.rglob("*.py"))
+ENTRANCES = {"__init__", "__main__"}
+DRAWING = ("scipy", "matplotlib", "meshcat")
+
+
+def table() -> dict[str, set[str] | None]:
+    """What each part may import, in the order of the document; `None` for anything."""
+    rows = re.findall(
+        r"^\| `(\w+)(?:\.py|/)` \|.*\| ([^|]+) \|$",
+        (ROOT / "docs" / "design.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    allowed: dict[str, set[str] | None] = {}
+    for part, cell in rows:
+        if cell == "anything":
+            allowed[part] = None
+        elif cell == "all above":
+            allowed[part] = set(allowed)
+        else:
+            allowed[part] = set() if cell == "–" else set(cell.split(", "))
+    return allowed
+
+
+TABLE = table()
+
+
+def part_of(path: Path) -> str:
+    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
+
+
+def imports(tree: ast.AST) -> Iterator[str]:
+    """Dotted names of everything imported, at any depth, for types only or not."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "relative imports hide what they import"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
+            (name,) = node.args
+            if isinstance(name, ast.Constant):
+                yield str(name.value)
+
+
+def own_parts(path: Path) -> set[str]:
+    """Parts of Knotwork that a file imports."""
+    names = [name.split(".") for name in imports(ast.parse(path.read_text(encoding="utf-8")))]
+    return {name[1] for name in names if name[0] == "knotwork" and len(name) > 1}
+
+
+def packages(tree: ast.AST) -> set[str]:
+    return {name.split(".")[0] for name in imports(tree)}
+
+
+def ids(path: Path) -> str:
+    return path.relative_to(SOURCE).as_posix()
+
+
+def test_the_table_lists_every_part_and_no_other() -> None:
+    parts = {part_of(path) for path in FILES} - ENTRANCES
+    assert parts == set(TABLE)
+    for part, allowed in TABLE.items():
+        assert (SOURCE / part).is_dir() or (SOURCE / f"{part}.py").is_file()
+        assert (allowed or set()) <= parts
+
+
+def test_data_flows_one_way() -> None:
+    """No part may import one that may import it."""
+    above: set[str] = set()
+    for part, allowed in TABLE.items():
+        assert (allowed or set()) <= above, part
+        above.add(part)
+
+
+@pytest.mark.parametrize("path", FILES, ids=ids)
+def test_a_file_imports_what_the_table_allows(path: Path) -> None:
+    part = part_of(path)
+    if part in ENTRANCES:
+        return
+    allowed = TABLE[part]
+    if allowed is not None:
+        assert own_parts(path) <= allowed | {part}
+
+
+def test_the_entrances_load_nothing_but_when_asked() -> None:
+    for path in FILES:
+        if path.parent != SOURCE or part_of(path) not in ENTRANCES:
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        top = ast.Module([node for node in tree.body if not isinstance(node, ast.If)], [])
+        loaded = {name for name in imports(top) if name.startswith("knotwork")}
+        assert loaded <= {"knotwork.cli.main.main"}
+
+
+@pytest.mark.parametrize("part", ["interpolation", "polynomial", "trajectory", "storage"])
+def test_curves_know_no_robot(part: str) -> None:
+    for path in FILES:
+        if part_of(path) == part:
+            assert not own_parts(path) & {"robot", "kinematics", "scenario", "witness"}
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            assert not packages(tree) & {"pinocchio", "eigenpy", "hppfcl", "coal"}
+
+
+def test_the_witness_does_not_know_how_motions_are_made() -> None:
+    makers = {"kinematics", "task_to_joint", "interpolation", "pipeline"}
+    for path in FILES:
+        if part_of(path) == "witness":
+            assert not own_parts(path) & makers
+    # Nor does anything that it imports.
+    reached, waiting = set(), {"witness"}
+    while waiting:
+        part = waiting.pop()
+        reached.add(part)
+        for path in FILES:
+            if part_of(path) == part:
+                waiting |= own_parts(path) - reached - {"__version__"}
+    assert not reached & makers
+
+
+@pytest.mark.parametrize("path", FILES, ids=ids)
+def test_only_the_command_line_prints(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    if part_of(path) == "cli":
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            called = ast.unparse(node.func)
+            assert called not in ("print", "sys.stdout.write", "sys.stderr.write", "warnings.warn")
+    assert not packages(tree) & {"rich", "click", "logging"}
+
+
+@pytest.mark.parametrize("path", FILES, ids=ids)
+def test_what_is_slow_to_import_is_imported_where_it_is_used(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    top = ast.Module([node for node in tree.body if not isinstance(node, ast.If)], [])
+    for node in ast.walk(top):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = []
+    assert not packages(top) & set(DRAWING)
+
+
+@pytest.mark.parametrize("path", FILES, ids=ids)
+def test_user_input_is_not_asserted(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert not [node.lineno for node in ast.walk(tree) if isinstance(node, ast.Assert)]
+
+
+def loaded_after(code: str) -> set[str]:
+    """Top-level modules that a fresh Python holds after running some code."""
+    ran = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            f"{code}\nimport sys; print('\\n'.join(sys.modules), file=sys.stderr)",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    return {name.split(".")[0] for name in ran.stderr.split()}
+
+
+def test_importing_knotwork_loads_next_to_nothing() -> None:
+    loaded = loaded_after("import knotwork; assert knotwork.__version__")
+    assert "knotwork" in loaded
+    assert not loaded & {*DRAWING, "pinocchio", "numpy", "pydantic", "yaml", "rich", "click"}
+
+
+def test_splines_load_no_robot_and_no_files() -> None:
+    loaded = loaded_after(
+        "import knotwork as kw\n"
+        "spline = kw.ModifiedHermiteSpline([0, 1, 2], [0, 1, 0], [0, 0.5, 0])\n"
+        "assert abs(spline(1.0) - 1.0) < 1e-12\n"
+        "assert kw.JointTrajectory and kw.get_planner('cubic')"
+    )
+    assert "numpy" in loaded
+    assert not loaded & {*DRAWING, "pinocchio", "pydantic", "yaml", "rich", "click"}
+
+
+def test_planning_loads_no_scipy_and_nothing_that_draws() -> None:
+    loaded = loaded_after(
+        "import sys; sys.argv = ['knotwork', 'plan', 'ur5_deburring']\n"
+        "from knotwork.cli.main import main\n"
+        "try: main()\n"
+        "except SystemExit as stopped: assert stopped.code == 0"
+    )
+    assert "pinocchio" in loaded
+    assert not loaded & set(DRAWING)

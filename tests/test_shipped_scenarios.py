@@ -1,0 +1,149 @@
+"""Every shipped scenario, planned by name and by path, and checked by Pinocchio used directly."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numpy.typing import NDArray
+
+import knotwork as kw
+from conftest import Command
+from knotwork import resources
+from knotwork.scenario import JointTarget, Scenario
+from knotwork.waypoints import CartesianWaypoint
+
+Array = NDArray[np.float64]
+ROOT = Path(__file__).parents[1]
+PATHS = sorted((ROOT / "scenarios").glob("*.yaml"))
+scenarios = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
+
+
+def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
+    assert [path.stem for path in PATHS] == resources.names("scenarios")
+    assert len(PATHS) >= 6
+    robots = {str(kw.load_scenario(path).robot) for path in PATHS}
+    assert {"ur5", "panda", "kinova", "ur10", "planar2", "None"} <= robots
+
+
+@scenarios
+def test_it_plans_and_passes_by_name_and_by_path(
+    path: Path, knotwork: Command, tmp_path: Path
+) -> None:
+    for reference in (path.stem, path):
+        ran = knotwork("plan", reference, "--json")
+        assert ran.code == 0, ran.err
+        assert not ran.err
+    ran = knotwork("plan", path, "--out", tmp_path)
+    assert f"PASSED {path.stem}" in ran.out
+    assert json.loads((tmp_path / "report.json").read_text())["ok"] is True
+    assert knotwork("check", tmp_path, "--scenario", path.stem).code == 0
+
+
+@scenarios
+def test_it_is_described_and_its_waypoints_are_named(path: Path) -> None:
+    scenario = kw.load_scenario(path)
+    assert scenario.name == path.stem
+    assert len(scenario.description.split()) >= 4
+    assert not any(waypoint.name.startswith("waypoint ") for waypoint in scenario.waypoints)
+    assert path.read_text().startswith("#")
+
+
+class Arm:
+    """A scenario's arm: the whole URDF as Pinocchio reads it, its tool placed by hand."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        assert isinstance(scenario.robot, str)
+        robot = kw.load_robot(scenario.robot)
+        # Names and files are taken from the robot, nothing that it computes.
+        self.model = pin.buildModelFromUrdf(str(robot.urdf))
+        self.data = self.model.createData()
+        self.base = robot.base_frame
+        self.tool = scenario.tool.frame or robot.tool_frame or ""
+        self.offset = scenario.tool.offset or pin.SE3.Identity()
+        self.joints = robot.joint_names
+        self.locked = dict(robot.locked)
+
+    def configuration(self, values: Array) -> Array:
+        """Joint angles in the model's own coordinates: cosine and sine where it has those."""
+        q = pin.neutral(self.model)
+        for name, value in [*self.locked.items(), *zip(self.joints, values, strict=True)]:
+            joint = self.model.joints[self.model.getJointId(name)]
+            start = joint.idx_q
+            q[start : start + joint.nq] = (
+                [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+            )
+        return np.asarray(q)
+
+    def pose(self, values: Array) -> Any:
+        pin.framesForwardKinematics(self.model, self.data, self.configuration(values))
+        base, tool = (
+            self.data.oMf[self.model.getFrameId(name, pin.BODY)] for name in (self.base, self.tool)
+        )
+        return base.inverse() * tool * self.offset
+
+    def twist(self, trajectory: kw.JointTrajectory, time: float) -> Array:
+        """Linear and angular velocity, by differences of poses, to second order at the ends too."""
+        h = 2e-5
+        inside = trajectory.start_time + h <= time <= trajectory.end_time - h
+        forward = time < trajectory.start_time + h
+        steps = [-h, h] if inside else [0, h, 2 * h] if forward else [0, -h, -2 * h]
+        weights = [-0.5, 0.5] if inside else [-1.5, 2, -0.5]
+        here = self.pose(trajectory(time))
+        total = np.zeros(6)
+        for step, weight in zip(steps, weights, strict=True):
+            pose = self.pose(trajectory(time + step))
+            turn = pin.log3(pose.rotation @ here.rotation.T)
+            change = np.concatenate([pose.translation - here.translation, turn])
+            total += weight * change / (h if inside or forward else -h)
+        return total
+
+
+@scenarios
+def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
+    scenario = kw.load_scenario(path)
+    trajectory = kw.plan(scenario).trajectory
+    arm = Arm(scenario) if scenario.robot is not None else None
+    if arm is not None:
+        assert arm.joints == trajectory.joint_names
+    for waypoint in scenario.waypoints:
+        q, v = trajectory(waypoint.time), trajectory(waypoint.time, 1)
+        if isinstance(waypoint, JointTarget):
+            if not isinstance(waypoint.joints.values, str):
+                units = trajectory.joint_units or ()
+                wanted = waypoint.joints.array(trajectory.joint_names, units)
+                np.testing.assert_allclose(q, wanted, atol=1e-9)
+            if waypoint.velocity is None:
+                np.testing.assert_allclose(v, 0, atol=1e-9)
+            continue
+        assert isinstance(waypoint, CartesianWaypoint)
+        assert arm is not None
+        pose = arm.pose(q)
+        np.testing.assert_allclose(pose.translation, waypoint.position, atol=1e-7)
+        np.testing.assert_allclose(pose.rotation, waypoint.rotation, atol=1e-7)
+        wanted = np.concatenate([waypoint.linear, waypoint.angular])
+        np.testing.assert_allclose(arm.twist(trajectory, waypoint.time), wanted, atol=2e-6)
+
+
+@scenarios
+def test_joints_keep_their_limits_and_move_without_a_jump(path: Path) -> None:
+    """Dense samples against the report, which has them from the polynomials."""
+    plan = kw.plan(path)
+    trajectory = plan.trajectory
+    assert trajectory.continuity.order >= 2
+    time = np.linspace(trajectory.start_time, trajectory.end_time, 20_001)
+    orders = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
+    for item in plan.report.limits:
+        if item.limit is None or item.sampled:
+            continue
+        index = trajectory.joint_names.index(item.joint)
+        values = trajectory(time, orders[item.quantity])[:, index]
+        assert item.margin is not None
+        lower = item.value - item.limit == item.margin
+        beyond = item.limit - values if lower else values - item.limit
+        assert beyond.max() <= -item.margin + 1e-9 * max(1.0, abs(item.limit))
+        assert item.margin >= 0
