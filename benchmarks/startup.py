@@ -68,7 +68,7 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     space = timed("load the robot", lambda: pipeline.joint_space(task))
     waypoints = timed("inverse kinematics", lambda: pipeline.task_to_joint(task, space))
     planner = pipeline.get_planner(task.planner)
-    options = pipeline._options(task, space)
+    options = pipeline.planner_options(task, space)
     trajectory = timed("interpolate", lambda: planner(waypoints, options))
     report = timed("check", lambda: pipeline.check(trajectory, task, space=space))
     tables = timed("import the tables", imported("knotwork.cli.tables"))

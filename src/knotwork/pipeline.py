@@ -94,7 +94,7 @@ def plan(
         scenario = replace(scenario, knots=_given_knots(knots))
     interpolate = get_planner(scenario.planner)
     space = joint_space(scenario)
-    options = _options(scenario, space)
+    options = planner_options(scenario, space)
     waypoints = task_to_joint(scenario, space)
     try:
         trajectory = interpolate(waypoints, options)
@@ -121,7 +121,12 @@ def _given_knots(knots: str | float | ArrayLike) -> str | float | FloatArray:
         ) from error
 
 
-def _options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
+def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
+    """Give a scenario's planner options with joint values in SI, in the order of the joints.
+
+    Raises:
+        InputError: An option names a joint that does not exist, or is out of range.
+    """
     knots = scenario.knots
     ends = scenario.end_acceleration
     return PlannerOptions(

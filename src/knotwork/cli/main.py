@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from knotwork import __version__
+from knotwork.cli.compare import compare
 from knotwork.errors import InputError, KnotworkError
 
 if TYPE_CHECKING:
@@ -288,3 +289,6 @@ def schema() -> int:
 
     click.echo(json.dumps(ScenarioFile.model_json_schema(), indent=2))
     return PASSED
+
+
+cli.add_command(compare)

@@ -20,17 +20,22 @@ if TYPE_CHECKING:
     from knotwork.pipeline import Plan
     from knotwork.robot import Robot
 
-# Wide enough for every table, for output that goes to a file or a pipe.
+# Numbers are never cut short: a table takes the width it needs, and a terminal wraps what is more.
+ANY_WIDTH = 1000
+# For tables with text that can be wrapped.
 FILE_WIDTH = 120
 MOST_FAILURES = 20
 
 
-def _console() -> Console:
-    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else FILE_WIDTH
-    return Console(width=width, highlight=False, soft_wrap=False)
+def console(*, wrap: bool = False) -> Console:
+    """Console on standard output, that wraps text at the terminal's width or not at all."""
+    width = ANY_WIDTH
+    if wrap:
+        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else FILE_WIDTH
+    return Console(width=width, highlight=False)
 
 
-def _table(title: str, columns: Sequence[str], left: int = 1) -> Table:
+def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     """Make a table whose first columns are text and all others numbers."""
     table = Table(
         title=title,
@@ -74,38 +79,38 @@ def print_report(report: Report, scenario: Scenario, made: str = "") -> None:
         scenario: What it was checked against.
         made: How the trajectory was made; by default what it says itself.
     """
-    console = _console()
-    console.print(f"[bold]{escape(report.scenario)}[/]  {escape(scenario.description.strip())}")
+    out = console()
+    out.print(f"[bold]{escape(report.scenario)}[/]  {escape(scenario.description.strip())}")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
-    console.print(f"{escape(robot)}; {escape(made or report.planner)}")
+    out.print(f"{escape(robot)}; {escape(made or report.planner)}")
     joints = [item for item in report.requirements if item.quantity.startswith("joint")]
     tool = [item for item in report.requirements if not item.quantity.startswith("joint")]
     for title, items in (("Tool at the waypoints", tool), ("Joints at the waypoints", joints)):
         if items:
-            console.print(_waypoint_table(title, items))
-            console.print()
-    console.print(_limit_table(report.limits))
-    console.print()
+            out.print(_waypoint_table(title, items))
+            out.print()
+    out.print(_limit_table(report.limits))
+    out.print()
     for jump in report.jumps:
         state = "" if jump.required else " (not required)"
-        console.print(
+        out.print(
             f"{_mark(jump.ok)} {jump.quantity} continuity: largest jump {jump.value:.2e} "
             f"{jump.unit}, {jump.relative:.1e} of its peak{state}"
         )
     if report.singularity is not None:
         near = report.singularity
-        console.print(
+        out.print(
             f"   smallest singular value {near.smallest_singular_value:.4f} at {near.time:.3f} s, "
             f"sampled at {near.samples} times"
         )
     failures = report.failures
     for failure in failures[:MOST_FAILURES]:
-        console.print(f"{_mark(False)} {escape(str(failure))}")
+        out.print(f"{_mark(False)} {escape(str(failure))}")
     if len(failures) > MOST_FAILURES:
-        console.print(f"   and {len(failures) - MOST_FAILURES} more")
+        out.print(f"   and {len(failures) - MOST_FAILURES} more")
     met = sum(item.ok for item in report.requirements)
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
-    console.print(
+    out.print(
         f"{verdict} {escape(report.scenario)}: {met} of {len(report.requirements)} requirements "
         f"met, {len(failures)} failures"
     )
@@ -123,7 +128,7 @@ def _waypoint_table(title: str, requirements: Sequence[Requirement]) -> Table:
         units = " or ".join(dict.fromkeys(item.unit for item in items))
         columns.append(quantity.removeprefix("joint_").replace("_", "\n") + f"\n[{units}]")
         allowed.append(f"{items[0].tolerance:.1e}")
-    table = _table(title, [*columns, ""])
+    table = plain_table(title, [*columns, ""])
     by_waypoint: dict[tuple[str, float], dict[str, Requirement]] = {}
     for item in requirements:
         by_waypoint.setdefault((item.waypoint, item.time), {})[item.quantity] = item
@@ -140,7 +145,7 @@ def _waypoint_table(title: str, requirements: Sequence[Requirement]) -> Table:
 def _limit_table(limits: Sequence[LimitUse]) -> Table:
     """One row a joint and quantity; where no limit is given, one row for the worst joint."""
     title = "Joint limits: exact over all time, unless marked as sampled"
-    table = _table(title, ["joint", "value", "limit", "margin", "at [s]", ""])
+    table = plain_table(title, ["joint", "value", "limit", "margin", "at [s]", ""])
     for quantity in dict.fromkeys(item.quantity for item in limits):
         items = [item for item in limits if item.quantity == quantity]
         units = " or ".join(dict.fromkeys(item.unit for item in items))
@@ -166,16 +171,18 @@ def _coloured(text: str, ok: bool) -> str:
 
 def print_summary(rows: Sequence[tuple[str, str]]) -> None:
     """Print one line a scenario."""
-    table = _table("Scenarios", ["scenario", "verdict"], 2)
+    table = plain_table("Scenarios", ["scenario", "verdict"], 2)
     for name, word in rows:
         colour = "green" if word == "passed" else "bold red"
         table.add_row(escape(name), f"[{colour}]{word}[/]")
-    _console().print(table)
+    console(wrap=True).print(table)
 
 
 def print_scenarios(scenarios: Sequence[Scenario]) -> None:
     """Print the shipped scenarios."""
-    table = _table("Scenarios", ["name", "robot", "waypoints", "duration [s]", "description"], 2)
+    table = plain_table(
+        "Scenarios", ["name", "robot", "waypoints", "duration [s]", "description"], 2
+    )
     table.columns[-1].justify = "left"
     table.columns[-1].no_wrap = False
     for scenario in scenarios:
@@ -188,12 +195,12 @@ def print_scenarios(scenarios: Sequence[Scenario]) -> None:
             f"{times[-1] - times[0]:g}",
             escape(scenario.description.strip()),
         )
-    _console().print(table)
+    console(wrap=True).print(table)
 
 
 def print_robots(robots: Sequence[Robot]) -> None:
     """Print the shipped robots."""
-    table = _table("Robots", ["name", "joints", "tool frame", "description"], 4)
+    table = plain_table("Robots", ["name", "joints", "tool frame", "description"], 4)
     table.columns[-1].no_wrap = False
     for robot in robots:
         table.add_row(
@@ -202,17 +209,17 @@ def print_robots(robots: Sequence[Robot]) -> None:
             escape(robot.tool_frame or "-"),
             escape(robot.description.strip()),
         )
-    console = _console()
-    console.print(table)
-    console.print("knotwork robots NAME shows one of them")
+    out = console(wrap=True)
+    out.print(table)
+    out.print("knotwork robots NAME shows one of them")
 
 
 def print_robot(robot: Robot) -> None:
     """Print a robot's joints, limits, frames and configurations."""
-    console = _console()
-    console.print(f"[bold]{escape(robot.name)}[/]  {escape(robot.description.strip())}")
-    console.print(f"model {escape(str(robot.urdf))}", soft_wrap=True)
-    console.print(f"base frame {escape(robot.base_frame)}, tool frame {robot.tool_frame}")
+    out = console()
+    out.print(f"[bold]{escape(robot.name)}[/]  {escape(robot.description.strip())}")
+    out.print(f"model {escape(str(robot.urdf))}", soft_wrap=True)
+    out.print(f"base frame {escape(robot.base_frame)}, tool frame {robot.tool_frame}")
     limits = {
         "lower": robot.lower_position_limit,
         "upper": robot.upper_position_limit,
@@ -221,23 +228,23 @@ def print_robot(robot: Robot) -> None:
         "jerk": robot.jerk_limit,
         "effort": robot.effort_limit,
     }
-    table = _table("Joint limits [SI]", ["joint", "unit", *limits], 2)
+    table = plain_table("Joint limits [SI]", ["joint", "unit", *limits], 2)
     for i, name in enumerate(robot.joint_names):
         cells = [
             f"{limit[i]:.4g}" if np.isfinite(limit[i]) else "none" for limit in limits.values()
         ]
         table.add_row(escape(name), robot.joint_units[i], *cells)
-    console.print(table)
+    out.print(table)
     if robot.configurations:
-        table = _table("Configurations [SI]", ["joint", *robot.configurations])
+        table = plain_table("Configurations [SI]", ["joint", *robot.configurations])
         for i, name in enumerate(robot.joint_names):
             values = (f"{positions[i]:.4f}" for positions in robot.configurations.values())
             table.add_row(escape(name), *values)
-        console.print(table)
+        out.print(table)
     if robot.locked:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
-        console.print(f"locked joints: {escape(locked)}")
-    console.print(f"frames: {escape(', '.join(robot.frame_names))}")
+        out.print(f"locked joints: {escape(locked)}")
+    out.print(f"frames: {escape(', '.join(robot.frame_names))}")
 
 
 def robot_to_dict(robot: Robot) -> dict[str, Any]:

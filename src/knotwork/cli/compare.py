@@ -1,0 +1,119 @@
+"""The command `knotwork compare`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from knotwork.compare import Comparison, Score
+
+PASSED = 0
+# Headings and how each column is shown.
+_HEADINGS = {
+    "position_miss": "position\nmiss",
+    "velocity_miss": "velocity\nmiss",
+    "acceleration_jump": "accel.\njump",
+    "peak_velocity": "peak\nvelocity",
+    "peak_acceleration": "peak\naccel.",
+    "peak_jerk": "peak\njerk",
+    "velocity_fluctuation": "velocity\nfluct.",
+    "squared_acceleration": "integral\naccel.²",
+    "squared_jerk": "integral\njerk²",
+    "path_deviation": "off path\n[mm]",
+    "path_turn": "turned\n[deg]",
+    "limits_broken": "limits\nbroken",
+    "time_to_plan": "time\n[ms]",
+}
+_FACTORS = {"path_deviation": 1e3, "path_turn": 57.29577951308232, "time_to_plan": 1e3}
+
+
+@click.command()
+@click.argument("scenario")
+@click.option(
+    "--planners", metavar="A,B,…", help="Planners to compare, divided by commas; all by default."
+)
+@click.option(
+    "--out",
+    "-o",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Write comparison.json and comparison.csv there.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON alone on standard output.")
+def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool) -> int:
+    """Plan SCENARIO with several planners and show what each makes of it.
+
+    Joint values are in rad or m, per second. A peak is that of the joint nearest its limit, with
+    the part of the limit it uses, or the largest of all where no joint has a limit. The velocity
+    fluctuation is the variation of velocity beyond the least that the task forces, of the worst
+    joint. The tool is compared with straight lines between the poses. The best of each column is
+    marked with a star.
+    """
+    from knotwork.compare import compare as compare_planners
+
+    names = [name.strip() for name in planners.split(",")] if planners is not None else None
+    comparison = compare_planners(scenario, names)
+    written = comparison.save(out) if out is not None else []
+    if as_json:
+        click.echo(json.dumps(comparison.to_dict(), indent=1, allow_nan=False))
+        return PASSED
+    print_comparison(comparison)
+    for path in written:
+        click.echo(f"wrote {path}")
+    return PASSED
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Print the table of a comparison, and below it why planners refused."""
+    from rich.markup import escape
+
+    from knotwork.cli import tables
+    from knotwork.compare import Refusal, best
+
+    scores = comparison.scores
+    shown = [
+        column
+        for column in _HEADINGS
+        if any(getattr(score, column) is not None for score in scores)
+    ]
+    table = tables.plain_table(
+        f"{comparison.scenario}: {scores[0].duration:g} s" if scores else comparison.scenario,
+        ["planner", *(_HEADINGS[column] for column in shown)],
+    )
+    winners = best(scores)
+    for row in comparison.rows:
+        if isinstance(row, Refusal):
+            table.add_row(row.planner, "refused: see below")
+        else:
+            table.add_row(row.planner, *(_cell(row, column, winners) for column in shown))
+    out = tables.console()
+    out.print(table)
+    for row in comparison.rows:
+        if isinstance(row, Refusal):
+            out.print(f"{row.planner} refused: {escape(row.reason)}")
+
+
+def _cell(score: Score, column: str, winners: dict[str, set[str]]) -> str:
+    from knotwork.metrics import Peak
+
+    value = getattr(score, column)
+    star = "*" if score.planner in winners.get(column, ()) else " "
+    if value is None:
+        return "-"
+    if isinstance(value, Peak):
+        use = f" {100 * value.use:3.0f}%" if value.use is not None else ""
+        return f"{_short(value.value)}{use}{star}"
+    if isinstance(value, int):
+        return f"{value}{star}"
+    return f"{_short(value * _FACTORS.get(column, 1.0))}{star}"
+
+
+def _short(value: float) -> str:
+    """Three digits, and zero for what is only rounding."""
+    if abs(value) < 1e-9:
+        return "0"
+    return f"{value:.3g}" if 1e-3 <= abs(value) < 1e4 else f"{value:.1e}"

@@ -1,0 +1,249 @@
+"""One scenario, every planner, one table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from knotwork import metrics, storage
+from knotwork.errors import InputError
+from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
+from knotwork.joint_space import JointSpace, joint_space
+from knotwork.pipeline import planner_options
+from knotwork.scenario import Scenario, load_scenario
+from knotwork.task_to_joint import task_to_joint
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import JointWaypoints
+from knotwork.witness import LimitUse, check
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one planner makes of a scenario. Joint values are in rad or m, summed as they are.
+
+    Attributes:
+        planner: Name of the planner.
+        position_miss: Largest error of a joint at a waypoint.
+        velocity_miss: Largest error of a joint's velocity at a waypoint.
+        acceleration_jump: Largest jump of a joint's acceleration.
+        peak_velocity: Greatest magnitude: of the joint nearest its limit, or the largest of all.
+        peak_acceleration: Likewise.
+        peak_jerk: Likewise.
+        velocity_fluctuation: Of the worst joint: see `knotwork.metrics.velocity_fluctuation`.
+        squared_acceleration: Integral over time, summed over the joints.
+        squared_jerk: Likewise.
+        path_deviation: Of the tool from the straight path between poses [m], sampled; `None`
+            without poses.
+        path_turn: Of the tool's orientation, likewise [rad].
+        duration: [s]
+        limits_broken: How many limits of joints are broken.
+        time_to_plan: Time that the planner took, the best of a few runs [s].
+    """
+
+    planner: str
+    position_miss: float
+    velocity_miss: float
+    acceleration_jump: float
+    peak_velocity: metrics.Peak
+    peak_acceleration: metrics.Peak
+    peak_jerk: metrics.Peak
+    velocity_fluctuation: float
+    squared_acceleration: float
+    squared_jerk: float
+    path_deviation: float | None
+    path_turn: float | None
+    duration: float
+    limits_broken: int
+    time_to_plan: float
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A planner that can't do a scenario.
+
+    Attributes:
+        planner: Name of the planner.
+        reason: Why.
+    """
+
+    planner: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A scenario as several planners do it.
+
+    Attributes:
+        scenario: Name of the scenario.
+        rows: A score or a refusal for each planner.
+        trajectories: The motions by planner.
+    """
+
+    scenario: str
+    rows: tuple[Score | Refusal, ...]
+    trajectories: Mapping[str, JointTrajectory]
+
+    @property
+    def scores(self) -> tuple[Score, ...]:
+        """Rows of the planners that can do the scenario."""
+        return tuple(row for row in self.rows if isinstance(row, Score))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the comparison as plain data, ready for JSON."""
+        return {"scenario": self.scenario, "planners": [asdict(row) for row in self.rows]}
+
+    def to_csv(self) -> str:
+        """Write the comparison as CSV, a row a planner; a peak takes four columns."""
+        rows = [_flat(asdict(row)) for row in self.rows]
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        text = io.StringIO()
+        writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        return text.getvalue()
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write `comparison.json` and `comparison.csv` into a folder, both or none.
+
+        Raises:
+            InputError: The folder can't be written to.
+        """
+        return storage.write_files(
+            folder,
+            {"comparison.json": storage.to_json(self.to_dict()), "comparison.csv": self.to_csv()},
+        )
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for name, value in row.items():
+        if isinstance(value, Mapping):
+            flat.update({f"{name}.{part}": inner for part, inner in value.items()})
+        else:
+            flat[name] = value
+    return flat
+
+
+def compare(
+    scenario: str | Path | Mapping[str, Any] | Scenario, planners: Sequence[str] | None = None
+) -> Comparison:
+    """Plan a scenario with several planners and score what each makes of it.
+
+    The scenario's planner options hold for its own planner; the others run with their defaults.
+
+    Args:
+        scenario: As for `knotwork.plan`.
+        planners: Names of planners; by default all there are.
+
+    Raises:
+        UnknownNameError: There is no such planner.
+        InputError: The scenario is wrong, or a waypoint can't be met as asked.
+    """
+    names = list(dict.fromkeys(planners)) if planners is not None else list(PLANNERS)
+    for name in names:
+        get_planner(name)
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    space = joint_space(scenario)
+    waypoints = task_to_joint(scenario, space)
+    rows: list[Score | Refusal] = []
+    trajectories: dict[str, JointTrajectory] = {}
+    for name in names:
+        options = (
+            planner_options(scenario, space)
+            if name == scenario.planner
+            else PlannerOptions(
+                velocity_limit=space.limits["velocity"],
+                acceleration_limit=space.limits["acceleration"],
+            )
+        )
+        try:
+            trajectory, seconds = _timed(name, waypoints, options)
+        except InputError as error:
+            rows.append(Refusal(name, str(error)))
+            continue
+        trajectories[name] = trajectory
+        rows.append(_score(name, trajectory, seconds, scenario, space, waypoints))
+    return Comparison(scenario.name, tuple(rows), trajectories)
+
+
+# The first run of a planner loads its module; the best of a few is what the planning itself takes.
+RUNS = 5
+
+
+def _timed(
+    name: str, waypoints: JointWaypoints, options: PlannerOptions
+) -> tuple[JointTrajectory, float]:
+    planner = get_planner(name)
+    best = float("inf")
+    for _ in range(RUNS):
+        start = time.perf_counter()
+        trajectory = planner(waypoints, options)
+        best = min(best, time.perf_counter() - start)
+    return trajectory, best
+
+
+def _score(
+    name: str,
+    trajectory: JointTrajectory,
+    seconds: float,
+    scenario: Scenario,
+    space: JointSpace,
+    waypoints: JointWaypoints,
+) -> Score:
+    deviation = None
+    if space.robot is not None:
+        from knotwork.tool_path import straight_path_deviation
+
+        deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints)
+    report = check(trajectory, scenario, space=space)
+    return Score(
+        planner=name,
+        position_miss=metrics.position_miss(trajectory, waypoints),
+        velocity_miss=metrics.velocity_miss(trajectory, waypoints),
+        acceleration_jump=metrics.acceleration_jump(trajectory),
+        peak_velocity=metrics.peak(trajectory, 1, space.limits["velocity"]),
+        peak_acceleration=metrics.peak(trajectory, 2, space.limits["acceleration"]),
+        peak_jerk=metrics.peak(trajectory, 3, space.limits["jerk"]),
+        velocity_fluctuation=float(metrics.velocity_fluctuation(trajectory, waypoints).max()),
+        squared_acceleration=metrics.integral_of_square(trajectory, 2),
+        squared_jerk=metrics.integral_of_square(trajectory, 3),
+        path_deviation=deviation.position if deviation is not None else None,
+        path_turn=deviation.orientation if deviation is not None else None,
+        duration=trajectory.duration,
+        limits_broken=sum(isinstance(item, LimitUse) for item in report.failures),
+        time_to_plan=seconds,
+    )
+
+
+COLUMNS = tuple(
+    item.name for item in fields(Score) if item.name not in ("planner", "duration", "time_to_plan")
+)
+
+
+def best(scores: Sequence[Score]) -> dict[str, set[str]]:
+    """Planners that have the best value of each column, by column; ties share it.
+
+    Values that differ by rounding are ties, and so are all below 1e-9: no machine is that exact.
+    """
+    winners: dict[str, set[str]] = {}
+    for column in (*COLUMNS, "time_to_plan"):
+        values = {score.planner: size(getattr(score, column)) for score in scores}
+        given = {name: value for name, value in values.items() if value is not None}
+        if given:
+            least = max(min(given.values()), 0.0 if column == "time_to_plan" else 1e-9)
+            winners[column] = {name for name, value in given.items() if value <= least * (1 + 1e-9)}
+    return winners
+
+
+def size(value: metrics.Peak | float | None) -> float | None:
+    """What a column is ranked by: a peak by its use of the limit if there is one."""
+    if isinstance(value, metrics.Peak):
+        return value.use if value.use is not None else value.value
+    return value

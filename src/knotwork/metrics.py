@@ -1,0 +1,149 @@
+"""Figures that tell one joint motion from another: misses, jumps, peaks, fluctuation, effort.
+
+Nothing here is sampled: extrema, variations and integrals come from the polynomials.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import critical_points, differentiate, horner
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Greatest magnitude of one quantity: of the joint nearest its limit, or else the largest.
+
+    Attributes:
+        value: Magnitude [rad or m, and per second].
+        joint: Name of the joint.
+        time: When [s].
+        use: Part of the limit that is used; `None` where no joint has one.
+    """
+
+    value: float
+    joint: str
+    time: float
+    use: float | None
+
+
+def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
+    """Largest distance of a joint from a waypoint at its time [rad or m]."""
+    return float(np.abs(trajectory.position(waypoints.time) - waypoints.position).max())
+
+
+def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
+    """Largest difference of a joint's velocity from the one asked for [rad/s or m/s]."""
+    return float(np.abs(trajectory.velocity(waypoints.time) - waypoints.velocity).max())
+
+
+def acceleration_jump(trajectory: JointTrajectory) -> float:
+    """Largest jump of a joint's acceleration at a break [rad/s² or m/s²]."""
+    return float(np.abs(trajectory.polynomial.jumps(2)).max(initial=0.0))
+
+
+def peak(trajectory: JointTrajectory, order: int, limit: FloatArray) -> Peak:
+    """Find the peak of a derivative.
+
+    Args:
+        trajectory: The motion.
+        order: Order of the derivative.
+        limit: Limit of its magnitude for each joint, infinite where there is none, shape (d,).
+    """
+    extrema = trajectory.polynomial.extrema(order)
+    limited = np.isfinite(limit)
+    worst = int(np.argmax(extrema.peak / limit if limited.any() else extrema.peak))
+    return Peak(
+        float(extrema.peak[worst]),
+        trajectory.joint_names[worst],
+        float(extrema.peak_time[worst]),
+        float(extrema.peak[worst] / limit[worst]) if limited.any() else None,
+    )
+
+
+def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints) -> FloatArray:
+    """Variation of each joint's velocity beyond what its task forces [rad/s or m/s], shape (d,).
+
+    On the interval between two waypoints, with the velocities v₀ and v₁ asked for at its ends and
+    the mean velocity m = Δq/h that its displacement makes, no motion can do with less variation
+    than |m − v₀| + |m − v₁|: the velocity must go from v₀ to m and on to v₁, because it takes its
+    mean somewhere. What a motion does on top of it is its fluctuation there,
+
+        F = |v(t₀) − v₀| + ∫ |a| dt + |v₁ − v(t₁)| − |m − v₀| − |m − v₁| ≥ 0,
+
+    where velocities that are missed at the waypoints count as changes made at once. The figure
+    for a joint is the sum over the intervals. A velocity that goes from v₀ to v₁ without turning
+    back scores zero; so does one that is constant.
+
+    Args:
+        trajectory: The motion.
+        waypoints: What was asked for.
+    """
+    inside = waypoints.time[1:-1]
+    curve = refined(trajectory.polynomial, inside)
+    width = np.diff(curve.x)[:, np.newaxis]
+    speed = differentiate(_in_unit_variable(curve)) / width
+    points = critical_points(speed)
+    ends = np.zeros((1, *speed.shape[1:]))
+    values = horner(speed[:, np.newaxis], np.concatenate((ends, points, ends + 1.0)))
+    variation = np.abs(np.diff(values, axis=0)).sum(axis=0)
+    # A jump of velocity inside an interval is variation, too; at a waypoint it is a miss.
+    jumps = np.abs(values[0, 1:] - values[-1, :-1])
+    variation[:-1] += np.where(np.isin(curve.x[1:-1], inside)[:, np.newaxis], 0.0, jumps)
+
+    first = np.searchsorted(curve.x, waypoints.time[:-1])
+    last = np.append(first[1:] - 1, curve.x.size - 2)
+    total = np.add.reduceat(variation, first, axis=0)
+    start, end = values[0, first], values[-1, last]
+    mean = np.diff(curve(waypoints.time), axis=0) / np.diff(waypoints.time)[:, np.newaxis]
+    v0, v1 = waypoints.velocity[:-1], waypoints.velocity[1:]
+    forced = np.abs(mean - v0) + np.abs(mean - v1)
+    made = np.abs(start - v0) + total + np.abs(v1 - end)
+    return np.asarray(np.maximum(made - forced, 0.0).sum(axis=0))
+
+
+def integral_of_square(trajectory: JointTrajectory, order: int) -> float:
+    """Integral over time of the square of a derivative, summed over the joints.
+
+    Args:
+        trajectory: The motion.
+        order: Order of the derivative.
+    """
+    curve = trajectory.polynomial.derivative(order)
+    degree = 2 * (curve.c.shape[0] - 1)
+    nodes, weights = np.polynomial.legendre.leggauss(degree // 2 + 1)  # exact for this degree
+    width = np.diff(curve.x)[:, np.newaxis]
+    total = 0.0
+    for node, weight in zip(nodes, weights, strict=True):
+        values = horner(curve.c, np.asarray(0.5 * (node + 1.0) * width))
+        total += float((weight * 0.5 * width * values**2).sum())
+    return total
+
+
+def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomial:
+    """Give the same curve with more breaks.
+
+    Args:
+        curve: A curve along axis 0, trailing shape (d,).
+        times: Breaks to be added where there are none, within the curve's time.
+    """
+    breaks = np.union1d(curve.x, times)
+    piece = np.clip(np.searchsorted(curve.x, breaks[:-1], side="right") - 1, 0, len(curve.x) - 2)
+    shift = (breaks[:-1] - curve.x[piece])[:, np.newaxis]
+    c = np.array(curve.c[:, piece])
+    # Synthetic division by (s − shift), once for each coefficient, expands about the new break.
+    for end in range(c.shape[0], 1, -1):
+        for k in range(1, end):
+            c[k] += shift * c[k - 1]
+    return PiecewisePolynomial(c, breaks)
+
+
+def _in_unit_variable(curve: PiecewisePolynomial) -> FloatArray:
+    """Coefficients in the variable that goes from 0 to 1 in each piece."""
+    powers = np.arange(curve.c.shape[0] - 1, -1, -1).reshape(-1, 1, 1)
+    return np.asarray(curve.c * np.diff(curve.x)[:, np.newaxis] ** powers)
