@@ -113,6 +113,8 @@ class PoseSearch:
         error = pin.updateFramePlacement(model, data, frame).actInv(self._target)
         linear, angular = error.translation, pin.log3(error.rotation)
         J = pin.getFrameJacobian(model, data, frame, pin.LOCAL)
+        if J.ndim == 1:  # of a single joint
+            J = J[:, np.newaxis]
         e = np.concatenate((linear, angular))
         position, orientation = linear.dot(linear) ** 0.5, angular.dot(angular) ** 0.5
         if self._weights is not None:

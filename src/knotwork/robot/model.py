@@ -257,6 +257,7 @@ class Robot:
         pin.computeJointJacobians(self.model, self.data, self._checked(q, "q"))
         pose = self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
         J = pin.getFrameJacobian(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
+        J = J.reshape(6, self.dof)  # a single column comes as a vector
         if self._world_from_base is not None:
             base_from_world = self._base_from_world.rotation
             J = np.vstack([base_from_world @ J[:3], base_from_world @ J[3:]])

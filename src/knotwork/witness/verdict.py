@@ -58,7 +58,8 @@ def check(
         time = np.sort(np.concatenate([regular, curve.x]))
         q, v, a = curve(time), curve(time, 1), curve(time, 2)
         limits += effort_use(space, space.robot, time, q, v, a)
-        singularity = smallest_singular_value(space.robot, time, q)
+        if space.robot.tool_frame is not None:
+            singularity = smallest_singular_value(space.robot, time, q)
     return Report(
         scenario=scenario.name,
         robot=space.robot.name if space.robot is not None else None,
