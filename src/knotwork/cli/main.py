@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # No schema here is for pydantic's plugins, and looking for some takes time at every start.
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
-PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+PASSED, FAILED, WRONG_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
 
 _EXIT_CODES = """
 Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
@@ -49,6 +49,15 @@ def main() -> NoReturn:
         # Whoever read our output has stopped reading; Python would complain when it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = PASSED
+    except Exception as error:
+        if os.environ.get("KNOTWORK_TRACEBACK"):
+            raise
+        click.echo(
+            f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
+            "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened.",
+            err=True,
+        )
+        code = INTERNAL
     sys.exit(code or PASSED)
 
 

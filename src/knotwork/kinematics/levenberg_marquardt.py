@@ -161,7 +161,7 @@ class PoseSearch:
                     H[held] = 0.0
                     H[:, held] = 0.0
             damping = factor * square + 1e-30
-            step = LDLT(H + damping * self._identity).solve(gradient)
+            step = LDLT(H + damping * self._identity).solve(gradient).ravel()  # (1, 1) of one joint
             length = step.dot(step)
             if length > MAX_STEP**2:  # else no joint can exceed it
                 step *= MAX_STEP / max(step.max(), -step.min(), MAX_STEP)
