@@ -138,6 +138,19 @@ def test_the_solution_near_what_is_wanted_is_taken() -> None:
         np.testing.assert_array_equal(plan.joint_waypoints.position[0], home[0])
 
 
+def test_near_decides_for_every_waypoint_and_else_the_one_before() -> None:
+    pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
+    task: dict[str, Any] = {"robot": "ur5", "waypoints": [{"pose": pose, "after": 9}]}
+    home = kw.plan({**task, "start": "home"})
+    names, q = home.trajectory.joint_names, home.joint_waypoints.position[1]
+    turned = q - 2 * np.pi * np.sign(q) * (np.arange(6) == 5)
+    start = dict(zip(names, turned.tolist(), strict=True))
+    before = kw.plan({**task, "start": start}).joint_waypoints.position
+    np.testing.assert_allclose(before, [turned, turned], atol=1e-6)
+    near = kw.plan({**task, "start": start, "near": "home"}).joint_waypoints.position
+    np.testing.assert_allclose(near, [turned, q], atol=1e-6)
+
+
 def test_a_plan_starts_where_start_says() -> None:
     pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
     plan = kw.plan({"robot": "ur5", "start": "home", "waypoints": [{"pose": pose, "time": 3}]})
@@ -154,7 +167,7 @@ def test_limits_of_the_scenario_take_the_place_of_the_robot_s() -> None:
         {
             **base,
             "units": {"angle": "deg"},
-            "limits": {"velocity": {"elbow_joint": 90}, "acceleration": 180},
+            "limits": {"velocity": {"elbow_joint": 90}, "acceleration": 180, "effort": 100},
         }
     ).space
     index = own.joint_names.index("elbow_joint")
@@ -164,6 +177,7 @@ def test_limits_of_the_scenario_take_the_place_of_the_robot_s() -> None:
         changed.limits["velocity"][others], own.limits["velocity"][others]
     )
     np.testing.assert_allclose(changed.limits["acceleration"], np.pi)
+    np.testing.assert_array_equal(changed.limits["effort"], 100)  # N m in any unit of angle
 
 
 def test_a_broken_limit_is_a_verdict_and_no_error() -> None:
