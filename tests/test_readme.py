@@ -1,0 +1,69 @@
+"""What the README says is true: its scenario, its Python, its figures."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+def test_the_explained_scenario_plans_and_passes(tmp_path: Path) -> None:
+    (text,) = blocks("yaml")
+    path = tmp_path / "explained.yaml"
+    path.write_text(text, encoding="utf-8")
+    plan = kw.plan(path)
+    plan.report.raise_if_failed()
+    speeds = [
+        np.linalg.norm(plan.space.robot.twist(q, v).linear)
+        for q, v in zip(  # type: ignore[union-attr]
+            plan.joint_waypoints.position, plan.joint_waypoints.velocity, strict=True
+        )
+    ]
+    np.testing.assert_allclose(speeds, [0, 0, 0.05, 0.05, 0], atol=1e-9)
+
+
+def test_the_python_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for block in blocks("python"):
+        exec(block, names)
+    assert (tmp_path / "result" / "trajectory.json").is_file()
+    spline = names["spline"]
+    assert isinstance(spline, kw.ModifiedHermiteSpline)
+    np.testing.assert_allclose(spline([0, 5, 15, 25]), [0, 30, 90, 180], atol=1e-12)
+
+
+def test_the_commands_exist() -> None:
+    from knotwork.cli.main import cli
+
+    said = set(re.findall(r"^    knotwork (\w+)", README, re.MULTILINE))
+    assert said >= {"plan", "check", "robots"}
+    assert said <= set(cli.commands)
+
+
+def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
+    said = re.search(
+        r"within ([\d.]+) mm of the edge and within ([\d.]+) %", re.sub(r"\s+", " ", README)
+    )
+    assert said is not None
+    plan = kw.plan("ur5_deburring")
+    robot = plan.space.robot
+    assert robot is not None
+    time = np.linspace(5, 11, 3001)  # from edge 0 to edge 6
+    q, v = plan.trajectory.position(time), plan.trajectory.velocity(time)
+    place = np.array([robot.forward(row).translation for row in q])
+    speed = np.array([np.linalg.norm(robot.twist(*row).linear) for row in zip(q, v, strict=True)])
+    line = (place[-1] - place[0]) / np.linalg.norm(place[-1] - place[0])
+    off = np.linalg.norm(np.cross(place - place[0], line), axis=1)
+    assert 1e3 * off.max() <= float(said[1])
+    assert 100 * np.abs(speed / 0.05 - 1).max() <= float(said[2])
