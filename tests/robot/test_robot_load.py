@@ -392,3 +392,11 @@ def test_every_error_is_one_of_ours() -> None:
     assert issubclass(RobotError, KnotworkError)
     with pytest.raises(AttributeError, match="no attribute 'robots'"):
         _ = knotwork.robot.robots
+
+
+@pytest.mark.parametrize("urdf", ["~nobody-of-this-name/x.urdf", "x" * 5000 + ".urdf"])
+def test_a_path_that_can_not_be_is_an_input_error(urdf: str) -> None:
+    with pytest.raises(InputError):
+        load_robot({"urdf": urdf, "tool_frame": "tip"})
+    with pytest.raises(InputError):
+        load_robot(urdf, relative_to=Path())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -68,7 +69,7 @@ def _find(reference: str | Path, relative_to: Path | None) -> Path:
         return _urdf_path(text, Path(), text)
     is_path = isinstance(reference, Path) or "/" in text or text.endswith(_SUFFIXES)
     if is_path and relative_to is not None:
-        reference = relative_to / Path(reference).expanduser()
+        reference = relative_to / os.path.expanduser(reference)
     return resources.find("robots", reference, _SUFFIXES)
 
 
@@ -141,13 +142,13 @@ def _check_configuration(robot: Robot, name: str) -> None:
 
 def _urdf_path(reference: str, folder: Path, robot: str) -> Path:
     if not reference.startswith(EXAMPLE_ROBOT_DATA):
-        path = folder / Path(reference).expanduser()
-        if not path.is_file():
+        path = folder / os.path.expanduser(reference)
+        if not os.path.isfile(path):
             raise RobotError(robot, f"there is no URDF file {path}")
         return path
     data = example_robot_data(robot)
     path = data / reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
-    if not path.is_file():
+    if not os.path.isfile(path):
         package = "".join(path.relative_to(data).parts[:1])
         package = package if package and (data / package).is_dir() else "*"
         near = sorted(f.relative_to(data).as_posix() for f in data.glob(f"{package}/*/*.urdf"))
