@@ -214,11 +214,12 @@ def _check_order(x: FloatArray, left: FloatArray, right: FloatArray, doubled_end
     if not wrong.any():
         return
     i = int(np.flatnonzero(wrong)[0])
+    # what the interval's other knot leaves, if that one is in its place itself
     if wrong_right[i]:
-        raise _misplaced(i, "after", right[i], x[i], x[i + 1])
-    if wrong_left[i]:
-        raise _misplaced(i + 1, "before", left[i + 1], x[i], x[i + 1])
-    raise _misplaced(i + 1, "before", left[i + 1], right[i], x[i + 1])
+        high = left[i + 1] if not wrong_left[i] else x[i + 1]
+        raise _misplaced(i, "after", right[i], x[i], high)
+    low = right[i] if right[i] < x[i + 1] else x[i]
+    raise _misplaced(i + 1, "before", left[i + 1], low, x[i + 1])
 
 
 def _misplaced(i: int, side: str, knot: float, low: float, high: float) -> KnotError:

@@ -1,0 +1,265 @@
+"""The spline against independent formulations, and its interface against SciPy's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+from spline_witness import collocation, exact_pieces, knots_of_paper, paper_system
+
+from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
+from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline
+
+ENDS = [None, "zero", (0.7, np.array([-1.0, 2.0, 0.5]))]
+RULES = ["paper", "balanced", BalancedKnots(0.35)]
+
+
+def waypoints(n, d=3, seed=0, ratio=10.0):
+    rng = np.random.default_rng([seed, n])
+    x = rng.uniform(-5, 5) + np.concatenate(([0.0], np.cumsum(ratio ** rng.uniform(0, 1, n - 1))))
+    return x, rng.normal(size=(n, d)), rng.normal(size=(n, d))
+
+
+def peak(values):
+    return np.abs(values).max(axis=0)
+
+
+@pytest.mark.parametrize("ends", ENDS, ids=["free", "zero", "given"])
+@pytest.mark.parametrize("rule", RULES, ids=str)
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 17, 300])
+def test_meets_waypoints_and_is_c2(n, rule, ends):
+    x, y, v = waypoints(n)
+    spline = ModifiedHermiteSpline(x, y, v, knots=rule, end_acceleration=ends)
+    assert len(spline.x) == (2 * n if ends is not None else 2 * n - 2)
+    np.testing.assert_allclose(spline(x), y, atol=1e-13 * np.abs(spline.c[-1]).max())
+    np.testing.assert_allclose(spline(x, 1), v, atol=1e-13 * np.abs(spline.c[-2]).max())
+    largest = np.abs(spline(spline.x, 2)).max()
+    np.testing.assert_allclose(spline(x, 2), spline.waypoint_acceleration, atol=1e-12 * largest)
+    for nu in range(3):
+        jumps = spline.jumps(nu)
+        assert jumps.shape == (len(spline.x) - 2, 3)
+        if len(jumps):
+            assert (peak(jumps) <= 1e-12 * peak(spline(spline.x, nu))).all()
+    if ends is not None:
+        asked = [np.broadcast_to(a, 3) for a in ((0, 0) if ends == "zero" else ends)]
+        np.testing.assert_allclose(spline(x[[0, -1]], 2), asked, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 30])
+def test_equals_the_dense_solution_of_the_papers_equations(n):
+    x, y, v = waypoints(n, ratio=3.0)
+    spline = ModifiedHermiteSpline(x, y, v)
+    t = knots_of_paper(x)
+    np.testing.assert_allclose(spline.x, t, rtol=1e-15, atol=1e-14)
+    for joint in range(3):
+        solution = np.linalg.solve(*paper_system(x, y[:, joint], v[:, joint], t))
+        inner = spline.x[1:-1]
+        np.testing.assert_allclose(spline(inner)[:, joint], solution[: len(inner)], atol=1e-12)
+        np.testing.assert_allclose(spline(inner, 1)[:, joint], solution[len(inner) :], atol=1e-11)
+
+
+@pytest.mark.parametrize("ends", ENDS, ids=["free", "zero", "given"])
+@pytest.mark.parametrize("rule", RULES, ids=str)
+@pytest.mark.parametrize("n", [2, 3, 4, 11])
+def test_equals_b_spline_collocation_on_the_same_knots(n, rule, ends):
+    x, y, v = waypoints(n, seed=1)
+    spline = ModifiedHermiteSpline(x, y, v, knots=rule, end_acceleration=ends)
+    if ends is None:
+        asked = None
+    else:
+        asked = [np.broadcast_to(a, 3) for a in ((0, 0) if ends == "zero" else ends)]
+    other = collocation(x, y, v, spline.x, asked)
+    t = np.linspace(x[0], x[-1], 501)
+    for nu in range(4):
+        expected = other(t, nu)
+        if nu == 3:  # constant between the knots; which side counts at one is not at issue
+            t = 0.5 * (spline.x[1:] + spline.x[:-1])
+            expected = other(t, nu)
+        np.testing.assert_allclose(spline(t, nu), expected, atol=1e-10 * np.abs(expected).max())
+
+
+def knots_between(x, before, after, doubled_ends):
+    """Knots at fractions `after` and 1 - `before` of each interval, but for single ones."""
+    h = np.diff(x)
+    right, left = x[:-1] + after * h, x[1:] - before * h
+    inner = np.stack((right, left), axis=1).ravel()
+    if not doubled_ends:
+        inner = inner[1:-1]
+    return np.concatenate((x[:1], inner, x[-1:]))
+
+
+@pytest.mark.parametrize("ends", [None, (0.3, -2.0)], ids=["free", "given"])
+@pytest.mark.parametrize("n", [3, 4])
+@pytest.mark.parametrize("margin", [1e-3, 1e-6, 1e-9])
+def test_equals_rational_arithmetic_for_extreme_knots(margin, n, ends):
+    """Knots by hand, as little as a billionth of an interval from the edge of what is allowed."""
+    rng = np.random.default_rng(n)
+    x = np.concatenate(([0.0], np.cumsum([3.0, 0.01, 2.0][: n - 1])))
+    y, v = rng.normal(size=n), rng.normal(size=n)
+    corners = [
+        (margin, margin),
+        (margin, 1 - 2 * margin),
+        (1 - 2 * margin, margin),
+        (0.3, 0.7 - margin),
+        (0.3, margin),
+    ]
+    for _ in range(6):
+        before, after = np.array(corners)[rng.integers(len(corners), size=n - 1)].T
+        t = knots_between(x, before, after, ends is not None)
+        spline = ModifiedHermiteSpline(x, y, v, knots=t, end_acceleration=ends)
+        exact = exact_pieces(x, y, v, t, ends)
+        # how far each coefficient moves its own piece, against how far they move any
+        powers = np.diff(t) ** np.arange(3, -1, -1)[:, None]
+        assert np.abs((spline.c - exact) * powers).max() <= 1e-14 * np.abs(exact * powers).max()
+        assert np.abs(spline.c[1] - exact[1]).max() <= 1e-14 * np.abs(exact[1]).max()
+
+
+def test_is_the_cubic_hermite_spline_of_its_own_knots():
+    x, y, v = waypoints(20, ratio=4.0)
+    spline = ModifiedHermiteSpline(x, y, v)
+    other = CubicHermiteSpline(spline.x, spline(spline.x), spline(spline.x, 1))
+    t = np.linspace(x[0], x[-1], 2001)
+    for nu in range(3):
+        np.testing.assert_allclose(spline(t, nu), other(t, nu), atol=1e-10)
+
+
+def test_two_waypoints_are_the_plain_cubic():
+    x, y, v = waypoints(2)
+    spline, other = ModifiedHermiteSpline(x, y, v), CubicHermiteSpline(x, y, v)
+    assert spline.x.tolist() == x.tolist()
+    np.testing.assert_allclose(spline.c, other.c, atol=1e-14)
+    by_hand = ModifiedHermiteSpline(x, y, v, knots=x)
+    np.testing.assert_array_equal(by_hand.c, spline.c)
+
+
+@pytest.mark.parametrize(
+    ("shape", "axis"),
+    [((), 0), ((2,), 0), ((2,), 1), ((2,), -1), ((2, 3), 0), ((2, 3), 1), ((2, 3), 2), ((0,), 0)],
+)
+@pytest.mark.parametrize("ends", [None, "zero"])
+def test_shapes_and_axis_are_those_of_scipy(shape, axis, ends):
+    rng = np.random.default_rng(0)
+    full = list(shape)
+    full.insert(axis if axis >= 0 else len(shape) + 1 + axis, 5)
+    x, y, v = np.arange(5.0), rng.normal(size=full), rng.normal(size=full)
+    ours = ModifiedHermiteSpline(x, y, v, axis=axis, end_acceleration=ends)
+    theirs = CubicHermiteSpline(
+        ours.x, ours(ours.x), ours(ours.x, 1), axis=axis if axis >= 0 else y.ndim + axis
+    )
+    assert ours.axis == theirs.axis
+    assert ours.c.shape == theirs.c.shape
+    assert ours.waypoint_acceleration.shape == y.shape
+    for t in (2.3, [0.0, 4.0], np.linspace(0, 4, 6).reshape(2, 3), np.empty(0)):
+        for nu in range(5):
+            assert ours(t, nu).shape == theirs(t, nu).shape
+            np.testing.assert_allclose(ours(t, nu), theirs(t, nu), atol=1e-10)
+    np.testing.assert_allclose(ours(x), y, atol=1e-13)
+    np.testing.assert_allclose(ours.derivative()(x), v, atol=1e-13)
+    np.testing.assert_allclose(ours(x, 2), ours.waypoint_acceleration, atol=1e-12)
+    np.testing.assert_allclose(ours.antiderivative()(3.3), theirs.antiderivative()(3.3), atol=1e-12)
+    np.testing.assert_allclose(ours.integrate(0.2, 3.1), theirs.integrate(0.2, 3.1), atol=1e-12)
+
+
+def test_roots_are_those_of_scipy():
+    spline = ModifiedHermiteSpline([0, 1, 2, 4], [1.0, -1, 1, -1], [0.0, 0, 0, 0])
+    roots = spline.roots()
+    assert len(roots) == 3
+    np.testing.assert_allclose(spline(roots), 0, atol=1e-14)
+    np.testing.assert_allclose(spline(spline.solve(0.5)), 0.5, atol=1e-14)
+
+
+def test_data_may_be_of_any_memory_layout_and_number_type():
+    x, y, v = waypoints(9)
+    expected = ModifiedHermiteSpline(x, y, v)
+    for other in (np.asfortranarray(y), y.tolist(), np.repeat(y, 2, axis=0)[::2]):
+        np.testing.assert_array_equal(ModifiedHermiteSpline(x, other, v).c, expected.c)
+    whole = ModifiedHermiteSpline([0, 1, 3], [1, 2, 3], [0, 0, 0], end_acceleration=(0, 1))
+    assert whole.c.dtype == float
+
+
+def test_inputs_are_copied_and_arrays_read_only():
+    x, y, v = waypoints(6)
+    spline = ModifiedHermiteSpline(x, y, v)
+    before = spline(x[2])
+    x += 1.0
+    y += 1.0
+    np.testing.assert_array_equal(spline(x[2] - 1.0), before)
+    for array in (spline.x, spline.c, spline.waypoint_times, spline.waypoint_acceleration):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+def test_blocks_of_the_computation_leave_no_seam(monkeypatch):
+    x, y, v = waypoints(200, d=5)
+    for ends in (None, "zero"):
+        whole = ModifiedHermiteSpline(x, y, v, end_acceleration=ends)
+        with monkeypatch.context() as patch:
+            patch.setattr("knotwork.interpolation.accelerations.BLOCK", 1)
+            patch.setattr("knotwork.interpolation.tridiagonal.BLOCK", 1)
+            in_blocks = ModifiedHermiteSpline(x, y, v, end_acceleration=ends)
+        np.testing.assert_array_equal(in_blocks.c, whole.c)
+
+
+def test_a_hundred_thousand_waypoints():
+    x, y, v = waypoints(100_000, d=2)
+    spline = ModifiedHermiteSpline(x, y, v)
+    np.testing.assert_allclose(spline(x), y, atol=1e-10)
+    np.testing.assert_allclose(spline(x, 1), v, atol=1e-10)
+    assert np.abs(spline.jumps(2)).max() <= 1e-12 * np.abs(spline.waypoint_acceleration).max()
+    # locality: the middle of it is the middle of a short spline through the waypoints around
+    part = slice(50_000, 50_060)
+    short = ModifiedHermiteSpline(x[part], y[part], v[part])
+    t = np.linspace(x[50_029], x[50_031], 100)
+    np.testing.assert_allclose(short(t), spline(t), atol=1e-8)
+
+
+GOOD = ([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("data", "options", "error", "says"),
+    [
+        (([0.0], [0.0], [0.0]), {}, WaypointDataError, r"at least two.*\(1,\)"),
+        (([0, 1, 1], *GOOD[1:]), {}, WaypointDataError, "waypoint 2 is 1 s.*later than 1 s"),
+        (([0, 1, np.nan], *GOOD[1:]), {}, WaypointDataError, "nan"),
+        (([0, 1, 2j], *GOOD[1:]), {}, WaypointDataError, "x must be real.*complex"),
+        (([[0, 1, 2]], *GOOD[1:]), {}, WaypointDataError, "one dimension"),
+        ((GOOD[0], [0, np.inf, 0], GOOD[2]), {}, WaypointDataError, "y of waypoint 1 is inf"),
+        ((GOOD[0], GOOD[1], [0, 0, np.nan]), {}, WaypointDataError, "dydx of waypoint 2 is nan"),
+        ((GOOD[0], [0, 1j, 0], GOOD[2]), {}, WaypointDataError, "y must be real.*complex"),
+        ((GOOD[0], ["a", "b", "c"], GOOD[2]), {}, WaypointDataError, "y must be real"),
+        ((GOOD[0], [0, 1], GOOD[2]), {}, WaypointDataError, "length 2.*3 times"),
+        ((GOOD[0], GOOD[1], [0, 0, 0, 0]), {}, WaypointDataError, "length 4.*3 times"),
+        (
+            (GOOD[0], np.zeros((3, 2)), np.zeros((3, 1))),
+            {},
+            WaypointDataError,
+            r"\(3, 2\) and \(3, 1\)",
+        ),
+        (GOOD, {"axis": 1}, WaypointDataError, "no axis 1"),
+        (GOOD, {"end_acceleration": "one"}, UnknownNameError, "'one'.*zero"),
+        (GOOD, {"end_acceleration": 1.0}, InputError, r"pair \(start, end\)"),
+        (GOOD, {"end_acceleration": (1.0, [1.0, 2.0])}, InputError, r"end.*\(2,\)"),
+        (GOOD, {"end_acceleration": (np.nan, 0.0)}, InputError, "start.*finite"),
+        (([0, 1e-200, 1], *GOOD[1:]), {}, InputError, "waypoint.*range of floating-point"),
+    ],
+)
+def test_bad_data_are_refused(data, options, error, says):
+    with pytest.raises(error, match=says):
+        ModifiedHermiteSpline(*data, **options)
+
+
+def test_error_names_waypoint_and_value():
+    y = np.zeros((4, 2))
+    y[2, 1] = -np.inf
+    with pytest.raises(WaypointDataError, match=r"waypoint 2, component \[1\], is -inf") as caught:
+        ModifiedHermiteSpline(range(4), y, 0 * y.clip(0))
+    assert caught.value.waypoint == 2
+    assert caught.value.value == -np.inf
+
+
+def test_is_not_extrapolated():
+    spline = ModifiedHermiteSpline(*GOOD)
+    for t in (np.nextafter(0, -1), np.nextafter(2.0, 3), np.nan):
+        with pytest.raises(TimeRangeError):
+            spline(t)

@@ -1,0 +1,160 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from knotwork.errors import InputError, KnotError, UnknownNameError
+from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline
+from knotwork.interpolation.knots import place_knots
+
+X = np.array([0.0, 5.0, 15.0, 25.0])
+
+
+def placed(x, rule="paper", doubled_ends=False):
+    return place_knots(np.asarray(x, dtype=float), rule, doubled_ends=doubled_ends)
+
+
+def test_paper_with_three_waypoints_takes_the_first_and_last_two_equations():
+    t = placed([0, 2, 12]).time
+    np.testing.assert_allclose(t, [0, 1.236, 5.82, 12], rtol=1e-15)
+
+
+def test_paper_with_doubled_ends_puts_end_knots_where_all_others_are():
+    t = placed(X, doubled_ends=True).time
+    np.testing.assert_array_equal(t, [0, 1.25, 3.75, 7.5, 12.5, 17.5, 22.5, 25])
+    np.testing.assert_array_equal(placed([0, 4], doubled_ends=True).time, [0, 1, 3, 4])
+
+
+def test_balanced_reaches_as_far_as_the_nearer_neighbour_allows():
+    t = placed(X, BalancedKnots(0.2)).time
+    np.testing.assert_allclose(t, [0, 4, 6, 13, 17, 25])
+    t = placed(X, "balanced", doubled_ends=True).time
+    np.testing.assert_allclose(t, [0, 1, 4, 6, 13, 17, 23, 25])
+    np.testing.assert_allclose(placed([0, 4], "balanced", True).time, [0, 0.8, 3.2, 4])
+
+
+def test_balanced_by_name_is_the_default_of_its_class():
+    assert BalancedKnots() == BalancedKnots(c=0.2)
+    np.testing.assert_array_equal(placed(X, "balanced").time, placed(X, BalancedKnots(0.2)).time)
+
+
+@pytest.mark.parametrize("c", [0.0, -0.1, 0.5000001, np.nan, np.inf, "a", None])
+def test_balanced_constant_out_of_bounds(c):
+    with pytest.raises(InputError, match=r"must be in \(0, 0.5\]"):
+        BalancedKnots(c)
+
+
+def test_balanced_knots_must_not_coincide():
+    # the interval in the middle is no longer than both its neighbours: 0.5 reaches its middle
+    with pytest.raises(KnotError, match="coincide between waypoints 1 and 2") as caught:
+        placed([0, 2, 3, 5], BalancedKnots(0.5))
+    assert caught.value.waypoint == 1
+    # beside a shorter neighbour it does not, and an end interval has one knot only
+    assert (np.diff(placed(X, BalancedKnots(0.5)).time) > 0).all()
+    assert (np.diff(placed([0, 1, 2], BalancedKnots(0.5)).time) > 0).all()
+    for x in ([0, 1], [0, 1, 2]):
+        with pytest.raises(KnotError, match="coincide between waypoints 0 and 1"):
+            placed(x, BalancedKnots(0.5), doubled_ends=True)
+
+
+@pytest.mark.parametrize("doubled_ends", [False, True])
+@pytest.mark.parametrize("rule", ["paper", BalancedKnots(0.49), BalancedKnots(1e-6)], ids=str)
+@settings(max_examples=60, deadline=None)
+@given(h=st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=12))
+def test_each_waypoint_lies_between_its_knots(rule, doubled_ends, h):
+    x = np.concatenate(([0.0], np.cumsum(h)))
+    knots = placed(x, rule, doubled_ends)
+    n = len(x)
+    assert len(knots.time) == (2 * n if doubled_ends else 2 * n - 2)
+    assert (np.diff(knots.time) > 0).all()
+    assert knots.time[0] == x[0]
+    assert knots.time[-1] == x[-1]
+    assert (knots.left[1:-1] < x[1:-1]).all()
+    assert (x[1:-1] < knots.right[1:-1]).all()
+    assert (knots.right[:-1] < knots.left[1:]).all()
+
+
+@pytest.mark.parametrize(
+    ("knots", "wrong", "waypoint", "interval"),
+    [
+        ([0, 5.5, 8, 13, 19, 25], 1, 1, (0, 5)),
+        ([0, 5, 8, 13, 19, 25], 1, 1, (0, 5)),
+        ([0, -1, 8, 13, 19, 25], 1, 1, (0, 5)),
+        ([0, 0, 8, 13, 19, 25], 1, 1, (0, 5)),
+        ([0, 3, 5, 13, 19, 25], 2, 1, (5, 13)),
+        ([0, 3, 15, 13, 19, 25], 2, 1, (5, 13)),
+        ([0, 3, 8, 15, 19, 25], 3, 2, (8, 15)),
+        ([0, 3, 8, 8, 19, 25], 3, 2, (8, 15)),
+        ([0, 3, 13, 8, 19, 25], 3, 2, (13, 15)),
+        ([0, 3, 8, 13, 15, 25], 4, 2, (15, 25)),
+        ([0, 3, 8, 13, 25, 25], 4, 2, (15, 25)),
+    ],
+)
+def test_misplaced_knot_names_its_waypoint_and_where_it_may_be(knots, wrong, waypoint, interval):
+    with pytest.raises(KnotError, match=f"waypoint {waypoint} .*strictly between") as caught:
+        placed(X, knots)
+    assert caught.value.waypoint == waypoint
+    assert caught.value.interval == interval
+    # any knot in that interval will do
+    mended = list(knots)
+    mended[wrong] = 0.5 * (interval[0] + interval[1])
+    assert placed(X, mended).time[wrong] == mended[wrong]
+
+
+@pytest.mark.parametrize(
+    ("knots", "doubled_ends", "waypoint", "interval"),
+    [
+        ([0, 3, 8, 19, 25], False, 1, (5, 15)),
+        ([0, 8, 13, 19, 25], False, 0, (0, 5)),
+        ([0, 3, 8, 13, 17, 19, 25], False, 2, (15, 25)),
+        ([0, 3, 8, 13, 19, 25], True, 0, (0, 5)),
+        ([0, 1, 3, 8, 13, 17, 25], True, 2, (15, 25)),
+        ([0, 25], False, 0, (0, 5)),
+    ],
+)
+def test_wrong_count_names_the_first_interval_that_is_wrong(
+    knots, doubled_ends, waypoint, interval
+):
+    needed = "8 knots .2n, as end acc" if doubled_ends else r"6 knots .2n - 2\)"
+    with pytest.raises(KnotError, match=f"4 waypoints need {needed}.*{len(knots)} are") as caught:
+        placed(X, knots, doubled_ends)
+    assert caught.value.waypoint == waypoint
+    assert caught.value.interval == interval
+
+
+@pytest.mark.parametrize(
+    ("knots", "says"),
+    [
+        ([0.1, 3, 8, 13, 19, 25], "first knot is 0.1.*waypoint 0, 0 s"),
+        ([0, 3, 8, 13, 19, 24], "last knot is 24 s.*waypoint 3, 25 s"),
+        ([0, 3, np.nan, 13, 19, 25], "knot 2 is nan"),
+        ([[0, 3]], r"one dimension, not shape \(1, 2\)"),
+        (3.0, "one dimension"),
+        ([], "0 are given"),
+        ([0, "a", 25], "must be a rule or times"),
+    ],
+)
+def test_knots_that_are_no_knots(knots, says):
+    with pytest.raises(KnotError, match=says):
+        placed(X, knots)
+
+
+def test_unknown_rule():
+    with pytest.raises(UnknownNameError, match="did you mean 'balanced'"):
+        placed(X, "balance")
+
+
+def test_waypoints_nearer_than_the_clock_resolves_leave_no_room_for_knots():
+    x = [1e9, np.nextafter(1e9, 2e9), 2e9]
+    with pytest.raises(KnotError, match="waypoint"):
+        placed(x)
+
+
+def test_a_spline_takes_knots_a_rounding_away_from_its_waypoints():
+    near = [0, np.nextafter(5, 0), np.nextafter(5, 9), np.nextafter(15, 0), 19, 25]
+    spline = ModifiedHermiteSpline(X, [0, 30, 90, 180], [0, 8, 8, 0], knots=near)
+    np.testing.assert_allclose(spline(X), [0, 30, 90, 180], rtol=1e-13)
+    np.testing.assert_allclose(spline(X, 1), [0, 8, 8, 0], atol=1e-12)
+    assert np.abs(spline.jumps(2)).max() <= 1e-13 * np.abs(spline(spline.x, 2)).max()
