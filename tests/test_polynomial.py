@@ -1,0 +1,345 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
+from scipy.interpolate import PPoly
+
+from knotwork.errors import InputError, TimeRangeError, WaypointDataError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.evaluation import evaluate
+
+EPS = np.finfo(float).eps
+
+
+def random_pair(degree, pieces, trailing=(), axis=0, seed=0):
+    """A curve, and the same as SciPy has it."""
+    rng = np.random.default_rng([seed, degree, pieces])
+    x = rng.uniform(-1, 1) + np.concatenate(([0.0], np.cumsum(rng.uniform(0.1, 2, pieces))))
+    c = rng.normal(size=(degree + 1, pieces, *trailing))
+    c = np.moveaxis(c, (0, 1), (axis, axis + 1))
+    return PiecewisePolynomial(c, x, axis=axis), PPoly(c, x, axis=axis)
+
+
+def size(curve, nu=0):
+    """Sum of the absolute terms of the nu-th derivative: what rounding is relative to."""
+    curve = curve.derivative(nu)
+    span = np.diff(curve.x).reshape(-1, *[1] * (curve.c.ndim - 2))
+    powers = np.arange(curve.degree, -1, -1).reshape(-1, *[1] * (curve.c.ndim - 1))
+    return (np.abs(curve.c) * span**powers).sum(axis=0).max(axis=0)
+
+
+@pytest.mark.parametrize("trailing", [(), (1,), (3,), (2, 3), (0,)])
+@pytest.mark.parametrize("pieces", [1, 5, 300])
+@pytest.mark.parametrize("degree", [0, 1, 3, 5])
+def test_values_are_those_of_scipy_however_they_are_asked_for(degree, pieces, trailing):
+    ours, theirs = random_pair(degree, pieces, trailing)
+    rng = np.random.default_rng(0)
+    start, end = ours.x[[0, -1]]
+    dense = np.linspace(start, end, 70_001)  # more than one block; many times in a piece
+    dense[-1] = end
+    scattered = rng.uniform(start, end, (50, 7))
+    for t in (dense, dense[::-1], scattered, np.sort(scattered, axis=None), ours.x, start, end):
+        for nu in range(degree + 3):
+            expected = theirs(t, nu)
+            atol = 8 * EPS * size(ours, nu)
+            assert ours(t, nu).shape == expected.shape
+            assert (np.abs(ours(t, nu) - expected) <= atol).all()
+
+
+@pytest.mark.parametrize(("trailing", "axis"), [((2,), 1), ((2, 3), 1), ((2, 3), 2)])
+def test_axis_is_that_of_scipy(trailing, axis):
+    ours, theirs = random_pair(3, 4, trailing, axis)
+    assert ours.c.shape == theirs.c.shape
+    assert ours.axis == theirs.axis
+    for t in (ours.x[1], ours.x, np.full((2, 2), ours.x[2])):
+        np.testing.assert_allclose(ours(t, 1), theirs(t, 1), atol=1e-13)
+        for nu in (-1, 0, 2):
+            np.testing.assert_allclose(ours.derivative(nu)(t), theirs.derivative(nu)(t), atol=1e-12)
+
+
+@pytest.mark.parametrize("nu", [0, 1, 2, 3, 7])
+@pytest.mark.parametrize("degree", [0, 3, 9])
+def test_derivatives_and_antiderivatives_are_those_of_scipy(degree, nu):
+    ours, theirs = random_pair(degree, 6, (2,))
+    np.testing.assert_allclose(ours.derivative(nu).c, theirs.derivative(nu).c, rtol=1e-14)
+    up, expected = ours.antiderivative(nu), theirs.antiderivative(nu)
+    np.testing.assert_allclose(up.c, expected.c, rtol=1e-12, atol=1e-13 * np.abs(expected.c).max())
+    np.testing.assert_allclose(up.derivative(nu).c, ours.c, rtol=1e-14)
+    np.testing.assert_array_equal(ours.derivative(-nu).c, up.c)
+    np.testing.assert_array_equal(ours.antiderivative(-nu).c, ours.derivative(nu).c)
+
+
+def test_integrals_are_those_of_scipy():
+    ours, theirs = random_pair(4, 6, (2, 2))
+    rng = np.random.default_rng(1)
+    bounds = np.concatenate((rng.uniform(*ours.x[[0, -1]], 8), ours.x))
+    for a in bounds:
+        for b in bounds:
+            np.testing.assert_allclose(ours.integrate(a, b), theirs.integrate(a, b), atol=1e-12)
+    with pytest.raises(TimeRangeError):
+        ours.integrate(ours.x[0], ours.x[-1] + 1)
+
+
+def test_roots_are_those_of_scipy_without_extrapolation():
+    ours, theirs = random_pair(3, 5, (3,))
+    for mine, other in zip(ours.roots(), theirs.roots(extrapolate=False), strict=True):
+        np.testing.assert_array_equal(mine, other)
+    scalar, _ = random_pair(3, 5)
+    level = float(scalar(scalar.x[2]))
+    assert np.abs(scalar.solve(level) - scalar.x[2]).min() < 1e-12
+
+
+def test_same_coefficients_come_back_from_scipy():
+    ours, _ = random_pair(3, 5, (3, 2))
+    converted = ours.to_ppoly()
+    np.testing.assert_array_equal(converted.c, ours.c)
+    np.testing.assert_array_equal(converted.x, ours.x)
+    assert np.isnan(converted(ours.x[-1] + 1)).all()
+
+
+@pytest.mark.parametrize("t", [-1e-300, np.nextafter(2.0, 3.0), np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("where", ["alone", "first", "last", "middle", "among many"])
+def test_outside_its_times_there_is_no_curve(t, where):
+    curve = PiecewisePolynomial([[1.0, 2.0]], [0.0, 1.0, 2.0])
+    others = np.linspace(0, 2, 100_000 if where == "among many" else 9)
+    at = {"alone": None, "first": 0, "last": -1, "middle": 4, "among many": 70_000}[where]
+    times = others if at is not None else t
+    if at is not None:
+        times[at] = t
+    with pytest.raises(TimeRangeError) as caught:
+        curve(times)
+    np.testing.assert_equal(caught.value.time, t)
+    assert (caught.value.start_time, caught.value.end_time) == (0.0, 2.0)
+
+
+def test_at_a_break_the_right_hand_piece_counts_and_at_the_end_the_last():
+    curve = PiecewisePolynomial([[1.0, 5.0], [0.0, 3.0]], [0.0, 1.0, 2.0])
+    assert curve([0.0, 1.0, np.nextafter(1.0, 0.0), 2.0]).tolist() == pytest.approx([0, 3, 1, 8])
+    assert curve.jumps(0).tolist() == [2.0]
+    assert curve.jumps(1).tolist() == [4.0]
+    assert curve.jumps(2).tolist() == [0.0]
+
+
+def test_jumps_are_right_hand_less_left_hand_limits():
+    ours, theirs = random_pair(4, 6, (2,))
+    for nu in range(6):
+        c = theirs.derivative(nu).c
+        expected = [
+            [
+                np.polyval(c[:, i, j], 0.0) - np.polyval(c[:, i - 1, j], ours.x[i] - ours.x[i - 1])
+                for j in range(2)
+            ]
+            for i in range(1, 6)
+        ]
+        np.testing.assert_allclose(ours.jumps(nu), expected, atol=1e-11)
+    single, _ = random_pair(3, 1, (2,))
+    assert single.jumps(1).shape == (0, 2)
+
+
+def test_arrays_are_copied_and_read_only():
+    c, x = np.ones((2, 1)), np.array([0.0, 1.0])
+    curve = PiecewisePolynomial(c, x)
+    c[:] = 7.0
+    x[:] = 7.0
+    assert curve(1.0) == 2.0
+    for array in (curve.c, curve.x, curve.derivative().c, curve.antiderivative().c):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0.0
+
+
+@pytest.mark.parametrize(
+    ("c", "x", "options", "error", "says"),
+    [
+        ([[1j]], [0, 1], {}, InputError, "real numbers, not complex"),
+        ([["a"]], [0, 1], {}, InputError, "real numbers"),
+        ([1.0], [0, 1], {}, InputError, r"shape \(1,\)"),
+        ([[1.0]], [0, 1], {"axis": 1}, InputError, "axis is 1"),
+        ([[1.0]], [0, 1], {"axis": -1}, InputError, "axis is -1"),
+        ([[1.0, 2.0]], [0, 1], {}, InputError, "2 breaks bound 1 pieces.* 2 pieces"),
+        (np.empty((0, 1)), [0, 1], {}, InputError, "0 powers"),
+        ([[1.0], [np.nan]], [0, 1], {}, InputError, r"coefficient \[1, 0\] is nan"),
+        ([[1.0]], [0, 0], {}, WaypointDataError, "later than"),
+        ([[1.0]], [0, np.inf], {}, WaypointDataError, "inf"),
+        ([[1.0]], [0], {}, WaypointDataError, "at least two"),
+    ],
+)
+def test_what_is_no_piecewise_polynomial_is_refused(c, x, options, error, says):
+    with pytest.raises(error, match=says):
+        PiecewisePolynomial(c, x, **options)
+
+
+@pytest.mark.parametrize("nu", [-1, 0.5, "1", None, True, np.float64(1.0)])
+def test_orders_are_whole_numbers(nu):
+    curve, _ = random_pair(3, 2)
+    for function in (
+        lambda: curve(curve.x, nu),
+        lambda: curve.jumps(nu),
+        lambda: curve.extrema(nu),
+    ):
+        with pytest.raises(InputError, match="must be an integer"):
+            function()
+    if nu != -1:
+        for function in (lambda: curve.derivative(nu), lambda: curve.antiderivative(nu)):
+            with pytest.raises(InputError, match="must be an integer"):
+                function()
+    assert curve(curve.x, np.int64(1)).shape == (3,)
+
+
+@pytest.mark.parametrize("t", ["0.5", 0.5j, [None]])
+def test_times_are_real_numbers(t):
+    curve, _ = random_pair(3, 2)
+    with pytest.raises(InputError, match="times must be real"):
+        curve(t)
+
+
+# ---- extrema ------------------------------------------------------------------------------------
+
+
+def check_extrema(curve, nu=0, samples=20_001):
+    """Extrema against sampling: never inside it; taken where they are said to be."""
+    found = curve.extrema(nu)
+    trailing = curve.c.shape[2:]
+    assert found.minimum.shape == found.maximum_time.shape == trailing
+    t = np.unique(np.concatenate((np.linspace(curve.x[0], curve.x[-1], samples), curve.x)))
+    values = curve(np.minimum(t, curve.x[-1]), nu)
+    rounding = 8 * EPS * size(curve, nu)
+    assert (found.maximum >= values.max(axis=0) - rounding).all()
+    assert (found.minimum <= values.min(axis=0) + rounding).all()
+    for time, value in ((found.minimum_time, found.minimum), (found.maximum_time, found.maximum)):
+        for j in np.ndindex(trailing):
+            # at a jump the value may be the left-hand one
+            before = max(curve.x[0], np.nextafter(time[j], -np.inf))
+            near = [curve(time[j], nu)[j], curve(before, nu)[j]]
+            # and the time is rounded: a slope times that
+            slope = 4 * EPS * np.abs(curve.x).max() * np.max(size(curve, nu + 1))
+            assert np.abs(np.array(near) - value[j]).min() <= np.max(rounding) + slope
+    return found
+
+
+@pytest.mark.parametrize("nu", [0, 1, 2])
+@pytest.mark.parametrize("degree", range(10))
+def test_extrema_bound_dense_sampling(degree, nu):
+    for seed in range(3):
+        check_extrema(random_pair(degree, 6, (3,), seed=seed)[0], nu)
+
+
+@pytest.mark.parametrize("degree", range(1, 10))
+def test_extrema_equal_those_at_the_eigenvalue_roots_of_the_derivative(degree):
+    curve, _ = random_pair(degree, 5, (4,), seed=3)
+    found = curve.extrema()
+    for j in range(4):
+        values = []
+        for i, span in enumerate(np.diff(curve.x)):
+            polynomial = Polynomial(curve.c[::-1, i, j])
+            roots = polynomial.deriv().roots() if degree > 1 else np.empty(0)
+            real = roots[np.abs(roots.imag) < 1e-7].real
+            at = np.concatenate(([0.0, span], real[(real > 0) & (real < span)]))
+            values.extend(polynomial(at))
+        assert found.maximum[j] == pytest.approx(max(values), rel=1e-9)
+        assert found.minimum[j] == pytest.approx(min(values), rel=1e-9)
+
+
+@pytest.mark.parametrize("leading_zeros", range(7))
+@pytest.mark.parametrize("tiny", [0.0, 1e-300, 1e-30, 1e-17])
+def test_extrema_with_vanishing_leading_coefficients(leading_zeros, tiny):
+    c = np.concatenate((np.full(leading_zeros, tiny), [-1.0, 1.0, 0.25]))[:, None]
+    found = PiecewisePolynomial(c, [0.0, 1.0]).extrema()
+    assert found.maximum == pytest.approx(0.5, rel=1e-12)
+    assert found.maximum_time == pytest.approx(0.5, rel=1e-7)
+    assert found.minimum == pytest.approx(0.25, rel=1e-12)
+
+
+@pytest.mark.parametrize("roots", [(0.3, 0.3), (0.3, 0.3, 0.3), (0.25, 0.25, 0.75), (0.5,) * 4])
+@pytest.mark.parametrize("other", [(), (0.6,), (0.6, 0.6), (0.1, 0.9), (-1.0, 2.0)])
+def test_extrema_where_the_slope_has_multiple_roots(roots, other):
+    slope = Polynomial.fromroots([*roots, *other])
+    polynomial = slope.integ()
+    curve = PiecewisePolynomial(polynomial.coef[::-1][:, None], [0.0, 1.0])
+    at = np.array([0.0, 1.0, *(r for r in (*roots, *other) if 0 <= r <= 1)])
+    found = check_extrema(curve)
+    scale = np.abs(polynomial.coef).sum()
+    assert found.maximum == pytest.approx(polynomial(at).max(), abs=4 * EPS * scale)
+    assert found.minimum == pytest.approx(polynomial(at).min(), abs=4 * EPS * scale)
+
+
+def test_extrema_of_a_wave_of_degree_nine_are_all_found():
+    # Chebyshev's polynomial has eight extrema of ±1 inside and its ends at ±1
+    t9 = np.polynomial.chebyshev.Chebyshev.basis(9, domain=[0, 1]).convert(kind=Polynomial)
+    curve = PiecewisePolynomial(t9.coef[::-1][:, None], [0.0, 1.0])
+    # cut it so that each piece holds one inner extremum
+    peaks = 0.5 - 0.5 * np.cos(np.pi * np.arange(10) / 9)
+    for low, high in zip(peaks[:-2], peaks[2:], strict=True):
+        a, b = 0.9 * low + 0.1 * (low + high) / 2, 0.9 * high + 0.1 * (low + high) / 2
+        part = t9.convert(domain=[0, 1])(Polynomial([a, 1.0]))
+        piece = PiecewisePolynomial(part.coef[::-1][:, None], [0.0, b - a]).extrema()
+        assert float(piece.peak) == pytest.approx(1.0, abs=1e-9)
+    assert curve.extrema().peak == pytest.approx(1.0, abs=1e-9)
+
+
+def test_both_sides_of_a_jump_count():
+    curve = PiecewisePolynomial([[1.0, -1.0], [0.0, 5.0]], [0.0, 1.0, 2.0])
+    found = curve.extrema()
+    assert (found.minimum, found.minimum_time) == (0.0, 0.0)
+    assert (found.maximum, found.maximum_time) == (5.0, 1.0)
+    falling = PiecewisePolynomial([[7.0, 0.0], [0.0, 1.0]], [0.0, 1.0, 2.0]).extrema()
+    assert (falling.maximum, falling.maximum_time) == (7.0, 1.0)
+
+
+def test_of_equal_extrema_the_first_counts():
+    curve = PiecewisePolynomial([[-1.0, -1.0], [2.0, 2.0], [0.0, 0.0]], [0.0, 2.0, 4.0])
+    found = curve.extrema()
+    assert (found.maximum, found.maximum_time) == (1.0, 1.0)
+    assert (found.minimum, found.minimum_time) == (0.0, 0.0)
+    constant = PiecewisePolynomial([[3.0, 3.0]], [1.0, 2.0, 3.0]).extrema()
+    assert constant.maximum_time == constant.minimum_time == 1.0
+    assert curve.extrema(5).peak == 0.0
+
+
+def test_peak_is_the_larger_of_both_extrema():
+    found = PiecewisePolynomial([[-3.0], [1.0]], [0.0, 1.0]).extrema()
+    assert (found.peak, found.peak_time) == (2.0, 1.0)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    c=st.lists(
+        st.floats(-1e3, 1e3).map(lambda v: v if abs(v) > 1e-6 else 0.0), min_size=1, max_size=9
+    ),
+    end=st.floats(1e-3, 1e2),
+)
+def test_extrema_of_any_polynomial_bound_its_samples(c, end):
+    curve = PiecewisePolynomial(np.array(c)[:, None], [0.0, end])
+    found = curve.extrema()
+    values = curve(np.linspace(0.0, end, 2000))
+    rounding = 8 * EPS * size(curve)
+    assert found.maximum >= values.max() - rounding
+    assert found.minimum <= values.min() + rounding
+    # between samples the curve can exceed them by no more than its second derivative allows
+    curvature = size(curve, 2) * (end / 1999) ** 2 / 8
+    assert found.maximum <= values.max() + curvature + rounding
+    assert found.minimum >= values.min() - curvature - rounding
+
+
+def test_extrema_of_very_many_pieces_are_found_in_parts(monkeypatch):
+    curve, _ = random_pair(3, 500, (3,))
+    whole = curve.extrema()
+    monkeypatch.setattr("knotwork.polynomial.extrema.BLOCK", 7)
+    parts = curve.extrema()
+    for name in ("minimum", "minimum_time", "maximum", "maximum_time"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+
+
+@pytest.mark.parametrize("components", [1, 2])
+@pytest.mark.parametrize("nu", [0, 1, 3])
+def test_ways_of_evaluation_agree(components, nu, monkeypatch):
+    curve, _ = random_pair(3, 40, (components,))
+    t = np.sort(np.random.default_rng(0).uniform(*curve.x[[0, -1]], 5000))
+    results = []
+    for threshold in (0, 1e9):
+        monkeypatch.setattr("knotwork.polynomial.evaluation.HORNER_THRESHOLD", threshold)
+        monkeypatch.setattr("knotwork.polynomial.evaluation.PRODUCT_THRESHOLD", threshold)
+        results.append(evaluate(curve.x, curve.c, t, nu))
+    assert (np.abs(results[0] - results[1]) <= 8 * EPS * size(curve, nu)).all()
