@@ -1,0 +1,294 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicHermiteSpline
+
+from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
+from knotwork.interpolation import ModifiedHermiteSpline
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.trajectory import (
+    CONTINUITY_TOLERANCE,
+    MAX_SAMPLES,
+    SAMPLE_COINCIDENCE,
+    JointTrajectory,
+    sample_times,
+)
+
+NAMES = ("shoulder", "elbow")
+
+
+@pytest.fixture(scope="module")
+def trajectory():
+    rng = np.random.default_rng(0)
+    x = np.array([1.0, 2.0, 4.5, 5.0, 7.0])
+    spline = ModifiedHermiteSpline(x, rng.normal(size=(5, 2)), rng.normal(size=(5, 2)))
+    return JointTrajectory(NAMES, spline, planner="modified-hermite", waypoint_times=x)
+
+
+def test_quantities_are_the_derivatives_in_order(trajectory):
+    t = np.linspace(1, 7, 50).reshape(5, 10)
+    names = ("position", "velocity", "acceleration", "jerk")
+    for nu, name in enumerate(names):
+        values = getattr(trajectory, name)(t)
+        assert values.shape == (5, 10, 2)
+        np.testing.assert_array_equal(values, trajectory(t, nu))
+        np.testing.assert_array_equal(values, trajectory.polynomial(t, nu))
+    assert trajectory.position(2.0).shape == (2,)
+
+
+def test_times(trajectory):
+    assert (trajectory.start_time, trajectory.end_time, trajectory.duration) == (1.0, 7.0, 6.0)
+    np.testing.assert_array_equal(trajectory.breaks, trajectory.polynomial.x)
+    assert trajectory.joint_units == ("rad", "rad")
+
+
+def test_jerk_at_a_break_is_that_of_the_piece_after_it(trajectory):
+    c, t = trajectory.polynomial.c, trajectory.breaks
+    np.testing.assert_allclose(trajectory.jerk(t[:-1]), 6 * c[0], rtol=1e-15)
+    np.testing.assert_allclose(trajectory.jerk(t[-1]), 6 * c[0, -1], rtol=1e-15)
+
+
+@pytest.mark.parametrize("t", [np.nextafter(1.0, 0.0), np.nextafter(7.0, 8.0), np.nan])
+def test_not_one_rounding_outside(trajectory, t):
+    for function in (trajectory, trajectory.position, trajectory.jerk):
+        with pytest.raises(TimeRangeError, match=r"defined from 1 s to 7 s"):
+            function([2.0, t])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"joint_names": ("a",)}, r"1 joints need .*\(1,\).* not \(2,\)"),
+        ({"joint_names": ("a", "a")}, "each once"),
+        ({"joint_names": ()}, "each once"),
+        ({"joint_units": ("rad",)}, "'rad' or 'm' for each of 2"),
+        ({"joint_units": ("rad", "deg")}, "'rad' or 'm'"),
+        ({"waypoint_times": [0.5, 2.0]}, "from 0.5 s to 2 s.*from 1 s to 7 s"),
+        ({"waypoint_times": [2.0, 1.0]}, "later than"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(trajectory, arguments, says):
+    with pytest.raises(InputError, match=says):
+        dataclasses.replace(trajectory, **arguments)
+
+
+def test_needs_one_trailing_axis():
+    with pytest.raises(InputError, match="trailing shape"):
+        JointTrajectory(("a",), PiecewisePolynomial([[1.0]], [0, 1]))
+    moved = PiecewisePolynomial(np.ones((2, 1, 1)), [0, 1], axis=1)
+    with pytest.raises(InputError, match="axis 1"):
+        JointTrajectory(NAMES, moved)
+
+
+def test_is_frozen(trajectory):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        trajectory.planner = "other"
+    with pytest.raises(ValueError, match="read-only"):
+        trajectory.waypoint_times[0] = 0.0
+
+
+# ---- knots --------------------------------------------------------------------------------------
+
+
+def test_knots_carry_the_whole_curve(trajectory):
+    knots = trajectory.knots
+    again = JointTrajectory.from_knots(
+        NAMES, knots.time, knots.position, knots.velocity, planner="again"
+    )
+    np.testing.assert_allclose(
+        again.polynomial.c, trajectory.polynomial.c, atol=1e-12 * np.abs(again.polynomial.c).max()
+    )
+    np.testing.assert_allclose(again.knots.acceleration, knots.acceleration, atol=1e-12)
+    assert again.continuity.order == 2
+    assert again.planner == "again"
+
+
+def test_from_knots_is_the_cubic_hermite_spline():
+    rng = np.random.default_rng(0)
+    t, r, v = np.cumsum(rng.uniform(0.1, 1, 9)), *rng.normal(size=(2, 9, 2))
+    ours = JointTrajectory.from_knots(
+        list(NAMES), t, r, v, joint_units=["rad", "m"], waypoint_times=t[::2]
+    )
+    np.testing.assert_allclose(ours.polynomial.c, CubicHermiteSpline(t, r, v).c, atol=1e-11)
+    assert ours.joint_units == ("rad", "m")
+    assert ours.continuity.order == 1
+
+
+@pytest.mark.parametrize(
+    ("t", "r", "v", "says"),
+    [
+        ([0, 0], np.zeros((2, 2)), np.zeros((2, 2)), "later than"),
+        ([0, 1], np.zeros((2, 3)), np.zeros((2, 2)), r"position must have shape \(2, 2\)"),
+        ([0, 1], np.zeros((2, 2)), np.full((2, 2), np.nan), r"velocity\[0, 0\] is nan"),
+    ],
+)
+def test_from_knots_refuses_bad_data(t, r, v, says):
+    with pytest.raises(WaypointDataError, match=says):
+        JointTrajectory.from_knots(NAMES, t, r, v)
+
+
+# ---- continuity ---------------------------------------------------------------------------------
+
+
+def powers(x, order, jump):
+    """Degree 5 and, beyond x[1], one term of the given order more that makes it jump there."""
+    base = np.array([0.3, -1.0, 0.5, 2.0, -0.7, 0.1])
+    left = np.polynomial.Polynomial(base[::-1])
+    right = left(np.polynomial.Polynomial([x[1] - x[0], 1.0])).coef[::-1].copy()
+    right[-1 - order] += jump
+    return np.stack((base, right), axis=1)
+
+
+@pytest.mark.parametrize("order", range(6))
+def test_order_is_one_less_than_the_first_derivative_that_jumps(order):
+    x = [0.0, 0.8, 2.0]
+    both = np.stack((powers(x, 0, 0.0), powers(x, order, 1e-3)), axis=2)
+    continuity = JointTrajectory(NAMES, PiecewisePolynomial(both, x)).continuity
+    assert continuity.order == order - 1
+    measured = [continuity.position, continuity.velocity, continuity.acceleration]
+    for nu, jump in enumerate(measured):
+        if nu == order:
+            assert (jump.joint, jump.time) == ("elbow", 0.8)
+            assert jump.jump == pytest.approx(1e-3 * [1, 1, 2][order], rel=1e-9)
+            peak = JointTrajectory(NAMES, PiecewisePolynomial(both, x)).extrema(nu).peak[1]
+            assert jump.relative == pytest.approx(jump.jump / peak, rel=1e-12)
+        else:
+            assert jump.relative < CONTINUITY_TOLERANCE
+
+
+def test_jumps_at_the_tolerance():
+    x = [0.0, 0.8, 2.0]
+    for factor, order in ((0.5, 5), (2.0, -1)):
+        curve = PiecewisePolynomial(powers(x, 0, 0.0)[..., None], x)
+        peak = float(curve.extrema().peak[0])
+        c = powers(x, 0, factor * CONTINUITY_TOLERANCE * peak)[..., None]
+        assert JointTrajectory(("a",), PiecewisePolynomial(c, x)).continuity.order == order
+
+
+def test_planned_curve_is_measured_to_be_c2(trajectory):
+    continuity = trajectory.continuity
+    assert continuity.order == 2
+    assert continuity.acceleration.jump < 1e-12
+    assert continuity.acceleration.time in trajectory.breaks[1:-1]
+
+
+def test_a_single_piece_has_nothing_to_jump():
+    curve = JointTrajectory(NAMES, ModifiedHermiteSpline([0, 1], np.eye(2), np.eye(2)))
+    assert curve.continuity.order == 3
+    assert curve.continuity.position.jump == 0.0
+    assert curve.continuity.position.joint is None
+    assert curve.continuity.position.time is None
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1, 1 / 3])
+def test_noise_about_a_straight_motion_is_no_jump(slope):
+    t = np.array([0.0, 0.3, 5.0, 15.0, 25.1])
+    r = np.stack((slope * t + 0.03, np.sin(t)), axis=1)
+    v = np.stack((np.full(5, slope), np.cos(t)), axis=1)
+    planned = JointTrajectory(NAMES, ModifiedHermiteSpline(t, r, v))
+    assert planned.continuity.order == 2
+    knots = planned.knots
+    again = JointTrajectory.from_knots(NAMES, knots.time, knots.position, knots.velocity)
+    assert again.continuity.order == 2
+
+
+def test_a_jump_of_a_quantity_that_is_zero_elsewhere_counts():
+    c = np.zeros((1, 2, 1))
+    c[0, 1] = 1e-6
+    curve = JointTrajectory(("a",), PiecewisePolynomial(c, [0, 1, 2]))
+    assert curve.continuity.order == -1
+    assert curve.continuity.position.relative == 1.0
+
+
+# ---- extrema ------------------------------------------------------------------------------------
+
+
+def test_extrema_by_name_and_by_order_for_every_joint(trajectory):
+    everything = trajectory.all_extrema()
+    assert tuple(everything) == ("position", "velocity", "acceleration", "jerk")
+    t = np.linspace(1, 7, 100_001)
+    for nu, (name, found) in enumerate(everything.items()):
+        by_order = trajectory.extrema(nu)
+        np.testing.assert_array_equal(found.maximum, by_order.maximum)
+        np.testing.assert_array_equal(found.minimum, trajectory.extrema(name).minimum)
+        values = trajectory(t, nu)
+        scale = np.abs(values).max(axis=0)
+        assert (found.maximum >= values.max(axis=0) - 1e-14 * scale).all()
+        assert (found.minimum <= values.min(axis=0) + 1e-14 * scale).all()
+        # samples are 6e-5 s apart: the curve gets no further than this beyond the nearer one
+        assert (found.peak <= scale + 3.1e-5 * trajectory.extrema(nu + 1).peak).all()
+
+
+def test_unknown_quantity(trajectory):
+    with pytest.raises(UnknownNameError, match="did you mean 'velocity'"):
+        trajectory.extrema("velocities")
+    with pytest.raises(InputError, match="integer"):
+        trajectory.extrema(-1)
+
+
+# ---- samples ------------------------------------------------------------------------------------
+
+
+def test_samples_are_the_curve_at_their_times(trajectory):
+    samples = trajectory.sample(7.3)
+    assert samples.time[0] == 1.0
+    assert samples.time[-1] == 7.0
+    np.testing.assert_allclose(np.diff(samples.time)[:-1], 1 / 7.3, rtol=1e-12)
+    names = ("position", "velocity", "acceleration", "jerk")
+    for nu, name in enumerate(names):
+        np.testing.assert_array_equal(getattr(samples, name), trajectory(samples.time, nu))
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    start=st.floats(-1e3, 1e3),
+    duration=st.floats(1e-2, 1e2),
+    rate=st.floats(1e-3, 1e3),
+)
+def test_sample_times_of_any_rate(start, duration, rate):
+    end = start + duration
+    t = sample_times(start, end, rate)
+    step = np.diff(t)
+    assert t[0] == start
+    assert t[-1] == end
+    assert (step > 0.5 * SAMPLE_COINCIDENCE / rate).all()
+    assert (step <= (1 + 2 * SAMPLE_COINCIDENCE) / rate).all()
+    np.testing.assert_allclose(step[:-1], 1 / rate, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("end", "rate", "count"),
+    [(0.3, 10, 4), (1.0, 3, 4), (0.7, 10, 8), (2.0, 1e3, 2001), (0.1, 1, 2), (1 / 3, 3, 2)],
+)
+def test_a_whole_number_of_periods_gives_no_second_sample_at_the_end(end, rate, count):
+    t = sample_times(0.0, end, rate)
+    assert len(t) == count
+    assert t[-1] == end
+    assert np.diff(t).min() > 0.9 * min(end, 1 / rate)
+
+
+def test_times_of_a_clock_since_1970():
+    t = sample_times(1.7e9, 1.7e9 + 10, 1000)
+    assert len(t) == 10_001
+    assert (np.diff(t) > 0.9e-3).all()
+
+
+@pytest.mark.parametrize("rate", [0, -1, np.nan, np.inf, "fast", None, 1j, [1, 2]])
+def test_bad_rates(trajectory, rate):
+    with pytest.raises(InputError, match="sample rate"):
+        trajectory.sample(rate)
+
+
+def test_too_many_samples_are_refused_with_the_rate_that_would_do(trajectory):
+    with pytest.raises(InputError, match=rf"at most {MAX_SAMPLES} are taken.*Hz"):
+        trajectory.sample(1e12)
+
+
+def test_a_period_below_the_clocks_resolution_is_refused():
+    with pytest.raises(InputError, match="too close for times near"):
+        sample_times(1.7e9, 1.7e9 + 1e-3, 1e6)
