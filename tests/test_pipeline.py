@@ -112,7 +112,7 @@ def test_knots_that_can_not_be_are_an_error(knots: Any) -> None:
 
 def test_an_unknown_planner_is_found_before_any_work() -> None:
     with pytest.raises(UnknownNameError, match="cubic"):
-        kw.plan("ur5_deburring", planner="quintic")
+        kw.plan("ur5_deburring", planner="quintik")
 
 
 def test_the_solution_near_what_is_wanted_is_taken() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from knotwork.errors import InputError
+from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
@@ -17,18 +17,12 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
     Args:
         waypoints: Positions and velocities, n >= 2.
-        options: None but the defaults can be honoured.
+        options: Limits only; there is nothing to choose.
 
     Raises:
-        InputError: Knots or end accelerations are asked for.
+        InputError: An option is asked for; the waypoints alone fix the cubics.
     """
-    options = options or PlannerOptions()
-    if not options.is_default:
-        asked = "end accelerations" if options.end_acceleration is not None else "a choice of knots"
-        raise InputError(
-            f"planner {NAME!r} can't honour {asked}: its cubics are fixed by the waypoints; "
-            "leave the option out or use planner 'modified-hermite'"
-        )
+    checked_options(NAME, options)
     return JointTrajectory.from_knots(
         waypoints.joint_names,
         waypoints.time,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.trajectory import JointTrajectory
@@ -17,13 +18,14 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
     Args:
         waypoints: Positions and velocities, n >= 2.
-        options: Where the knots sit and the accelerations at both ends; all are honoured.
+        options: Where the knots sit (`knots`) and the accelerations at both ends
+            (`end_acceleration`).
 
     Raises:
         KnotError: Knots given by hand don't suit the waypoints.
-        InputError: Another option is not as it must be.
+        InputError: Another option is not as it must be, or is one of another planner.
     """
-    options = options or PlannerOptions()
+    options = checked_options(NAME, options)
     spline = ModifiedHermiteSpline(
         waypoints.time,
         waypoints.position,

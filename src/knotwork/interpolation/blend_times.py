@@ -1,0 +1,149 @@
+"""How long the transitions of `parabolic-blend` last, and the slopes between them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.interpolation.limits import limit_rows, refuse_first
+from knotwork.interpolation.options import PlannerOptions
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+DEFAULT_FRACTION = 1.0 / 3.0
+"""Transition time as a part of the shortest adjoining interval, if no limit decides."""
+
+NOISE = 64 * np.finfo(float).eps
+"""Changes of velocity below this, relative to what they are differences of, are rounding."""
+
+ROUNDING = 1e-12
+"""A limit that is used in full may seem to be exceeded by this, relatively."""
+
+
+def slopes(waypoints: JointWaypoints, duration: FloatArray) -> FloatArray:
+    """Velocities of the straight lines, shape (n-1, d)."""
+    change, h = np.diff(waypoints.position, axis=0), np.diff(waypoints.time)
+    for end in (0, -1):
+        change[end] -= 0.5 * duration[end] * waypoints.velocity[end]
+        h[end] -= 0.5 * duration[end]
+    return change / h[:, None]
+
+
+def transition_times(
+    planner: str, waypoints: JointWaypoints, options: PlannerOptions
+) -> FloatArray:
+    """Times of the transitions, shape (n,); zero where no joint changes its velocity.
+
+    Those given, or the shortest that keep all limits of acceleration, or the default.
+
+    Raises:
+        InputError: Those given have another shape; at an end, no time keeps the limits.
+    """
+    n, joints = waypoints.position.shape
+    if options.transition_time is not None:
+        given = np.asarray(options.transition_time, dtype=float)
+        if given.shape not in ((), (n,)):
+            raise InputError(
+                f"option transition_time has shape {given.shape}; give one time, or one for each "
+                f"of {n} waypoints"
+            )
+        return np.array(np.broadcast_to(given, n))
+    limit = limit_rows("acceleration_limit", options.acceleration_limit, joints)
+    h = np.diff(waypoints.time)
+    shortest = np.minimum(np.append(h[:1], h), np.append(h, h[-1:]))
+    duration = np.zeros(n)
+    off = _off_at_ends(waypoints)
+    if n == 2:
+        duration[:] = _of_single_interval(planner, waypoints, limit, off)
+    else:
+        for end in (0, -1):
+            duration[end] = _of_end(planner, waypoints, limit, off[end], end)
+    changes = np.asarray(off.any(axis=1))
+    for end in (0, -1):
+        if duration[end] == 0.0 and (changes.any() if n == 2 else changes[end]):
+            duration[end] = DEFAULT_FRACTION * h[end]
+    if n > 2:
+        m = slopes(waypoints, duration)
+        # a slope is as good as the positions it is made of
+        reach = np.abs(waypoints.position)
+        size = np.abs(m) + (reach[:-1] + reach[1:]) / h[:, None]
+        turn = np.abs(np.diff(m, axis=0))
+        turn[turn <= NOISE * (size[:-1] + size[1:])] = 0.0
+        needed = (turn / limit).max(axis=1)
+        usual = np.where(turn.any(axis=1), DEFAULT_FRACTION * shortest[1:-1], 0.0)
+        duration[1:-1] = np.where(needed > 0.0, needed, usual)
+    return duration
+
+
+def _off_at_ends(waypoints: JointWaypoints) -> FloatArray:
+    """How far the end velocities alone would miss the next waypoint, shape (2, d).
+
+    The transition at the end makes up for it: Δ - v h, up to rounding.
+    """
+    t, y, v = waypoints.time, waypoints.position, waypoints.velocity
+    rows = []
+    for end, (a, b) in ((0, (0, 1)), (-1, (-2, -1))):
+        run = v[end] * (t[b] - t[a])
+        off = y[b] - y[a] - run
+        noise = NOISE * (np.abs(y[a]) + np.abs(y[b]) + np.abs(run))
+        rows.append(np.where(np.abs(off) <= noise, 0.0, off))
+    return np.stack(rows)
+
+
+def _of_end(
+    planner: str, waypoints: JointWaypoints, limit: FloatArray, off: FloatArray, end: int
+) -> float:
+    """Shortest transition at an end, n >= 3: the smaller root of T (h - T/2) = |off| / limit."""
+    h = float(np.diff(waypoints.time)[end])
+    room = h * h - 2.0 * np.abs(off) / limit
+    wrong = np.zeros((waypoints.time.size - 1, off.size), dtype=bool)
+    wrong[end] = room < -ROUNDING * h * h
+    refuse_first(
+        planner,
+        wrong,
+        waypoints,
+        lambda _, j: (
+            f"acceleration_limit {limit[j]:.6g} is below the {2.0 * abs(off[j]) / h**2:.6g} that "
+            f"the transition at the {'start' if end == 0 else 'end'} takes at least"
+        ),
+    )
+    root = np.sqrt(np.maximum(room, 0.0))
+    return float((2.0 * np.abs(off) / limit / (h + root)).max())
+
+
+def _of_single_interval(
+    planner: str, waypoints: JointWaypoints, limit: FloatArray, off: FloatArray
+) -> float:
+    """Shortest T for the two transitions of a single interval.
+
+    The line between has m - v0 = (D0 + E T)/(h - T) and m - v1 = (D1 - E T)/(h - T), with
+    E = (v0 - v1)/2. A change of ± (D + E T) keeps the limit A where
+    T² - (h ∓ E/A) T ± D/A <= 0: between the roots.
+    """
+    h = float(waypoints.time[1] - waypoints.time[0])
+    drift = np.where(off.any(axis=0), 0.5 * (waypoints.velocity[0] - waypoints.velocity[1]), 0.0)
+    terms = [
+        (sign * d, sign * e)
+        for d, e in zip(off, (drift, -drift), strict=True)
+        for sign in (1.0, -1.0)
+    ]
+    low, high = np.zeros(limit.size), np.full(limit.size, 0.5 * h)
+    for d, e in terms:
+        b, q = h - e / limit, d / limit
+        room = b * b - 4.0 * q
+        root = np.sqrt(np.maximum(room, 0.0))
+        far = 0.5 * (b + np.where(b > 0.0, root, -root))
+        near = np.divide(q, far, out=np.zeros_like(q), where=far != 0.0)
+        low = np.maximum(low, np.minimum(near, far))
+        high = np.where(room < -ROUNDING * h * h, -h, np.minimum(high, np.maximum(near, far)))
+    least, most = float(low.max()), float(high.min())
+    enough = np.max([np.abs(d + 0.5 * h * e) for d, e in terms], axis=0) * 4.0 / h**2
+    refuse_first(
+        planner,
+        np.array([limit < enough]) & np.array(least > most + ROUNDING * h),
+        waypoints,
+        lambda _, j: (
+            f"acceleration_limit {limit[j]:.6g} is too low, with the limits of the other joints; "
+            f"{enough[j]:.6g} would do"
+        ),
+    )
+    return min(least, 0.5 * h)

@@ -1,0 +1,75 @@
+"""Planners `bspline` and `bspline-velocity`: cubic B-splines on single and on double knots.
+
+Both curves are kept as polynomials between the waypoints; a B-spline is the same curve in another
+basis. Each interior knot of multiplicity r leaves a cubic B-spline with C^(3-r) smoothness there:
+single knots at the waypoints leave room for the positions and two end conditions, double knots for
+the positions and all velocities.
+
+Source: C. de Boor, A Practical Guide to Splines, chapters IV (complete cubic spline) and IX.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.interpolation.catalogue import checked_options
+from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
+from knotwork.interpolation.options import PlannerOptions
+from knotwork.interpolation.pieces import to_trajectory
+from knotwork.trajectory import JointTrajectory, hermite_coefficients
+from knotwork.waypoints import JointWaypoints
+
+NAME = "bspline"
+NAME_WITH_VELOCITIES = "bspline-velocity"
+
+
+def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
+    """Plan a C2 smooth motion of degree three through the positions, as a cubic B-spline.
+
+    The complete (clamped) cubic spline: positions at all waypoints and velocities at both ends
+    are met. It can't meet velocities at inner waypoints; they come out as continuous acceleration
+    makes them. Of all curves that meet what it meets, it has the least integral of squared
+    acceleration.
+
+    Args:
+        waypoints: Positions and velocities, n >= 2; inner velocities are not used.
+        options: Limits only; there is nothing to choose.
+
+    Raises:
+        InputError: An option is asked for.
+    """
+    checked_options(NAME, options)
+    t, y, v = waypoints.time, waypoints.position, waypoints.velocity
+    # h0/3 a0 + h0/6 a1 = s0 - v0 at the start, its mirror image at the end, and
+    # h₋/6 a₋ + (h₋ + h₊)/3 a + h₊/6 a₊ = s₊ - s₋ between
+    h = np.diff(t)
+    with np.errstate(over="ignore", invalid="ignore"):
+        slope = np.diff(y, axis=0) / h[:, None]
+        diagonal = (np.append(0.0, h) + np.append(h, 0.0)) / 3.0
+        rhs = np.diff(np.concatenate((v[:1], slope, v[-1:])), axis=0)
+        c = cubic_pieces(t, y, solve_accelerations(diagonal, h / 6.0, rhs))
+    return to_trajectory(waypoints, NAME, c)
+
+
+def plan_with_velocities(
+    waypoints: JointWaypoints, options: PlannerOptions | None = None
+) -> JointTrajectory:
+    """Plan a C1 smooth motion of degree three: the cubic B-spline that meets all velocities.
+
+    Velocities at inner waypoints need double knots there, and those leave no more than C1. The
+    B-spline is then the cubic Hermite spline of planner `cubic`, not a curve near it: both spaces
+    are that of all C1 piecewise cubics, in which positions and velocities fix one curve. It is
+    here because the paper names it; what it can't do is what `cubic` can't: its acceleration
+    jumps.
+
+    Args:
+        waypoints: Positions and velocities, n >= 2.
+        options: Limits only; there is nothing to choose.
+
+    Raises:
+        InputError: An option is asked for.
+    """
+    checked_options(NAME_WITH_VELOCITIES, options)
+    with np.errstate(over="ignore", invalid="ignore"):
+        c = hermite_coefficients(waypoints.time, waypoints.position, waypoints.velocity)
+    return to_trajectory(waypoints, NAME_WITH_VELOCITIES, c)

@@ -1,0 +1,191 @@
+"""What each planner guarantees, what it can't do, and which options it honours.
+
+Only words: nothing here loads a planner, so that names and records cost next to nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from knotwork.errors import InputError
+from knotwork.interpolation.options import PlannerOptions
+
+
+@dataclass(frozen=True)
+class PlannerRecord:
+    """One planner in words.
+
+    Attributes:
+        name: The name that scenarios and the command line use.
+        summary: What it is.
+        continuity: Order k of the C^k smoothness that it guarantees for all waypoints.
+        degree: Largest degree of its polynomials.
+        guarantees: What the motion meets.
+        cannot: What it gives up.
+        honours: Names of the `PlannerOptions` that it honours; limits only where they shape the
+            motion.
+        module: Module of `knotwork.interpolation` that it is in.
+        function: Name of the planner in that module.
+    """
+
+    name: str
+    summary: str
+    continuity: int
+    degree: int
+    guarantees: str
+    cannot: str
+    honours: tuple[str, ...]
+    module: str
+    function: str = "plan"
+
+
+_ALL = (
+    PlannerRecord(
+        "modified-hermite",
+        "the paper's: modified cubic Hermite interpolation on rebuilt knots",
+        continuity=2,
+        degree=3,
+        guarantees="positions and velocities at all waypoints; end accelerations if asked for",
+        cannot="choose the accelerations at inner waypoints",
+        honours=("knots", "end_acceleration"),
+        module="modified_hermite",
+    ),
+    PlannerRecord(
+        "cubic",
+        "one cubic polynomial an interval, Eqs. (5), (6)",
+        continuity=1,
+        degree=3,
+        guarantees="positions and velocities at all waypoints",
+        cannot="keep the acceleration from jumping at inner waypoints",
+        honours=(),
+        module="cubic",
+    ),
+    PlannerRecord(
+        "quintic",
+        "one quintic polynomial an interval, Eqs. (7), (8)",
+        continuity=2,
+        degree=5,
+        guarantees="positions, velocities and preset accelerations at all waypoints",
+        cannot="find good accelerations: with bad presets the velocity fluctuates",
+        honours=("accelerations", "end_acceleration"),
+        module="high_degree",
+        function="plan_quintic",
+    ),
+    PlannerRecord(
+        "septic",
+        "one polynomial of degree seven an interval",
+        continuity=3,
+        degree=7,
+        guarantees="positions, velocities, preset accelerations and jerks at all waypoints",
+        cannot="keep peaks low: the more is preset, the higher they are",
+        honours=("accelerations", "end_acceleration", "jerks"),
+        module="high_degree",
+        function="plan_septic",
+    ),
+    PlannerRecord(
+        "nonic",
+        "one polynomial of degree nine an interval",
+        continuity=4,
+        degree=9,
+        guarantees="positions, velocities, preset accelerations, jerks and snaps at all waypoints",
+        cannot="keep peaks low: the more is preset, the higher they are",
+        honours=("accelerations", "end_acceleration", "jerks", "snaps"),
+        module="high_degree",
+        function="plan_nonic",
+    ),
+    PlannerRecord(
+        "parabolic-blend",
+        "straight lines with parabolic transitions at the waypoints (LSPB)",
+        continuity=1,
+        degree=2,
+        guarantees="positions and velocities at both ends; constant acceleration in transitions",
+        cannot="meet inner waypoints: it cuts their corners; acceleration jumps",
+        honours=("transition_time", "acceleration_limit"),
+        module="parabolic_blend",
+    ),
+    PlannerRecord(
+        "bspline",
+        "cubic B-spline through the positions, clamped at both ends",
+        continuity=2,
+        degree=3,
+        guarantees="positions at all waypoints, velocities at both ends",
+        cannot="meet velocities at inner waypoints",
+        honours=(),
+        module="bspline",
+    ),
+    PlannerRecord(
+        "bspline-velocity",
+        "cubic B-spline on double knots; the same curve as 'cubic'",
+        continuity=1,
+        degree=3,
+        guarantees="positions and velocities at all waypoints",
+        cannot="keep the acceleration from jumping at inner waypoints",
+        honours=(),
+        module="bspline",
+        function="plan_with_velocities",
+    ),
+    PlannerRecord(
+        "3-5-3",
+        "cubic in the first and last interval, quintics between",
+        continuity=2,
+        degree=5,
+        guarantees="positions and velocities at all waypoints",
+        cannot="serve three waypoints; find good inner accelerations where there are over four",
+        honours=("accelerations",),
+        module="splice",
+        function="plan_353",
+    ),
+    PlannerRecord(
+        "4-3-4",
+        "quartic in the first and last interval, cubics between",
+        continuity=2,
+        degree=5,
+        guarantees="positions at all waypoints, velocities and accelerations at both ends",
+        cannot="meet velocities at inner waypoints",
+        honours=("end_acceleration",),
+        module="splice",
+        function="plan_434",
+    ),
+    PlannerRecord(
+        "trapezoidal",
+        "trapezoidal velocity in each interval, a stop at each waypoint (vendors' PTP)",
+        continuity=1,
+        degree=2,
+        guarantees="positions at all waypoints; joints in phase, so straight in joint space",
+        cannot="pass a waypoint at speed; acceleration jumps",
+        honours=("velocity_limit", "acceleration_limit"),
+        module="trapezoidal",
+    ),
+)
+
+RECORDS: Mapping[str, PlannerRecord] = MappingProxyType({record.name: record for record in _ALL})
+"""All planners in words, by name."""
+
+_WORDS = {
+    "knots": "a choice of knots",
+    "end_acceleration": "end accelerations",
+    "accelerations": "accelerations at waypoints",
+    "jerks": "jerks at waypoints",
+    "snaps": "snaps at waypoints",
+    "transition_time": "transition times",
+}
+
+
+def checked_options(planner: str, options: PlannerOptions | None) -> PlannerOptions:
+    """Return the options, the defaults for `None`, if the planner can honour them.
+
+    Raises:
+        InputError: One is asked for that the planner can't honour.
+    """
+    if options is None:
+        return PlannerOptions()
+    for option in options.requested:
+        if option not in RECORDS[planner].honours:
+            others = [name for name, record in RECORDS.items() if option in record.honours]
+            raise InputError(
+                f"planner {planner!r} can't honour {_WORDS[option]}: leave the option "
+                f"{option!r} out, or use a planner that honours it: {', '.join(others)}"
+            )
+    return options

@@ -1,0 +1,87 @@
+"""Planners `quintic`, `septic`, `nonic`: one polynomial an interval, higher derivatives preset.
+
+With position and velocity, acceleration, jerk and snap given at both ends of an interval there is
+exactly one polynomial of degree five, seven or nine. Neighbours share what is given at their
+waypoint, so they join smoothly; but what to give is for the caller to know. Higher degrees need
+higher peaks: from rest to rest, with zeros preset, the peak velocity is 15/8, 35/16, 315/128 times
+the mean one, for the cubic 3/2.
+
+Source: Eqs. (7), (8) of the paper; degrees seven and nine as its section 1 names them.
+"""
+
+from __future__ import annotations
+
+from knotwork.interpolation.catalogue import checked_options
+from knotwork.interpolation.options import PlannerOptions
+from knotwork.interpolation.pieces import to_trajectory, two_point_coefficients
+from knotwork.interpolation.presets import preset_accelerations, preset_rows
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import JointWaypoints
+
+
+def plan_quintic(
+    waypoints: JointWaypoints, options: PlannerOptions | None = None
+) -> JointTrajectory:
+    """Plan a C2 smooth motion of degree five: positions, velocities and accelerations are met.
+
+    Eqs. (7), (8) in each interval. It can't find good accelerations by itself: where those preset
+    don't suit the positions and velocities, the velocity swings between the waypoints.
+
+    Args:
+        waypoints: Positions and velocities, n >= 2.
+        options: `accelerations` at the waypoints: zero by default, `"estimated"` (see
+            `knotwork.interpolation.presets.estimated_accelerations`) or given;
+            `end_acceleration` in place of the first and last of them.
+
+    Raises:
+        InputError: An option can't be honoured or has the wrong shape.
+    """
+    return _plan("quintic", waypoints, options, 3)
+
+
+def plan_septic(
+    waypoints: JointWaypoints, options: PlannerOptions | None = None
+) -> JointTrajectory:
+    """Plan a C3 smooth motion of degree seven: jerks are met as well.
+
+    Peaks of velocity and acceleration are higher than the quintic's.
+
+    Args:
+        waypoints: Positions and velocities, n >= 2.
+        options: As for the quintic, and `jerks` at the waypoints, zero by default.
+
+    Raises:
+        InputError: An option can't be honoured or has the wrong shape.
+    """
+    return _plan("septic", waypoints, options, 4)
+
+
+def plan_nonic(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
+    """Plan a C4 smooth motion of degree nine: jerks and snaps are met as well.
+
+    Peaks of velocity and acceleration are higher still than those of degree seven.
+
+    Args:
+        waypoints: Positions and velocities, n >= 2.
+        options: As for the quintic, and `jerks` and `snaps` at the waypoints, zero by default.
+
+    Raises:
+        InputError: An option can't be honoured or has the wrong shape.
+    """
+    return _plan("nonic", waypoints, options, 5)
+
+
+def _plan(
+    name: str, waypoints: JointWaypoints, options: PlannerOptions | None, conditions: int
+) -> JointTrajectory:
+    options = checked_options(name, options)
+    derivatives = (
+        waypoints.position,
+        waypoints.velocity,
+        preset_accelerations(waypoints, options),
+        preset_rows("jerks", options.jerks, waypoints),
+        preset_rows("snaps", options.snaps, waypoints),
+    )
+    return to_trajectory(
+        waypoints, name, two_point_coefficients(waypoints.time, derivatives[:conditions])
+    )

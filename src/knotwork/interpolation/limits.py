@@ -1,0 +1,89 @@
+"""Limits that shape a motion, and how to refuse an interval that is too short for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import InputError
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+
+def limit_rows(option: str, given: Any, joints: int) -> FloatArray:
+    """Limits of the joints, infinite where none is given, shape (d,).
+
+    Raises:
+        InputError: The shape is another.
+    """
+    if given is None:
+        return np.full(joints, np.inf)
+    array = np.asarray(given, dtype=float)
+    if array.shape != (joints,):
+        raise InputError(
+            f"option {option} has shape {array.shape}; {joints} joints need ({joints},), infinite "
+            "where there is no limit"
+        )
+    return array
+
+
+def interval_name(waypoints: JointWaypoints, interval: int) -> str:
+    """Words for an interval between waypoints."""
+    names, t = waypoints.names, waypoints.time
+    return (
+        f"the interval from waypoint {names[interval]!r} ({t[interval]:.6g} s) to "
+        f"{names[interval + 1]!r} ({t[interval + 1]:.6g} s), "
+        f"{t[interval + 1] - t[interval]:.6g} s long"
+    )
+
+
+def refuse_first(
+    planner: str,
+    wrong: NDArray[np.bool_],
+    waypoints: JointWaypoints,
+    reason: Callable[[int, int], str],
+) -> None:
+    """Raise an error for the first interval and joint that are wrong, if any is.
+
+    Args:
+        planner: Name of the planner.
+        wrong: Shape (n-1, d).
+        waypoints: The waypoints.
+        reason: Says what is wrong with an interval and a joint.
+
+    Raises:
+        InputError: One is wrong.
+    """
+    if wrong.any():
+        interval, joint = (int(i) for i in np.argwhere(wrong)[0])
+        raise InputError(
+            f"planner {planner!r}: joint {waypoints.joint_names[joint]!r} can't do "
+            f"{interval_name(waypoints, interval)}: {reason(interval, joint)}"
+        )
+
+
+def refuse_unresolved(
+    planner: str, waypoints: JointWaypoints, start: FloatArray, end: FloatArray, what: str
+) -> None:
+    """Raise an error for the first transition that is too short for the resolution of times.
+
+    Args:
+        planner: Name of the planner.
+        waypoints: The waypoints.
+        start: Times at which transitions start [s], shape (k,).
+        end: Times at which they end [s], shape (k,).
+        what: What a transition is called.
+
+    Raises:
+        InputError: One ends when it starts.
+    """
+    empty = np.flatnonzero(~(end > start))
+    if empty.size:
+        time = float(start[empty[0]])
+        raise InputError(
+            f"planner {planner!r}: {what} at {time:.17g} s is too short for the resolution of "
+            f"times there, {np.spacing(time):.3g} s; ask for a longer one or a lower "
+            "acceleration_limit"
+        )

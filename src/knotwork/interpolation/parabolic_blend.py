@@ -1,0 +1,109 @@
+"""Planner `parabolic-blend`: straight lines with parabolic transitions at the waypoints.
+
+Lines through neighbouring waypoints, with slopes m, are joined by transitions of even
+acceleration, which last T_k and are centred on the waypoints' times:
+
+    acceleration at waypoint k:  (m_k - m_{k-1}) / T_k,      missed by:  (m_k - m_{k-1}) T_k / 8.
+
+The first transition starts with the motion, at its position and velocity, and the last one ends
+with it. The outer lines are therefore steeper: the first one passes through waypoint 1 and leaves
+the first transition with
+
+    m_0 = (y_1 - y_0 - v_0 T_0/2) / (h_0 - T_0/2),
+
+and the last is its mirror image. In an interval of length h between transitions that take up the
+parts p and q of it, p + q <= h must hold: T_k/2 of inner transitions, all of T_k at the ends.
+
+Source: J. J. Craig, Introduction to Robotics, chapter 7, "linear function with parabolic blends
+for a path with via points", which starts and stops at rest; here with velocities at the ends.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.interpolation.blend_times import slopes, transition_times
+from knotwork.interpolation.catalogue import checked_options
+from knotwork.interpolation.limits import interval_name, refuse_unresolved
+from knotwork.interpolation.options import PlannerOptions
+from knotwork.interpolation.pieces import to_trajectory
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+NAME = "parabolic-blend"
+
+ROUNDING = 1e-12
+"""Transitions that fill an interval may seem too long for it by this, relatively."""
+
+
+def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
+    """Plan a C1 smooth motion of degree two: straight lines, rounded off at the waypoints.
+
+    Positions and velocities at both ends are met. It can't meet inner waypoints: it cuts their
+    corners by an eighth of the change of velocity times the transition time, and passes with the
+    mean of the slopes on both sides. Acceleration jumps.
+
+    All joints share the transition times: those given; else the shortest that keep every joint's
+    limit of acceleration; else, where no joint that changes its velocity has a limit, a third of
+    the shortest adjoining interval. Times given are taken as they are, whatever the limits.
+
+    Args:
+        waypoints: Positions, and velocities at the ends, n >= 2; inner velocities are not used.
+        options: `transition_time` or `acceleration_limit`.
+
+    Raises:
+        InputError: An interval is too short for the transitions or the limits: which, and by how
+            much; or an option can't be honoured.
+    """
+    options = checked_options(NAME, options)
+    with np.errstate(over="ignore", invalid="ignore"):
+        duration = transition_times(NAME, waypoints, options)
+        _check_intervals(waypoints, duration)
+        slope = slopes(waypoints, duration)
+        c, breaks = _pieces(waypoints, duration, slope)
+    return to_trajectory(waypoints, NAME, c, breaks)
+
+
+def _check_intervals(waypoints: JointWaypoints, duration: FloatArray) -> None:
+    """Refuse intervals that the transitions don't fit in."""
+    part = 0.5 * duration
+    part[[0, -1]] = duration[[0, -1]]
+    h = np.diff(waypoints.time)
+    over = part[:-1] + part[1:] - h
+    wrong = np.flatnonzero(over > ROUNDING * h)
+    if wrong.size:
+        i = int(wrong[0])
+        raise InputError(
+            f"planner {NAME!r}: {interval_name(waypoints, i)}, is {over[i]:.6g} s too short for "
+            f"its transitions, which take {part[i]:.6g} s and {part[i + 1]:.6g} s of it; give it "
+            "more time, or allow shorter transitions or more acceleration"
+        )
+
+
+def _pieces(
+    waypoints: JointWaypoints, duration: FloatArray, slope: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Coefficients of transition, line, transition, … and their breaks, shape (2n,)."""
+    t, y = waypoints.time, waypoints.position
+    start, end = t - 0.5 * duration, t + 0.5 * duration
+    start[0], end[0] = t[0], t[0] + duration[0]
+    start[-1], end[-1] = t[-1] - duration[-1], t[-1]
+    # slopes before and after each transition
+    before = np.concatenate((waypoints.velocity[:1], slope))
+    after = np.concatenate((slope, waypoints.velocity[-1:]))
+    turns = duration > 0.0
+    refuse_unresolved(NAME, waypoints, start[turns], end[turns], "the transition")
+    span = np.where(turns, duration, 1.0)[:, None]
+    c = np.zeros((3, t.size, 2, y.shape[1]))
+    c[0, :, 0] = 0.5 * (after - before) / span
+    c[1, :, 0], c[1, :, 1] = before, after
+    # a transition starts on the line before it; the last one is found from its end
+    half = 0.5 * duration[:, None]
+    c[2, :, 0] = y - before * half
+    c[2, :, 1] = y + after * half
+    c[2, 0, 0] = y[0]
+    c[2, 0, 1] = y[0] + (before[0] + after[0]) * half[0]
+    c[2, -1, 0] = y[-1] - (before[-1] + after[-1]) * half[-1]
+    breaks = np.maximum.accumulate(np.stack((start, end), axis=1).ravel())
+    return c.reshape(3, -1, y.shape[1])[:, :-1], np.minimum(breaks, t[-1])

@@ -1,0 +1,114 @@
+"""Accelerations and higher derivatives at waypoints: given, zero, or estimated."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.interpolation.options import PlannerOptions
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+
+def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
+    """Estimate accelerations from the cubic Hermite pieces that adjoin each waypoint.
+
+    Where pieces of lengths h₋ and h₊ meet with the accelerations a₋ and a₊, the estimate is
+
+        a = (h₋ a₋ + h₊ a₊) / (h₋ + h₊),
+
+    at the ends the one piece's own. The cubic has the least integral of squared acceleration of
+    all curves with its end positions and velocities, and a quintic whose acceleration at one end
+    is off the cubic's by e exceeds it by a multiple of h e²: so this is the acceleration that
+    costs both neighbouring quintics the least together, the accelerations at their far ends being
+    those of the cubics. It is exact for quadratic and cubic motions, local, and for even times
+    the plain mean of both.
+
+    Returns:
+        Accelerations, shape (n, d) [rad/s² or m/s²].
+    """
+    h = np.diff(waypoints.time)[:, None]
+    y, v = waypoints.position, waypoints.velocity
+    with np.errstate(over="ignore", invalid="ignore"):
+        slope = np.diff(y, axis=0) / h
+        # accelerations times h: at the start and at the end of each interval
+        early = 6.0 * slope - 4.0 * v[:-1] - 2.0 * v[1:]
+        late = 4.0 * v[1:] + 2.0 * v[:-1] - 6.0 * slope
+        inner = (late[:-1] + early[1:]) / (h[:-1] + h[1:])
+        return np.concatenate((early[:1] / h[:1], inner, late[-1:] / h[-1:]))
+
+
+def preset_accelerations(
+    waypoints: JointWaypoints, options: PlannerOptions, *, default: str = "zero"
+) -> FloatArray:
+    """Accelerations at the waypoints as the options ask for them, shape (n, d).
+
+    Raises:
+        InputError: An array has another shape, or end accelerations are given beside one.
+    """
+    asked = default if options.accelerations is None else options.accelerations
+    ends = end_accelerations(options, len(waypoints.joint_names))
+    if not isinstance(asked, str):
+        if ends is not None:
+            raise InputError(
+                "options accelerations and end_acceleration both give the accelerations at the "
+                "ends; give one of them"
+            )
+        return preset_rows("accelerations", asked, waypoints)
+    if asked == "zero":
+        accelerations = np.zeros(waypoints.position.shape)
+    else:
+        accelerations = estimated_accelerations(waypoints)
+    if ends is not None:
+        accelerations[0], accelerations[-1] = ends
+    return accelerations
+
+
+def preset_rows(option: str, given: Any, waypoints: JointWaypoints) -> FloatArray:
+    """Values at the waypoints that an option gives, zeros for `None`, shape (n, d).
+
+    Raises:
+        InputError: The shape is another.
+    """
+    shape = waypoints.position.shape
+    if given is None:
+        return np.zeros(shape)
+    array = np.asarray(given, dtype=float)
+    if array.shape != shape:
+        raise InputError(
+            f"option {option} has shape {array.shape}; {shape[0]} waypoints of {shape[1]} joints "
+            f"need {shape}, a row a waypoint"
+        )
+    return array
+
+
+def end_accelerations(options: PlannerOptions, joints: int) -> tuple[FloatArray, FloatArray] | None:
+    """First and last acceleration that the options ask for, shape (d,) each.
+
+    Raises:
+        UnknownNameError: There is no end acceleration of that name.
+        InputError: They are no pair of finite numbers, or of another shape.
+    """
+    given: Any = options.end_acceleration
+    if given is None:
+        return None
+    if isinstance(given, str):
+        if given != "zero":
+            raise UnknownNameError("end acceleration", given, ("zero",))
+        return np.zeros(joints), np.zeros(joints)
+    if not isinstance(given, tuple) or len(given) != 2:
+        raise InputError(
+            f"option end_acceleration is {given!r}; it must be None, 'zero' or a pair (start, end)"
+        )
+    try:
+        start, end = (np.array(value, dtype=float) for value in given)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"option end_acceleration is {given!r}; it must be numbers") from error
+    for name, value in (("start", start), ("end", end)):
+        if value.shape not in ((), (joints,)) or not np.isfinite(value).all():
+            raise InputError(
+                f"the {name} of option end_acceleration is {value.tolist()}; it must be a finite "
+                f"number, or one for each of {joints} joints"
+            )
+    return np.broadcast_to(start, joints), np.broadcast_to(end, joints)
