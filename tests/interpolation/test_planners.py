@@ -38,8 +38,8 @@ def test_planners_are_found_by_name():
     assert caught.value.available == tuple(PLANNERS)
 
 
-@pytest.mark.parametrize("name", PLANNERS)
-def test_every_planner_meets_the_waypoints(name, waypoints):
+@pytest.mark.parametrize("name", ["modified-hermite", "cubic"])
+def test_planners_through_positions_and_velocities_meet_both(name, waypoints):
     trajectory = get_planner(name)(waypoints, PlannerOptions())
     assert trajectory.planner == name
     assert trajectory.joint_names == waypoints.joint_names
