@@ -14,7 +14,7 @@ from knotwork import metrics, storage
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
 from knotwork.joint_space import JointSpace, joint_space
-from knotwork.pipeline import planner_options
+from knotwork.pipeline import honoured, planner_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
@@ -33,10 +33,10 @@ class Score:
         acceleration_jump: Largest jump of a joint's acceleration.
         peak_velocity: Greatest magnitude: of the joint nearest its limit, or the largest of all.
         peak_acceleration: Likewise.
-        peak_jerk: Likewise.
+        peak_jerk: Likewise; `None` where the acceleration jumps, because no bound holds there.
         velocity_fluctuation: Of the worst joint: see `knotwork.metrics.velocity_fluctuation`.
         squared_acceleration: Integral over time, summed over the joints.
-        squared_jerk: Likewise.
+        squared_jerk: Likewise; `None` where the acceleration jumps: it is infinite.
         path_deviation: Of the tool from the straight path between poses [m], sampled; `None`
             without poses.
         path_turn: Of the tool's orientation, likewise [rad].
@@ -51,10 +51,10 @@ class Score:
     acceleration_jump: float
     peak_velocity: metrics.Peak
     peak_acceleration: metrics.Peak
-    peak_jerk: metrics.Peak
+    peak_jerk: metrics.Peak | None
     velocity_fluctuation: float
     squared_acceleration: float
-    squared_jerk: float
+    squared_jerk: float | None
     path_deviation: float | None
     path_turn: float | None
     duration: float
@@ -135,7 +135,8 @@ def compare(
 ) -> Comparison:
     """Plan a scenario with several planners and score what each makes of it.
 
-    The scenario's planner options hold for its own planner; the others run with their defaults.
+    Every planner gets those of the scenario's options that it honours; what is given for each
+    waypoint (accelerations and above) is for the scenario's own planner.
 
     Args:
         scenario: As for `knotwork.plan`.
@@ -152,17 +153,11 @@ def compare(
         scenario = load_scenario(scenario)
     space = joint_space(scenario)
     waypoints = task_to_joint(scenario, space)
+    given = planner_options(scenario, space)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
-        options = (
-            planner_options(scenario, space)
-            if name == scenario.planner
-            else PlannerOptions(
-                velocity_limit=space.limits["velocity"],
-                acceleration_limit=space.limits["acceleration"],
-            )
-        )
+        options = given if name == scenario.planner else honoured(given, name)[0]
         try:
             trajectory, seconds = _timed(name, waypoints, options)
         except InputError as error:
@@ -203,6 +198,7 @@ def _score(
 
         deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints)
     report = check(trajectory, scenario, space=space)
+    jerk_bounded = trajectory.continuity.order >= 2
     return Score(
         planner=name,
         position_miss=metrics.position_miss(trajectory, waypoints),
@@ -210,10 +206,10 @@ def _score(
         acceleration_jump=metrics.acceleration_jump(trajectory),
         peak_velocity=metrics.peak(trajectory, 1, space.limits["velocity"]),
         peak_acceleration=metrics.peak(trajectory, 2, space.limits["acceleration"]),
-        peak_jerk=metrics.peak(trajectory, 3, space.limits["jerk"]),
+        peak_jerk=metrics.peak(trajectory, 3, space.limits["jerk"]) if jerk_bounded else None,
         velocity_fluctuation=float(metrics.velocity_fluctuation(trajectory, waypoints).max()),
         squared_acceleration=metrics.integral_of_square(trajectory, 2),
-        squared_jerk=metrics.integral_of_square(trajectory, 3),
+        squared_jerk=metrics.integral_of_square(trajectory, 3) if jerk_bounded else None,
         path_deviation=deviation.position if deviation is not None else None,
         path_turn=deviation.orientation if deviation is not None else None,
         duration=trajectory.duration,

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from knotwork import storage
 from knotwork.errors import KnotError
-from knotwork.interpolation import BalancedKnots, PlannerOptions, get_planner
+from knotwork.interpolation import RECORDS, BalancedKnots, PlannerOptions, get_planner
 from knotwork.joint_space import JointSpace, joint_space
-from knotwork.scenario import Scenario, load_scenario
+from knotwork.scenario import JointValues, Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -31,6 +31,7 @@ class Plan:
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
         report: What the check found.
+        left_out: Options of the scenario that a planner given in its planner's place can't honour.
     """
 
     scenario: Scenario
@@ -38,6 +39,7 @@ class Plan:
     joint_waypoints: JointWaypoints
     trajectory: JointTrajectory
     report: Report
+    left_out: tuple[str, ...] = ()
 
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
@@ -74,7 +76,8 @@ def plan(
     Args:
         scenario: A shipped scenario's name, the path of a file, a mapping of the same shape, or
             a loaded scenario.
-        planner: Takes the place of the scenario's planner.
+        planner: Takes the place of the scenario's planner. Options in the scenario that it can't
+            honour were meant for the other one: they are left out, and `Plan.left_out` names them.
         knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s].
 
@@ -88,13 +91,18 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
+    own_planner = scenario.planner
     if planner is not None:
         scenario = replace(scenario, planner=planner)
-    if knots is not None:
-        scenario = replace(scenario, knots=_given_knots(knots))
     interpolate = get_planner(scenario.planner)
     space = joint_space(scenario)
     options = planner_options(scenario, space)
+    left_out: tuple[str, ...] = ()
+    if scenario.planner != own_planner:
+        options, left_out = honoured(options, scenario.planner)
+    if knots is not None:
+        scenario = replace(scenario, knots=_given_knots(knots))
+        options = replace(options, knots=planner_options(scenario, space).knots)
     waypoints = task_to_joint(scenario, space)
     try:
         trajectory = interpolate(waypoints, options)
@@ -106,7 +114,7 @@ def plan(
             interval=error.interval,
         ) from error
     report = check(trajectory, scenario, space=space)
-    return Plan(scenario, space, waypoints, trajectory, report)
+    return Plan(scenario, space, waypoints, trajectory, report, left_out)
 
 
 def _given_knots(knots: str | float | ArrayLike) -> str | float | FloatArray:
@@ -127,11 +135,46 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     Raises:
         InputError: An option names a joint that does not exist, or is out of range.
     """
-    knots = scenario.knots
-    ends = scenario.end_acceleration
+    knots, ends, presets = scenario.knots, scenario.end_acceleration, scenario.presets
+
+    def table(given: tuple[JointValues, ...] | None) -> FloatArray | None:
+        if given is None:
+            return None
+        return np.array([space.values(values, missing=0.0) for values in given])
+
+    accelerations = presets.accelerations
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
         end_acceleration=ends
         if ends is None or isinstance(ends, str)
         else (space.values(ends[0], missing=0.0), space.values(ends[1], missing=0.0)),
+        accelerations=accelerations if isinstance(accelerations, str) else table(accelerations),
+        jerks=table(presets.jerks),
+        snaps=table(presets.snaps),
+        transition_time=presets.transition_time,
+        velocity_limit=space.limits["velocity"],
+        acceleration_limit=space.limits["acceleration"],
     )
+
+
+# Values for each waypoint mean something to the planner they were chosen for alone.
+_PRESETS = ("accelerations", "jerks", "snaps")
+
+
+def honoured(options: PlannerOptions, planner: str) -> tuple[PlannerOptions, tuple[str, ...]]:
+    """Keep those options of another planner that a planner honours.
+
+    Accelerations, jerks and snaps given for each waypoint are not kept: they were chosen for the
+    other one.
+
+    Returns:
+        The options without the rest, and the names of the rest.
+    """
+    left_out = tuple(
+        name
+        for name in options.requested
+        if name not in RECORDS[planner].honours
+        or (name in _PRESETS and not isinstance(getattr(options, name), str))
+    )
+    defaults = PlannerOptions()
+    return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out

@@ -50,8 +50,8 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
     Joint values are in rad or m, per second. A peak is that of the joint nearest its limit, with
     the part of the limit it uses, or the largest of all where no joint has a limit. The velocity
     fluctuation is the variation of velocity beyond the least that the task forces, of the worst
-    joint. The tool is compared with straight lines between the poses. The best of each column is
-    marked with a star.
+    joint. Where the acceleration jumps, no bound holds for the jerk. The tool is compared with
+    straight lines between the poses. The best of each column is marked with a star.
     """
     from knotwork.compare import compare as compare_planners
 
@@ -64,6 +64,41 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
     print_comparison(comparison)
     for path in written:
         click.echo(f"wrote {path}")
+    return PASSED
+
+
+@click.command()
+@click.option("--json", "as_json", is_flag=True, help="Print JSON alone on standard output.")
+def planners(as_json: bool) -> int:
+    """List the planners: what each guarantees, what it gives up, and its options."""
+    from dataclasses import asdict
+
+    from knotwork.interpolation import RECORDS
+
+    records = list(RECORDS.values())
+    if as_json:
+        rows = [asdict(record) for record in records]
+        for row in rows:
+            del row["module"], row["function"]
+        click.echo(json.dumps(rows, indent=1))
+        return PASSED
+    from knotwork.cli import tables
+
+    table = tables.plain_table("Planners", ["name", "degree", "C", "meets", "gives up", "options"])
+    for column in table.columns[3:]:
+        column.justify, column.no_wrap = "left", False
+    for record in records:
+        honours = ", ".join(record.honours) or "-"
+        table.add_row(
+            record.name,
+            str(record.degree),
+            str(record.continuity),
+            record.guarantees,
+            record.cannot,
+            honours,
+        )
+        table.add_section()
+    tables.console(wrap=True).print(table)
     return PASSED
 
 
@@ -103,7 +138,7 @@ def _cell(score: Score, column: str, winners: dict[str, set[str]]) -> str:
     value = getattr(score, column)
     star = "*" if score.planner in winners.get(column, ()) else " "
     if value is None:
-        return "-"
+        return "unbounded " if "jerk" in column else "-"
     if isinstance(value, Peak):
         use = f" {100 * value.use:3.0f}%" if value.use is not None else ""
         return f"{_short(value.value)}{use}{star}"

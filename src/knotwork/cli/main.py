@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from knotwork import __version__
-from knotwork.cli.compare import compare
+from knotwork.cli.compare import compare, planners
 from knotwork.errors import InputError, KnotworkError
 
 if TYPE_CHECKING:
@@ -301,3 +301,4 @@ def schema() -> int:
 
 
 cli.add_command(compare)
+cli.add_command(planners)

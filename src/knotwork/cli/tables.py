@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from knotwork.interpolation import RECORDS
 from knotwork.scenario import Scenario
 from knotwork.witness import LimitUse, Report, Requirement
 
@@ -63,11 +64,16 @@ def print_plan(plan: Plan) -> None:
     placed = knots if isinstance(knots, str) else "as given"
     if isinstance(knots, int | float):
         placed = f"balanced, c = {knots:g}"
+    made = trajectory.planner
+    if "knots" in RECORDS[made].honours:
+        made += f", knots {placed}"
+    if plan.left_out:
+        made += f" (without the scenario's {', '.join(plan.left_out)})"
     print_report(
         plan.report,
         plan.scenario,
-        f"{trajectory.planner}, knots {placed}: {len(plan.scenario.waypoints)} waypoints, "
-        f"{len(trajectory.breaks)} knots, {trajectory.duration:g} s",
+        f"{made}: {len(plan.scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks, "
+        f"{trajectory.duration:g} s",
     )
 
 

@@ -165,6 +165,23 @@ class ToleranceSet:
 
 
 @dataclass(frozen=True)
+class Presets:
+    """What some planners are told about the waypoints beyond positions and velocities.
+
+    Attributes:
+        accelerations: `None`, `"zero"`, `"estimated"`, or joint values for each waypoint.
+        jerks: `None`, or joint values for each waypoint; likewise `snaps`.
+        snaps: Fourth derivatives.
+        transition_time: Of parabolic transitions [s]: for all waypoints, or for each.
+    """
+
+    accelerations: str | tuple[JointValues, ...] | None = None
+    jerks: tuple[JointValues, ...] | None = None
+    snaps: tuple[JointValues, ...] | None = None
+    transition_time: float | tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
 class LimitOverrides:
     """Limits that take the place of the robot's, each `None` where the robot's holds.
 
@@ -198,6 +215,7 @@ class Scenario:
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
         end_acceleration: `None`, `"zero"`, or joint accelerations at the start and at the end.
+        presets: What some planners are told beyond that.
         limits: Limits that take the place of the robot's.
         tolerances: For the check.
         continuity: Order of continuity that the check asks for.
@@ -215,6 +233,7 @@ class Scenario:
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"
     end_acceleration: str | tuple[JointValues, JointValues] | None = None
+    presets: Presets = field(default_factory=Presets)
     limits: LimitOverrides = field(default_factory=LimitOverrides)
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)
     continuity: int = 2

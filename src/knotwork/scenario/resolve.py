@@ -15,6 +15,7 @@ from knotwork.scenario.model import (
     JointTarget,
     JointValues,
     LimitOverrides,
+    Presets,
     Scenario,
     ScenarioWaypoint,
     ToleranceSet,
@@ -79,6 +80,7 @@ class _Resolver:
             planner=file.planner,
             knots=self._knots(),
             end_acceleration=self._end_acceleration(),
+            presets=self._presets(),
             limits=self._limits(),
             tolerances=self._tolerances(),
             continuity=file.continuity,
@@ -309,6 +311,39 @@ class _Resolver:
                 self._joints(given.end, ("end_acceleration", "end")),
             )
         return given
+
+    def _presets(self) -> Presets:
+        given = self.file.planner_options
+        count = len(self.file.waypoints) + (self.file.start is not None)
+
+        def counted(name: str, values: list[Any]) -> list[Any]:
+            if len(values) != count:
+                also = ", the start included" if self.file.start is not None else ""
+                raise self.document.error(
+                    ("planner_options", name),
+                    f"has {len(values)} entries",
+                    f"{count}, one for each waypoint{also}",
+                )
+            return values
+
+        def joints(name: str) -> tuple[JointValues, ...] | None:
+            values = getattr(given, name)
+            if values is None:
+                return None
+            return tuple(
+                self._joints(value, ("planner_options", name, i))
+                for i, value in enumerate(counted(name, values))
+            )
+
+        times = given.transition_time
+        return Presets(
+            given.accelerations
+            if isinstance(given.accelerations, str)
+            else joints("accelerations"),
+            joints("jerks"),
+            joints("snaps"),
+            tuple(counted("transition_time", times)) if isinstance(times, list) else times,
+        )
 
     def _limits(self) -> LimitOverrides:
         limits = self.file.limits

@@ -215,6 +215,32 @@ class EndAcceleration(StrictModel):
     end: dict[str, Number] = Field(default_factory=dict)
 
 
+PerWaypoint = Annotated[list[dict[str, Number]], Field(min_length=2)]
+
+
+class PlannerOptionsFile(StrictModel):
+    """What some planners can be told beyond knots; `knotwork planners` says which takes what."""
+
+    accelerations: (
+        Annotated[
+            Annotated[Literal["zero", "estimated"], Tag("text")]
+            | Annotated[PerWaypoint, Tag("list")],
+            _by_kind("zero, estimated, or a list of mappings of joint names to accelerations"),
+        ]
+        | None
+    ) = Field(default=None, description="At the waypoints; a mapping by joint for each, in order")
+    jerks: PerWaypoint | None = Field(default=None, description="Likewise")
+    snaps: PerWaypoint | None = Field(default=None, description="Likewise")
+    transition_time: (
+        Annotated[
+            Annotated[Positive, Tag("number")]
+            | Annotated[Annotated[list[Positive], Field(min_length=2)], Tag("list")],
+            _by_kind("a positive number of seconds, or a list of one for each waypoint"),
+        ]
+        | None
+    ) = Field(default=None, description="Of parabolic transitions at the waypoints [s]")
+
+
 def _range(values: list[float]) -> list[float]:
     if values[0] >= values[1]:
         raise ValueError(f"lower limit {values[0]:g} must be less than upper limit {values[1]:g}")
@@ -303,6 +329,7 @@ class ScenarioFile(StrictModel):
         ]
         | None
     ) = None
+    planner_options: PlannerOptionsFile = PlannerOptionsFile()
     limits: Limits = Limits()
     tolerances: Tolerances = Tolerances()
     continuity: Literal[0, 1, 2] = Field(

@@ -1,0 +1,233 @@
+"""One scenario, every planner, one table: in Python and on the command line."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork import resources
+from knotwork.compare import Comparison, Refusal, Score, best, compare
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.interpolation import PLANNERS, RECORDS
+
+SCENARIOS = resources.names("scenarios")
+
+
+@pytest.fixture(scope="module")
+def paper() -> Comparison:
+    return compare("paper_case")
+
+
+def score(comparison: Comparison, planner: str) -> Score:
+    (row,) = (row for row in comparison.scores if row.planner == planner)
+    return row
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_planner_has_its_row_on_every_scenario(name: str) -> None:
+    comparison = compare(name)
+    assert [row.planner for row in comparison.rows] == list(PLANNERS)
+    refused = [row for row in comparison.rows if isinstance(row, Refusal)]
+    assert not refused
+    assert set(comparison.trajectories) == set(PLANNERS)
+
+
+def test_each_row_shows_what_its_planner_says_it_guarantees_and_gives_up(
+    paper: Comparison,
+) -> None:
+    for row in paper.scores:
+        record = RECORDS[row.planner]
+        meets = record.guarantees
+        assert (row.acceleration_jump < 1e-9) == (record.continuity >= 2)
+        assert (row.position_miss < 1e-9) == (
+            "positions at all" in meets or ("positions" in meets and "all waypoints" in meets)
+        )
+        assert (row.velocity_miss < 1e-9) == (
+            "velocities" in meets
+            and "all waypoints" in meets
+            and "velocities at both" not in meets
+            and "velocities and accelerations at both" not in meets
+        )
+
+
+def test_the_jerk_of_a_jumping_acceleration_has_no_bound(paper: Comparison) -> None:
+    for row in paper.scores:
+        unbounded = RECORDS[row.planner].continuity < 2
+        assert (row.peak_jerk is None) == unbounded
+        assert (row.squared_jerk is None) == unbounded
+    assert score(paper, "cubic").planner not in best(paper.scores)["peak_jerk"]
+
+
+def test_double_knots_make_the_plain_cubic(paper: Comparison) -> None:
+    one, other = score(paper, "cubic"), score(paper, "bspline-velocity")
+    assert one.squared_acceleration == pytest.approx(other.squared_acceleration, rel=1e-12)
+    assert one.velocity_fluctuation == pytest.approx(other.velocity_fluctuation, rel=1e-9)
+
+
+def test_the_best_of_a_column_is_its_least_and_rounding_makes_ties(paper: Comparison) -> None:
+    winners = best(paper.scores)
+    least = min(row.squared_acceleration for row in paper.scores)
+    assert winners["squared_acceleration"] == {
+        row.planner for row in paper.scores if row.squared_acceleration == least
+    }
+    assert {"modified-hermite", "cubic", "quintic"} <= winners["velocity_miss"]
+    assert not {"bspline", "trapezoidal"} & winners["velocity_miss"]
+
+
+def test_a_planner_that_can_not_do_a_scenario_keeps_its_row_with_the_reason() -> None:
+    scenario = {
+        "waypoints": [
+            {"joints": {"j": 0.0}},
+            {"joints": {"j": 1.0}, "velocity": {"j": 0.5}, "after": 1},
+            {"joints": {"j": 0.0}, "after": 1},
+        ]
+    }
+    comparison = compare(scenario)
+    (refused,) = (row for row in comparison.rows if isinstance(row, Refusal))
+    assert refused.planner == "3-5-3"
+    assert "three" in refused.reason or "3" in refused.reason
+    assert "3-5-3" not in comparison.trajectories
+    json.dumps(comparison.to_dict(), allow_nan=False)
+
+
+def test_options_of_the_scenario_hold_for_the_planners_that_honour_them() -> None:
+    with_zero = compare("ur5_deburring", ["modified-hermite", "cubic"])
+    ends = with_zero.trajectories["modified-hermite"].acceleration([0.0, 13.0])
+    np.testing.assert_allclose(ends, 0, atol=1e-12)
+    assert np.abs(with_zero.trajectories["cubic"].acceleration(0.0)).max() > 0.1
+
+
+def test_only_the_planners_asked_for_in_that_order() -> None:
+    rows = compare("paper_case", ["quintic", "cubic", "quintic"]).rows
+    assert [row.planner for row in rows] == ["quintic", "cubic"]
+
+
+def test_an_unknown_planner_is_an_error_before_any_work() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'quintic'"):
+        compare("no matter", ["quintik"])
+
+
+def test_csv_and_json_say_the_same(paper: Comparison, tmp_path: Path) -> None:
+    paths = paper.save(tmp_path / "out")
+    assert [path.name for path in paths] == ["comparison.json", "comparison.csv"]
+    data = json.loads(paths[0].read_text())
+    rows = list(csv.DictReader(io.StringIO(paths[1].read_text())))
+    assert [row["planner"] for row in rows] == [row["planner"] for row in data["planners"]]
+    for line, row in zip(rows, data["planners"], strict=True):
+        assert float(line["velocity_fluctuation"]) == row["velocity_fluctuation"]
+        assert float(line["peak_velocity.value"]) == row["peak_velocity"]["value"]
+
+
+class TestPresets:
+    def scenario(self, **options: Any) -> dict[str, Any]:
+        return {
+            "units": {"angle": "deg"},
+            "planner": "quintic",
+            "planner_options": options,
+            "waypoints": [
+                {"joints": {"j": 0}},
+                {"joints": {"j": 30}, "velocity": {"j": 6}, "time": 5},
+                {"joints": {"j": 70}, "time": 15},
+            ],
+        }
+
+    def test_accelerations_are_met_in_the_units_of_the_file(self) -> None:
+        given = [{"j": 1}, {"j": -2}, {}]
+        plan = kw.plan(self.scenario(accelerations=given))
+        found = np.degrees(plan.trajectory.acceleration([0.0, 5.0, 15.0])[:, 0])
+        np.testing.assert_allclose(found, [1, -2, 0], atol=1e-9)
+
+    def test_estimated_is_another_motion_than_zero(self) -> None:
+        zero = kw.plan(self.scenario(accelerations="zero")).trajectory
+        estimated = kw.plan(self.scenario(accelerations="estimated")).trajectory
+        assert abs(zero.acceleration(5.0)[0]) < 1e-12
+        assert abs(estimated.acceleration(5.0)[0]) > 1e-3
+
+    @pytest.mark.parametrize("count", [2, 4])
+    def test_too_few_or_too_many_are_an_error_that_says_how_many(self, count: int) -> None:
+        with pytest.raises(InputError, match=rf"planner_options.accelerations: has {count} .*3"):
+            kw.plan(self.scenario(accelerations=[{"j": 0}] * count))
+
+    def test_an_option_the_planner_has_not_names_those_that_have(self) -> None:
+        with pytest.raises(InputError, match=r"quintic.*snaps.*nonic"):
+            kw.plan(self.scenario(snaps=[{"j": 0}, {"j": 1}, {"j": 0}]))
+
+    def test_an_unknown_joint_is_named_with_its_place(self) -> None:
+        with pytest.raises(InputError, match=r"accelerations\[1\]\.k: unknown joint 'k'"):
+            kw.plan(self.scenario(accelerations=[{"j": 0}, {"k": 1}, {}]))
+
+    def test_the_presets_of_the_shipped_scenario_make_the_velocity_swing(self) -> None:
+        bad, good = kw.plan("paper_case_presets"), kw.plan("paper_case")
+        bad.report.raise_if_failed()
+        t = np.linspace(0, 25, 2001)
+
+        def turns(plan: kw.Plan) -> int:
+            a = plan.trajectory.acceleration(t)[1:-1, 0]
+            return int((np.diff(np.sign(a[np.abs(a) > 1e-6])) != 0).sum())
+
+        assert turns(bad) > turns(good)
+        peak = [plan.trajectory.extrema(1).maximum[0] for plan in (bad, good)]
+        assert peak[0] > 1.2 * peak[1]
+
+
+class TestOverriddenPlanner:
+    def test_leaves_out_what_it_can_not_honour_and_says_so(self) -> None:
+        plan = kw.plan("ur5_deburring", planner="cubic")
+        assert plan.left_out == ("end_acceleration",)
+        assert kw.plan("ur5_deburring").left_out == ()
+
+    def test_but_not_what_is_asked_for_along_with_it(self) -> None:
+        with pytest.raises(InputError, match=r"cubic.*knots"):
+            kw.plan("ur5_deburring", planner="cubic", knots="balanced")
+
+
+class TestCommand:
+    def test_table(self, knotwork: Callable[..., Any]) -> None:
+        ran = knotwork("compare", "paper_case")
+        assert ran.code == 0
+        lines = ran.out.splitlines()
+        for planner in PLANNERS:
+            (line,) = (line for line in lines if line.startswith(f"{planner} "))
+            assert "…" not in line
+        assert "unbounded" in ran.out
+
+    def test_json_alone_and_files(self, knotwork: Callable[..., Any], tmp_path: Path) -> None:
+        out = tmp_path / "c"
+        ran = knotwork(
+            "compare", "paper_case", "--planners", "cubic, bspline", "--json", "--out", str(out)
+        )
+        assert ran.code == 0
+        data = json.loads(ran.out)
+        assert [row["planner"] for row in data["planners"]] == ["cubic", "bspline"]
+        assert (out / "comparison.csv").is_file()
+
+    @pytest.mark.parametrize(
+        ("arguments", "said"),
+        [
+            (("compare", "paper_case", "--planners", "cubic,nope"), "unknown planner 'nope'"),
+            (("compare", "nope"), "unknown scenario"),
+            (("compare", "paper_case", "--planners", ""), "unknown planner ''"),
+        ],
+    )
+    def test_bad_input(
+        self, knotwork: Callable[..., Any], arguments: tuple[str, ...], said: str
+    ) -> None:
+        ran = knotwork(*arguments)
+        assert ran.code == 2
+        assert said in ran.err
+        assert "Traceback" not in ran.err
+
+    def test_planners_lists_each_with_what_it_gives_up(self, knotwork: Callable[..., Any]) -> None:
+        ran = knotwork("planners", "--json")
+        rows = {row["name"]: row for row in json.loads(ran.out)}
+        assert set(rows) == set(PLANNERS)
+        assert all(row["cannot"] and row["guarantees"] for row in rows.values())
+        assert "quintic" in knotwork("planners").out
