@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.trajectory import JointTrajectory
+from knotwork.interpolation.pieces import to_trajectory
+from knotwork.trajectory import JointTrajectory, hermite_coefficients
 from knotwork.waypoints import JointWaypoints
 
 NAME = "cubic"
@@ -23,12 +26,6 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
         InputError: An option is asked for; the waypoints alone fix the cubics.
     """
     checked_options(NAME, options)
-    return JointTrajectory.from_knots(
-        waypoints.joint_names,
-        waypoints.time,
-        waypoints.position,
-        waypoints.velocity,
-        joint_units=waypoints.joint_units,
-        planner=NAME,
-        waypoint_times=waypoints.time,
-    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        c = hermite_coefficients(waypoints.time, waypoints.position, waypoints.velocity)
+    return to_trajectory(waypoints, NAME, c)

@@ -64,26 +64,32 @@ def refuse_first(
         )
 
 
-def refuse_unresolved(
-    planner: str, waypoints: JointWaypoints, start: FloatArray, end: FloatArray, what: str
-) -> None:
-    """Raise an error for the first transition that is too short for the resolution of times.
+def refuse_unresolved(planner: str, time: FloatArray, wrong: NDArray[np.bool_], what: str) -> None:
+    """Raise an error for the first phase that is too short for the resolution of times.
 
     Args:
         planner: Name of the planner.
-        waypoints: The waypoints.
-        start: Times at which transitions start [s], shape (k,).
-        end: Times at which they end [s], shape (k,).
-        what: What a transition is called.
+        time: Times of the phases [s], shape (k,).
+        wrong: Which are too short, shape (k,).
+        what: What a phase is called.
 
     Raises:
-        InputError: One ends when it starts.
+        InputError: One is wrong.
     """
-    empty = np.flatnonzero(~(end > start))
-    if empty.size:
-        time = float(start[empty[0]])
+    if wrong.any():
+        at = float(time[np.flatnonzero(wrong)[0]])
         raise InputError(
-            f"planner {planner!r}: {what} at {time:.17g} s is too short for the resolution of "
-            f"times there, {np.spacing(time):.3g} s; ask for a longer one or a lower "
+            f"planner {planner!r}: the {what} at {at:.17g} s is too short for the resolution of "
+            f"times there, {np.spacing(abs(at)):.3g} s; ask for a longer one or a lower "
             "acceleration_limit"
         )
+
+
+def snapped(time: FloatArray, span: FloatArray) -> FloatArray:
+    """Round durations down to the resolution of the times that they start or end at.
+
+    A break and the polynomials that meet there then agree on when it is, however large the times.
+    """
+    size = np.abs(time)
+    rounded = (size + span) - size
+    return np.where(rounded > span, rounded - np.spacing(size + span), rounded)

@@ -25,7 +25,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.interpolation.blend_times import slopes, transition_times
 from knotwork.interpolation.catalogue import checked_options
-from knotwork.interpolation.limits import interval_name, refuse_unresolved
+from knotwork.interpolation.limits import interval_name, refuse_unresolved, snapped
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory
 from knotwork.trajectory import JointTrajectory
@@ -59,16 +59,19 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
     options = checked_options(NAME, options)
     with np.errstate(over="ignore", invalid="ignore"):
         duration = transition_times(NAME, waypoints, options)
-        _check_intervals(waypoints, duration)
-        slope = slopes(waypoints, duration)
-        c, breaks = _pieces(waypoints, duration, slope)
+        # what each transition takes of an interval: half of it, at the ends all
+        share = np.full(duration.size, 0.5)
+        share[[0, -1]] = 1.0
+        _check_intervals(waypoints, share * duration)
+        rounded = snapped(waypoints.time, share * duration) / share
+        refuse_unresolved(NAME, waypoints.time, (duration > 0.0) & (rounded == 0.0), "transition")
+        duration = rounded
+        c, breaks = _pieces(waypoints, duration, slopes(waypoints, duration))
     return to_trajectory(waypoints, NAME, c, breaks)
 
 
-def _check_intervals(waypoints: JointWaypoints, duration: FloatArray) -> None:
-    """Refuse intervals that the transitions don't fit in."""
-    part = 0.5 * duration
-    part[[0, -1]] = duration[[0, -1]]
+def _check_intervals(waypoints: JointWaypoints, part: FloatArray) -> None:
+    """Refuse intervals that the parts which transitions take of them don't fit in."""
     h = np.diff(waypoints.time)
     over = part[:-1] + part[1:] - h
     wrong = np.flatnonzero(over > ROUNDING * h)
@@ -92,9 +95,7 @@ def _pieces(
     # slopes before and after each transition
     before = np.concatenate((waypoints.velocity[:1], slope))
     after = np.concatenate((slope, waypoints.velocity[-1:]))
-    turns = duration > 0.0
-    refuse_unresolved(NAME, waypoints, start[turns], end[turns], "the transition")
-    span = np.where(turns, duration, 1.0)[:, None]
+    span = np.where(duration > 0.0, duration, 1.0)[:, None]
     c = np.zeros((3, t.size, 2, y.shape[1]))
     c[0, :, 0] = 0.5 * (after - before) / span
     c[1, :, 0], c[1, :, 1] = before, after

@@ -65,7 +65,7 @@ def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -
     """
     k = len(derivatives)
     h = np.diff(t)[:, None]
-    with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         scaled = [y * (1.0 / math.factorial(i)) for i, y in enumerate(derivatives)]
         start = [y[:-1] * h**i for i, y in enumerate(scaled)]
         # the difference of positions first, so that their common part is lost exactly

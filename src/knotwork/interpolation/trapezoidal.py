@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.interpolation.catalogue import checked_options
-from knotwork.interpolation.limits import limit_rows, refuse_first, refuse_unresolved
+from knotwork.interpolation.limits import limit_rows, refuse_first, refuse_unresolved, snapped
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory
 from knotwork.trajectory import JointTrajectory
@@ -54,13 +54,12 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
     h = np.diff(t)
     with np.errstate(over="ignore", invalid="ignore"):
         change = np.diff(y, axis=0)
-        ramp = _ramps(waypoints, h, change, options)
+        later = np.maximum(np.abs(t[:-1]), np.abs(t[1:]))
+        ramp = snapped(later, _ramps(waypoints, h, change, options))
         # speed is reached at t + τ and left at the next waypoint less τ
-        inner = np.stack((t[:-1], np.minimum(t[:-1] + ramp, t[1:]), t[1:] - ramp), axis=1)
+        inner = np.stack((t[:-1], t[:-1] + ramp, t[1:] - ramp), axis=1)
         breaks = np.append(np.maximum.accumulate(inner.ravel()), t[-1])
-        moves = change.any(axis=1)
-        ramps = breaks[:-1].reshape(-1, 3)[moves]
-        refuse_unresolved(NAME, waypoints, ramps[:, 0], ramps[:, 1], "the acceleration")
+        refuse_unresolved(NAME, t[:-1], ramp == 0.0, "acceleration")
         speed = change / (h - ramp)[:, None]
         half = 0.5 * speed / ramp[:, None]
         run_up = 0.5 * speed * ramp[:, None]

@@ -1,0 +1,276 @@
+"""What the records promise of each planner, measured on its motions."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from planner_cases import COUNTS, paper_waypoints, random_waypoints
+
+from knotwork.errors import InputError
+from knotwork.interpolation import PLANNERS, RECORDS, PlannerOptions, get_planner
+from knotwork.waypoints import JointWaypoints
+
+ALL_VELOCITIES = {
+    *("modified-hermite", "cubic", "quintic", "septic", "nonic", "bspline-velocity", "3-5-3"),
+}
+END_VELOCITIES = ALL_VELOCITIES | {"parabolic-blend", "bspline", "4-3-4"}
+ALL_POSITIONS = set(PLANNERS) - {"parabolic-blend"}
+
+
+def plan(name, waypoints, **options):
+    return get_planner(name)(waypoints, PlannerOptions(**options))
+
+
+def can(name, n):
+    return not (name == "3-5-3" and n == 3)
+
+
+def check_promises(name, waypoints, **options):
+    trajectory = plan(name, waypoints, **options)
+    record = RECORDS[name]
+    t, y, v = waypoints.time, waypoints.position, waypoints.velocity
+    assert trajectory.planner == name
+    np.testing.assert_array_equal(trajectory.waypoint_times, t)
+    assert (trajectory.start_time, trajectory.end_time) == (t[0], t[-1])
+    assert trajectory.polynomial.degree <= record.degree
+    assert trajectory.continuity.order >= record.continuity
+    at = slice(None) if name in ALL_POSITIONS else [0, -1]
+    scale = np.abs(y).max()
+    np.testing.assert_allclose(trajectory(t, 0)[at], y[at], rtol=0, atol=1e-10 * scale)
+    speed = trajectory.extrema("velocity").peak.max()
+    if name in END_VELOCITIES:
+        at = slice(None) if name in ALL_VELOCITIES else [0, -1]
+        np.testing.assert_allclose(trajectory(t, 1)[at], v[at], rtol=0, atol=1e-9 * speed)
+    else:
+        np.testing.assert_allclose(trajectory(t, 1), 0.0, rtol=0, atol=1e-9 * speed)
+    return trajectory
+
+
+@pytest.mark.parametrize(("name", "n"), [(x, n) for x in PLANNERS for n in COUNTS if can(x, n)])
+def test_what_is_promised_is_kept(name, n):
+    for seed in range(3):
+        check_promises(name, random_waypoints(n, seed))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(list(PLANNERS)),
+    st.integers(2, 12),
+    st.floats(1.0, 100.0),
+    st.integers(0, 10**6),
+)
+def test_promises_hold_for_uneven_times(name, n, ratio, seed):
+    if can(name, n):
+        check_promises(name, random_waypoints(n, seed, joints=2, ratio=ratio))
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_it_is_no_smoother_than_it_says(name):
+    trajectory = plan(name, random_waypoints(9))
+    assert trajectory.continuity.order == RECORDS[name].continuity
+    assert trajectory.polynomial.degree == {"4-3-4": 4}.get(name, RECORDS[name].degree)
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+@pytest.mark.parametrize("limit", [None, 60.0])
+def test_promises_hold_at_the_time_of_day(name, limit):
+    """Times in seconds since 1970 are resolved to a quarter of a microsecond."""
+    case = random_waypoints(9)
+    later = JointWaypoints(
+        case.joint_names, np.round(case.time, 3) + 1.7e9, case.position, case.velocity
+    )
+    options = {} if limit is None else {"acceleration_limit": np.full(3, limit)}
+    trajectory = check_promises(name, later, **options)
+    if limit is not None:
+        use = trajectory.extrema("acceleration").peak / limit
+        assert name not in ("parabolic-blend", "trapezoidal") or (use < 1 + 1e-3).all()
+
+
+@pytest.mark.parametrize("name", set(PLANNERS) - ALL_VELOCITIES)
+def test_what_can_not_be_met_is_missed(name):
+    waypoints = random_waypoints(6)
+    trajectory = plan(name, waypoints)
+    assert np.abs(trajectory.velocity(waypoints.time) - waypoints.velocity)[1:-1].min() > 1e-5
+    miss = np.abs(trajectory.position(waypoints.time) - waypoints.position)[1:-1]
+    assert miss.min() > 1e-4 if name == "parabolic-blend" else miss.max() < 1e-12
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_extrema_are_exact(name):
+    trajectory = plan(name, random_waypoints(6))
+    # one-sided values at breaks count, so each piece is sampled by itself
+    for nu, quantity in enumerate(("position", "velocity", "acceleration", "jerk")):
+        curve = trajectory.polynomial.derivative(nu)
+        values = []
+        for i, (a, b) in enumerate(pairwise(curve.x)):
+            u = np.linspace(0.0, b - a, 4001)[:, None]
+            values.append(sum(c * u**k for k, c in enumerate(curve.c[::-1, i])))
+        values = np.concatenate(values)
+        exact = trajectory.extrema(quantity)
+        scale = np.abs(values).max(axis=0) + 1e-300
+        for found, sampled in (
+            (exact.maximum, values.max(axis=0)),
+            (-exact.minimum, -values.min(axis=0)),
+        ):
+            assert (found >= sampled - 1e-12 * scale).all()
+            np.testing.assert_allclose(found / scale, sampled / scale, rtol=0, atol=2e-5)
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_joints_are_planned_as_if_alone(name):
+    """With shared transition times, that is without limits, no joint disturbs another."""
+    waypoints = random_waypoints(6)
+    together = plan(name, waypoints)
+    for j, joint in enumerate(waypoints.joint_names):
+        alone = plan(
+            name,
+            JointWaypoints(
+                (joint,),
+                waypoints.time,
+                waypoints.position[:, [j]],
+                waypoints.velocity[:, [j]],
+            ),
+        )
+        np.testing.assert_allclose(alone.polynomial.c[:, :, 0], together.polynomial.c[:, :, j])
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_a_joint_that_stands_stays(name):
+    waypoints = random_waypoints(5)
+    y, v = np.array(waypoints.position), np.array(waypoints.velocity)
+    y[:, 1], v[:, 1] = 0.75, 0.0
+    trajectory = plan(name, JointWaypoints(waypoints.joint_names, waypoints.time, y, v))
+    np.testing.assert_array_equal(trajectory.polynomial.c[-1, :, 1], 0.75)
+    assert not trajectory.polynomial.c[:-1, :, 1].any()
+
+
+@pytest.mark.parametrize("name", set(PLANNERS) - {"trapezoidal", "quintic", "septic", "nonic"})
+def test_even_motion_is_kept(name):
+    waypoints = random_waypoints(6)
+    k = np.array([1.0, -0.5, 0.0])
+    y = waypoints.time[:, None] * k + 2.0
+    straight = JointWaypoints(waypoints.joint_names, waypoints.time, y, y * 0 + k)
+    trajectory = plan(name, straight)
+    assert trajectory.extrema("acceleration").peak.max() < 1e-11
+    ends = ((0, 0, 0), (0, 0, 0))
+    assert np.abs(trajectory([straight.time[0], straight.time[-1]], 2) - ends).max() < 1e-11
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_many_waypoints_take_memory_linear_in_their_number(name):
+    n = 20_000
+    x = np.arange(n) * 0.1
+    trajectory = plan(name, JointWaypoints(("a",), x, np.sin(x)[:, None], np.cos(x)[:, None]))
+    error = np.abs(trajectory.position(x)[:, 0] - np.sin(x)).max()
+    assert error < (1e-9 if name in ALL_POSITIONS else 1e-3)
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_values_out_of_range_are_an_error_and_no_nan(name):
+    waypoints = JointWaypoints(
+        ("a",), [0.0, 1e-200, 2e-200, 3e-200], [[0.0], [1e200], [-1e200], [0.0]], np.ones((4, 1))
+    )
+    with pytest.raises(InputError, match=r"floating-point|finite|short|resol"):
+        plan(name, waypoints)
+
+
+def test_planning_with_any_planner_loads_no_scipy_and_only_its_own_module():
+    code = """
+import sys
+import numpy as np
+import knotwork as kw
+from knotwork.interpolation import PLANNERS, RECORDS
+FAMILIES = {record.module for record in RECORDS.values()} - {"modified_hermite"}
+assert len(PLANNERS) == len(list(PLANNERS)) == 11 and "nonic" in PLANNERS
+def loaded():
+    return {m.rpartition(".")[2] for m in sys.modules if m.startswith("knotwork.")} & FAMILIES
+assert not loaded(), loaded()
+x = np.arange(50.0)
+w = kw.JointWaypoints(("a",), x, np.sin(x)[:, None], np.cos(x)[:, None])
+kw.get_planner("modified-hermite")(w, kw.PlannerOptions())
+assert not loaded(), loaded()
+kw.get_planner("4-3-4")(w, kw.PlannerOptions())
+assert loaded() == {"splice"}, loaded()
+for name in PLANNERS:
+    PLANNERS[name](w, kw.PlannerOptions()).continuity
+assert loaded() == FAMILIES
+print([m for m in sys.modules if m.partition(".")[0] in ("scipy", "pinocchio")])
+"""
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (ran.stdout.strip(), ran.stderr) == ("[]", "")
+
+
+def test_records_say_what_the_docstrings_say():
+    assert list(RECORDS) == list(PLANNERS)
+    for name, record in RECORDS.items():
+        assert record.name == name
+        assert record.summary
+        assert record.guarantees
+        assert record.cannot
+        first_line = (PLANNERS[name].__doc__ or "").splitlines()[0]
+        assert f"C{record.continuity} smooth" in first_line
+
+
+def test_the_papers_case_by_cubics_jumps_at_b_and_c():
+    waypoints = paper_waypoints()
+    trajectory = plan("cubic", waypoints)
+    # second derivatives 6 s/h - (2 v0 + 4 v1)/h before and after, from the table of the case:
+    # A-B: s = 6; B-C: s = 6; C-D: s = 9
+    end_of_ab = (-6 * 6 + 4 * 8) / 5
+    start_of_bc = (6 * 6 - 4 * 8 - 2 * 8) / 10
+    end_of_bc = (-6 * 6 + 2 * 8 + 4 * 8) / 10
+    start_of_cd = (6 * 9 - 4 * 8) / 10
+    np.testing.assert_allclose(
+        trajectory.polynomial.jumps(2)[:, 0],
+        [start_of_bc - end_of_ab, start_of_cd - end_of_bc],
+        rtol=1e-12,
+    )
+    assert trajectory.continuity.order == 1
+    assert trajectory.continuity.acceleration.time == 15.0
+    assert trajectory.continuity.acceleration.jump == pytest.approx(1.0)
+
+
+def turns(trajectory, low, high):
+    """How often the velocity turns back inside (low, high)."""
+    t = np.linspace(low, high, 2003)[1:-1]
+    signs = np.sign(trajectory.acceleration(t)[:, 0])
+    return int((np.diff(signs[signs != 0]) != 0).sum())
+
+
+def test_the_papers_case_by_quintics_swings_with_a_bad_preset_at_c():
+    waypoints = paper_waypoints()
+    proposed = plan("modified-hermite", waypoints, knots=[0, 3, 8, 13, 19, 25])
+    swinging = plan("quintic", waypoints, accelerations=[[0], [0], [-6], [0]])
+    fitting = plan("quintic", waypoints, accelerations="estimated")
+    assert turns(swinging, 5, 25) == turns(proposed, 5, 25) + 2 == turns(fitting, 5, 25) + 2
+    highest = swinging.extrema("velocity").maximum[0]
+    assert highest > 1.25 * proposed.extrema("velocity").maximum[0]
+    # about C the velocity goes up beyond what is asked for there, down below it, and up again
+    before, after = np.linspace(10, 15, 501), np.linspace(15, 20, 501)
+    assert swinging.velocity(before).max() > 8 + 3 > proposed.velocity(before).max()
+    assert swinging.velocity(after).min() < 8 - 2 < proposed.velocity(after).min()
+    variation = [
+        np.abs(np.diff(curve.velocity(np.linspace(0, 25, 20001)), axis=0)).sum()
+        for curve in (swinging, proposed, fitting)
+    ]
+    assert variation[0] > 1.5 * max(variation[1:])
+    assert swinging.continuity.order == 2
+
+
+def test_higher_degrees_have_higher_peaks_from_rest_to_rest():
+    rest = JointWaypoints(("a",), [0.0, 2.0], [[1.0], [2.0]], [[0.0], [0.0]])
+    mean = 0.5
+    for name, ratio in {
+        "cubic": 3 / 2,
+        "quintic": 15 / 8,
+        "septic": 35 / 16,
+        "nonic": 315 / 128,
+    }.items():
+        peak = plan(name, rest).extrema("velocity").maximum[0]
+        assert peak == pytest.approx(ratio * mean, rel=1e-12)
