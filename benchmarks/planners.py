@@ -1,0 +1,165 @@
+"""Every planner, and every knot option, over thousands of random joint tasks.
+
+Three kinds of task, from kind to hostile:
+
+* smooth: positions and velocities sampled from a smooth curve that the waypoints resolve;
+* near: random positions, velocities near what the neighbours suggest;
+* arbitrary: random positions, random velocities of the size of the mean velocities.
+
+Each with times whose longest interval is 1, 10 or 100 times the shortest. One joint, 3 to 50
+waypoints, mean velocities of size 1, so that all figures compare. The seed makes a run repeatable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from knotwork import metrics
+from knotwork.errors import InputError
+from knotwork.interpolation import BalancedKnots, PlannerOptions, get_planner
+from knotwork.waypoints import JointWaypoints
+
+KINDS = ("smooth", "near", "arbitrary")
+RATIOS = (1, 10, 100)
+CONTENDERS: dict[str, tuple[str, PlannerOptions]] = {
+    "modified-hermite, paper": ("modified-hermite", PlannerOptions()),
+    "modified-hermite, balanced 0.1": (
+        "modified-hermite",
+        PlannerOptions(knots=BalancedKnots(0.1)),
+    ),
+    "modified-hermite, balanced 0.2": ("modified-hermite", PlannerOptions(knots="balanced")),
+    "modified-hermite, balanced 0.35": (
+        "modified-hermite",
+        PlannerOptions(knots=BalancedKnots(0.35)),
+    ),
+    "cubic": ("cubic", PlannerOptions()),
+    "quintic, zero": ("quintic", PlannerOptions()),
+    "quintic, estimated": ("quintic", PlannerOptions(accelerations="estimated")),
+    "septic, zero": ("septic", PlannerOptions()),
+    "nonic, zero": ("nonic", PlannerOptions()),
+    "3-5-3": ("3-5-3", PlannerOptions()),
+    "4-3-4": ("4-3-4", PlannerOptions()),
+    "bspline": ("bspline", PlannerOptions()),
+    "parabolic-blend": ("parabolic-blend", PlannerOptions()),
+    "trapezoidal": ("trapezoidal", PlannerOptions()),
+}
+NO_LIMIT = np.array([np.inf])
+FIGURES: dict[str, Callable[[Any, JointWaypoints], float]] = {
+    "peak velocity": lambda t, w: metrics.peak(t, 1, NO_LIMIT).value,
+    "peak accel.": lambda t, w: metrics.peak(t, 2, NO_LIMIT).value,
+    "fluctuation": lambda t, w: float(metrics.velocity_fluctuation(t, w)[0]),
+    "accel. jump": lambda t, w: metrics.acceleration_jump(t),
+    "velocity miss": metrics.velocity_miss,
+    "position miss": metrics.position_miss,
+}
+# Shown as ratios to the plain cubic, the least that meets positions and velocities.
+RELATIVE = ("peak velocity", "peak accel.")
+
+
+def task(rng: np.random.Generator, kind: str, ratio: int) -> JointWaypoints:
+    """Make a random task of one joint."""
+    n = int(np.exp(rng.uniform(np.log(3), np.log(51))))
+    h = np.exp(rng.uniform(0, np.log(ratio), n - 1))
+    time = np.concatenate([[0], np.cumsum(h)])
+    if kind == "smooth":
+        period = 4 * h.max() * rng.uniform(1, 3, 3)
+        size, phase = rng.normal(size=3), rng.uniform(0, 2 * np.pi, 3)
+        turn = 2 * np.pi * time[:, None] / period + phase
+        position = (size * period / (2 * np.pi) * np.sin(turn)).sum(axis=1)
+        velocity = (size * np.cos(turn)).sum(axis=1)
+    else:
+        mean = rng.normal(size=n - 1)
+        position = np.concatenate([[0], np.cumsum(mean * h)])
+        velocity = rng.normal(size=n)
+        if kind == "near":
+            inner = (mean[:-1] * h[1:] + mean[1:] * h[:-1]) / (h[1:] + h[:-1])
+            velocity = np.concatenate([[0], inner, [0]]) + 0.2 * velocity
+        velocity[[0, -1]] = 0
+    return JointWaypoints(("joint",), time, position[:, None], velocity[:, None])
+
+
+def measure(waypoints: JointWaypoints) -> dict[str, dict[str, float]]:
+    """Figures of each contender that can do the task."""
+    found: dict[str, dict[str, float]] = {}
+    for name, (planner, options) in CONTENDERS.items():
+        try:
+            trajectory = get_planner(planner)(waypoints, options)
+        except InputError:
+            continue
+        found[name] = {figure: f(trajectory, waypoints) for figure, f in FIGURES.items()}
+    plain = found["cubic"]
+    return {
+        name: {
+            f"{figure} / cubic" if figure in RELATIVE else figure: (
+                value / plain[figure] if figure in RELATIVE else value
+            )
+            for figure, value in values.items()
+        }
+        for name, values in found.items()
+    }
+
+
+def cells(values: NDArray[np.float64]) -> tuple[str, str]:
+    """Median and worst, rounding shown as zero."""
+    shown = (float(np.median(values)), float(values.max()))
+    median, worst = ("0" if value < 1e-9 else f"{value:.2f}" for value in shown)
+    return median, worst
+
+
+def rows(results: list[dict[str, dict[str, float]]]) -> Iterator[list[str]]:
+    """Table rows: a contender, how many tasks it could do, median and worst of each figure."""
+    for name in CONTENDERS:
+        done = [result[name] for result in results if name in result]
+        if done:
+            yield [
+                name,
+                f"{100 * len(done) / len(results):.0f} %",
+                *(
+                    " / ".join(cells(np.array([values[figure] for values in done])))
+                    for figure in done[0]
+                ),
+            ]
+
+
+@click.command()
+@click.option("--tasks", default=300, show_default=True, help="Tasks of each kind and ratio.")
+@click.option("--seed", default=1, show_default=True)
+@click.option("--markdown", is_flag=True, help="Print Markdown tables.")
+def main(tasks: int, seed: int, markdown: bool) -> None:
+    """Compare planners over random tasks: median / worst of each figure."""
+    console = Console(width=200)
+    for kind in KINDS:
+        for ratio in RATIOS:
+            rng = np.random.default_rng([seed, KINDS.index(kind), ratio])
+            label = f"{kind} tasks, longest : shortest interval {ratio}"
+            work = range(tasks)
+            results = [
+                measure(task(rng, kind, ratio))
+                for _ in track(work, label, console=Console(stderr=True), transient=True)
+            ]
+            headings = ["planner", "done", *results[0]["cubic"]]
+            if markdown:
+                print(f"\n**{label[0].upper()}{label[1:]}** (median / worst of {tasks})\n")
+                print("| " + " | ".join(headings) + " |")
+                print("|---" + "|---:" * (len(headings) - 1) + "|")
+                for row in rows(results):
+                    print("| " + " | ".join(row) + " |")
+                continue
+            table = Table(title=f"{label} (median / worst of {tasks})", title_justify="left")
+            for i, heading in enumerate(headings):
+                table.add_column(heading, justify="right" if i else "left")
+            for row in rows(results):
+                table.add_row(*row)
+            console.print(table)
+
+
+if __name__ == "__main__":
+    main()
