@@ -238,3 +238,23 @@ def test_blends_leave_out_corners_that_are_none():
     assert trajectory.extrema("acceleration").peak[0] < 1e-12
     bent = one_joint([0, 1, 3, 4], [0, 1, 3, 3], [1, 0, 0, 0])
     assert plan("parabolic-blend", bent).extrema("acceleration").peak[0] > 0.1
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_blends_of_a_single_interval_against_a_search(seed):
+    random = np.random.default_rng(seed)
+    d, h = random.integers(1, 4), random.uniform(0.5, 2.0)
+    y, v = random.normal(size=(2, d)), random.normal(size=(2, d)) * random.integers(0, 2)
+    limit = random.uniform(1.0, 12.0, d)
+    times = np.linspace(1e-3, 0.5, 500)[:, None] * h
+    slope = (y[1] - y[0] - (v[0] + v[1]) * times / 2) / (h - times)
+    use = np.maximum(np.abs(slope - v[0]), np.abs(v[1] - slope)) / times / limit
+    feasible = (use <= 1.0).all(axis=1)
+    waypoints = JointWaypoints(tuple("abc"[:d]), [0, h], y, v)
+    if feasible.any():
+        trajectory = plan("parabolic-blend", waypoints, acceleration_limit=limit)
+        assert trajectory.breaks[1] <= times[np.argmax(feasible), 0] * (1 + 1e-9)
+        assert (trajectory.extrema("acceleration").peak <= limit * (1 + 1e-9)).all()
+    else:
+        with pytest.raises(InputError, match=r"acceleration_limit .* is too low"):
+            plan("parabolic-blend", waypoints, acceleration_limit=limit)
