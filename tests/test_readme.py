@@ -67,3 +67,28 @@ def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
     off = np.linalg.norm(np.cross(place - place[0], line), axis=1)
     assert 1e3 * off.max() <= float(said[1])
     assert 100 * np.abs(speed / 0.05 - 1).max() <= float(said[2])
+
+
+@pytest.mark.parametrize("scenario", ["paper_case", "ur5_deburring"])
+def test_the_comparison_is_what_the_command_shows(scenario: str) -> None:
+    from knotwork.compare import compare
+
+    part = README.split(f"`knotwork compare {scenario}`", 1)[1]
+    table = re.findall(r"^\| `(.+?)` \| (.+) \|$", part.split("\n\n")[1], re.MULTILINE)
+    scores = {score.planner: score for score in compare(scenario).scores}
+    assert [planner for planner, _ in table] == list(scores)
+    for planner, cells in table:
+        score = scores[planner]
+        figures = (
+            score.velocity_miss,
+            score.acceleration_jump,
+            score.peak_velocity.value,
+            score.peak_acceleration.value,
+            score.peak_jerk.value if score.peak_jerk is not None else None,
+            score.velocity_fluctuation,
+        )
+        for said, figure in zip(cells.split(" | "), figures, strict=True):
+            if figure is None:
+                assert said == "unbounded"
+            else:
+                assert float(said) == pytest.approx(figure, rel=5.1e-3, abs=1e-9)
