@@ -110,6 +110,23 @@ def test_only_the_planners_asked_for_in_that_order() -> None:
     assert [row.planner for row in rows] == ["quintic", "cubic"]
 
 
+def test_a_rule_after_a_colon_makes_a_row_of_its_own() -> None:
+    names = ["modified-hermite:paper", "modified-hermite:balanced", "quintic", "quintic:estimated"]
+    rows = {row.planner: row for row in compare("ur5_deburring", names).scores}
+    assert list(rows) == names
+    balanced = kw.plan("ur5_deburring", knots="balanced").trajectory
+    assert rows["modified-hermite:balanced"].peak_acceleration.value == pytest.approx(
+        balanced.extrema(2).peak.max(), rel=1e-12
+    )
+    assert rows["quintic:estimated"].squared_jerk != rows["quintic"].squared_jerk
+
+
+@pytest.mark.parametrize("name", ["cubic:balanced", "quintic:balanced", "quintic:"])
+def test_a_rule_that_a_planner_has_not_is_an_error(name: str) -> None:
+    with pytest.raises(UnknownNameError, match="rule of planner"):
+        compare("paper_case", [name])
+
+
 def test_an_unknown_planner_is_an_error_before_any_work() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'quintic'"):
         compare("no matter", ["quintik"])

@@ -6,13 +6,15 @@ import csv
 import io
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from knotwork import metrics, storage
-from knotwork.errors import InputError
-from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.interpolation import PLANNERS, RECORDS, PlannerOptions, get_planner
+from knotwork.interpolation.knots import KNOT_RULES
+from knotwork.interpolation.options import ACCELERATION_RULES
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.pipeline import honoured, planner_options
 from knotwork.scenario import Scenario, load_scenario
@@ -140,15 +142,15 @@ def compare(
 
     Args:
         scenario: As for `knotwork.plan`.
-        planners: Names of planners; by default all there are.
+        planners: Names of planners; by default all there are. A rule may follow after a colon:
+            `modified-hermite:balanced`, `quintic:estimated`.
 
     Raises:
-        UnknownNameError: There is no such planner.
+        UnknownNameError: There is no such planner or rule.
         InputError: The scenario is wrong, or a waypoint can't be met as asked.
     """
     names = list(dict.fromkeys(planners)) if planners is not None else list(PLANNERS)
-    for name in names:
-        get_planner(name)
+    variants = {name: _variant(name) for name in names}
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     space = joint_space(scenario)
@@ -156,16 +158,41 @@ def compare(
     given = planner_options(scenario, space)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
-    for name in names:
-        options = given if name == scenario.planner else honoured(given, name)[0]
+    for name, (planner, changes) in variants.items():
+        options = given if planner == scenario.planner else honoured(given, planner)[0]
         try:
-            trajectory, seconds = _timed(name, waypoints, options)
+            options = replace(options, **changes)
+            trajectory, seconds = _timed(planner, waypoints, options)
         except InputError as error:
             rows.append(Refusal(name, str(error)))
             continue
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, scenario, space, waypoints))
     return Comparison(scenario.name, tuple(rows), trajectories)
+
+
+def _variant(name: str) -> tuple[str, dict[str, Any]]:
+    """Split `planner` or `planner:rule` into the planner and the option that the rule stands for.
+
+    Raises:
+        UnknownNameError: There is no such planner or rule.
+    """
+    planner, colon, rule = name.partition(":")
+    get_planner(planner)
+    if not colon:
+        return planner, {}
+    honours = RECORDS[planner].honours
+    rules = {
+        **({rule: {"knots": rule} for rule in KNOT_RULES} if "knots" in honours else {}),
+        **(
+            {rule: {"accelerations": rule} for rule in ACCELERATION_RULES}
+            if "accelerations" in honours
+            else {}
+        ),
+    }
+    if rule not in rules:
+        raise UnknownNameError(f"rule of planner {planner!r}", rule, rules)
+    return planner, rules[rule]
 
 
 # The first run of a planner loads its module; the best of a few is what the planning itself takes.

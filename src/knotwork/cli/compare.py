@@ -34,7 +34,10 @@ _FACTORS = {"path_deviation": 1e3, "path_turn": 57.29577951308232, "time_to_plan
 @click.command()
 @click.argument("scenario")
 @click.option(
-    "--planners", metavar="A,B,…", help="Planners to compare, divided by commas; all by default."
+    "--planners",
+    metavar="A,B,…",
+    help="Planners to compare, divided by commas; all by default. A rule may follow after a colon: "
+    "modified-hermite:balanced, quintic:estimated.",
 )
 @click.option(
     "--out",
