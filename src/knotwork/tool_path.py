@@ -49,12 +49,13 @@ def straight_path_deviation(
             continue
         found = True
         for q in trajectory.position(np.linspace(before.time, after.time, SAMPLES + 1)):
-            off, turned = _deviation(robot.forward(q), before.pose, after.pose)
+            off, turned = deviation_from_line(robot.forward(q), before.pose, after.pose)
             position, orientation = max(position, off), max(orientation, turned)
     return PathDeviation(position, orientation) if found else None
 
 
-def _deviation(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[float, float]:
+def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[float, float]:
+    """Distance [m] and angle [rad] of a pose from the nearest on the straight path to another."""
     line: FloatArray = end.translation - start.translation
     turn = pin.log3(start.rotation.T @ end.rotation)
     length = float(line @ line)

@@ -13,6 +13,8 @@ import click
 
 from knotwork import __version__
 from knotwork.cli.compare import compare, planners
+from knotwork.cli.parameters import Knots
+from knotwork.cli.plot import plot
 from knotwork.errors import InputError, KnotworkError
 
 if TYPE_CHECKING:
@@ -70,27 +72,6 @@ def cli() -> None:
     """Tool poses and speeds in, a verified C² joint trajectory out."""
 
 
-class _Knots(click.ParamType[Any]):
-    """`paper`, `balanced`, `balanced:C` or knot times divided by commas."""
-
-    name = "knots"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        if value in ("paper", "balanced"):
-            return value
-        text = str(value).removeprefix("balanced:")
-        try:
-            numbers = [float(part) for part in text.split(",")]
-        except ValueError:
-            self.fail(
-                f"{value!r} is not accepted; give paper, balanced, balanced:C with a constant C "
-                "between 0 and 0.5, or the knot times in s divided by commas",
-                param,
-                ctx,
-            )
-        return numbers[0] if value != text and len(numbers) == 1 else numbers
-
-
 _json = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
 )
@@ -109,7 +90,7 @@ _json = click.option(
 @click.option("--planner", metavar="NAME", help="Planner, in place of the scenario's.")
 @click.option(
     "--knots",
-    type=_Knots(),
+    type=Knots(),
     metavar="KNOTS",
     help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
     "scenario's.",
@@ -302,3 +283,4 @@ def schema() -> int:
 
 cli.add_command(compare)
 cli.add_command(planners)
+cli.add_command(plot)

@@ -1,0 +1,201 @@
+"""The command `knotwork plot`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knotwork.cli.parameters import Knots, Names
+from knotwork.errors import InputError
+
+if TYPE_CHECKING:
+    from knotwork.pipeline import Plan
+    from knotwork.scenario import Scenario
+    from knotwork.trajectory import JointTrajectory
+    from knotwork.witness import Report
+
+PASSED = 0
+# What a failed check says before it only counts.
+MOST_FAILURES = 3
+
+_EPILOG = """
+The figures of the paper that the method comes from:
+
+\b
+12  knotwork plot paper_case --degrees -o figure12.png \\
+      --quantities position,velocity,acceleration
+13  knotwork plot paper_case --compare cubic,quintic --degrees \\
+      --quantities position -o figure13.png
+14  knotwork plot paper_case --compare cubic,quintic --degrees \\
+      --quantities velocity -o figure14.png
+15  knotwork plot paper_case --compare cubic,quintic --degrees \\
+      --quantities acceleration -o figure15.png
+
+There the quintic has zero accelerations at the waypoints; with bad ones, as in the paper's Figure
+14c, it is the scenario paper_case_presets.
+
+Exit codes: 0 the picture is written, also where a check fails, 2 the input is wrong.
+"""
+
+
+@click.command(epilog=_EPILOG)
+@click.argument("source", metavar="SCENARIO|TRAJECTORY")
+@click.option(
+    "--out",
+    "-o",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Picture to write: .png, .svg or .pdf. By default a .png named after what is drawn, in "
+    "the current folder. An existing picture is replaced.",
+)
+@click.option("--joints", type=Names(), metavar="A,B,…", help="Joints to draw; all by default.")
+@click.option(
+    "--quantities",
+    type=Names(),
+    metavar="A,B,…",
+    help="Of position, velocity, acceleration and jerk; all by default.",
+)
+@click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to draw beside it.")
+@click.option("--planner", metavar="NAME", help="Planner, in place of the scenario's.")
+@click.option(
+    "--knots",
+    type=Knots(),
+    metavar="KNOTS",
+    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
+    "scenario's.",
+)
+@click.option(
+    "--tool", is_flag=True, help="Draw the tool: its speed and how far it is off straight paths."
+)
+@click.option("--degrees", is_flag=True, help="Show angles in degrees instead of radians.")
+@click.option(
+    "--scenario",
+    "-s",
+    "reference",
+    metavar="SCENARIO",
+    help="For a TRAJECTORY: what it is to do, to mark waypoints and limits.",
+)
+def plot(
+    source: str,
+    out: Path | None,
+    joints: list[str] | None,
+    quantities: list[str] | None,
+    compare: list[str] | None,
+    planner: str | None,
+    knots: Any,
+    tool: bool,
+    degrees: bool,
+    reference: str | None,
+) -> int:
+    """Draw a motion over time: position, velocity, acceleration and jerk of each joint.
+
+    SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
+    TRAJECTORY is a trajectory.json, or the path of a folder with one in it (./NAME where a shipped
+    scenario has that name, too).
+
+    Waypoints and knots are marked; parts of a curve that break a limit stand out.
+    """
+    from knotwork import view
+    from knotwork.view.files import checked_picture_path
+    from knotwork.view.motions import chosen_quantities
+
+    if tool and (joints or quantities):
+        raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
+    if out is not None:
+        checked_picture_path(out)
+    chosen_quantities(quantities)
+    drawn: list[Plan | JointTrajectory]
+    scenario: Scenario | None = None
+    if _is_trajectory(source):
+        given = {"--compare": compare, "--planner": planner, "--knots": knots}
+        _refuse(given, f"{source} is a trajectory, which is planned already")
+        stored, scenario = _stored(source, reference)
+        drawn, name = [stored], _name_of_trajectory(source)
+    else:
+        _refuse({"--scenario": reference}, f"{source} is a scenario itself")
+        plans = _planned(source, planner, knots, compare or [])
+        drawn, name = list(plans), plans[0].scenario.name
+    if tool:
+        figure = view.plot_tool(drawn, degrees=degrees, scenario=scenario)
+    else:
+        figure = view.plot_joints(
+            drawn, joints=joints, quantities=quantities, degrees=degrees, scenario=scenario
+        )
+    path = out if out is not None else _default_path(name, tool)
+    click.echo(f"wrote {view.save_figure(figure, path)}")
+    return PASSED
+
+
+def _is_trajectory(source: str) -> bool:
+    from knotwork import resources
+
+    if source.lower().endswith(".json"):
+        return True
+    return Path(source).is_dir() and source not in resources.names("scenarios")
+
+
+def _refuse(options: dict[str, Any], reason: str) -> None:
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        raise InputError(f"{reason}: leave out {', '.join(given)}")
+
+
+def _planned(source: str, planner: str | None, knots: Any, others: list[str]) -> list[Plan]:
+    """Plan a scenario with its planner and with others; each planner once."""
+    from knotwork import pipeline
+    from knotwork.interpolation import get_planner
+
+    for name in others:
+        get_planner(name)
+    plans = [pipeline.plan(source, planner=planner, knots=knots)]
+    for name in dict.fromkeys(others):
+        if name == plans[0].scenario.planner:
+            continue
+        try:
+            plans.append(pipeline.plan(source, planner=name))
+        except InputError as error:
+            raise InputError(f"planner {name!r} can't be compared here: {error}") from error
+    for plan in plans:
+        which = f"{plan.scenario.name}, {plan.scenario.planner}"
+        _report_failure(which, plan.report)
+    return plans
+
+
+def _stored(source: str, reference: str | None) -> tuple[JointTrajectory, Scenario | None]:
+    from knotwork import storage
+
+    trajectory = storage.load_trajectory(source)
+    if reference is None:
+        return trajectory, None
+    from knotwork.scenario import load_scenario
+    from knotwork.witness import check
+
+    scenario = load_scenario(reference)
+    _report_failure(source, check(trajectory, scenario))
+    return trajectory, scenario
+
+
+def _report_failure(which: str, report: Report) -> None:
+    if report.ok:
+        return
+    failures = report.failures
+    click.echo(f"note: {which}: the check FAILS", err=True)
+    for failure in failures[:MOST_FAILURES]:
+        click.echo(f"  {failure}", err=True)
+    if len(failures) > MOST_FAILURES:
+        click.echo(f"  and {len(failures) - MOST_FAILURES} more", err=True)
+
+
+def _name_of_trajectory(source: str) -> str:
+    path = Path(source).resolve()
+    return path.parent.name if path.stem == "trajectory" else path.stem
+
+
+def _default_path(name: str, tool: bool) -> Path:
+    """A file in the current folder that is named after what is drawn."""
+    stem = Path(name).name
+    if stem in ("", "..") or stem != name:
+        raise InputError(f"no picture can be named after {name!r}; give one with -o FILE")
+    return Path(f"{stem}_tool.png" if tool else f"{stem}.png")

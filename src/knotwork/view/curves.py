@@ -1,0 +1,155 @@
+"""What is drawn of a curve: its points piece by piece, its jumps, and where it breaks a limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import critical_points, horner
+from knotwork.trajectory import CONTINUITY_TOLERANCE, ROUNDING
+from knotwork.waypoints import FloatArray
+
+# Points of a whole curve, and the least and most of one piece.
+POINTS, LEAST_POINTS, MOST_POINTS = 3000, 12, 400
+# Halvings that exhaust the digits of a crossing between two points.
+HALVINGS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Strokes:
+    """A derivative of one component, evaluated piece by piece, both one-sided values at breaks.
+
+    Attributes:
+        time: Times [s], shape (m, n): n of each piece, from its start to its end.
+        value: Values, shape (m, n). Between two of them the curve is monotone.
+        jumps: Indices of the breaks at which the derivative jumps, in 1 … m-1.
+    """
+
+    time: FloatArray
+    value: FloatArray
+    jumps: NDArray[np.intp]
+    _unit: FloatArray
+    _fraction: FloatArray
+
+    def line(self, *, steps: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Times and values of a line to draw, parted by NaN at jumps.
+
+        Args:
+            steps: Join the two sides of a jump by an upright line instead.
+        """
+        time, value = self.time.ravel(), self.value.ravel()
+        if steps or not self.jumps.size:
+            return time, value
+        at = self.jumps * self.time.shape[1]
+        return np.insert(time, at, self.time[self.jumps, 0]), np.insert(value, at, np.nan)
+
+    def jump_lines(self) -> tuple[FloatArray, FloatArray]:
+        """Times and values of upright lines from one side of each jump to the other, with NaN."""
+        k = self.jumps
+        gap = np.full(k.shape, np.nan)
+        time = self.time[k, 0]
+        value = np.stack((self.value[k - 1, -1], self.value[k, 0], gap), axis=1)
+        return np.stack((time, time, time), axis=1).ravel(), value.ravel()
+
+    def beyond(self, lower: float, upper: float) -> list[tuple[FloatArray, FloatArray]]:
+        """Stretches on which the curve is below the lower or above the upper limit.
+
+        Returns:
+            Times and values of each stretch, both of its ends included, where it crosses the
+            limit as exactly as numbers allow; a stretch does not go on over a break.
+        """
+        stretches = []
+        for limit, sign in ((lower, -1.0), (upper, 1.0)):
+            if not np.isfinite(limit):
+                continue
+            over = sign * (self.value - limit) > 0.0
+            for piece in np.flatnonzero(over.any(axis=1)):
+                stretches += self._runs(int(piece), over[piece], limit)
+        return stretches
+
+    def _runs(
+        self, piece: int, over: NDArray[np.bool_], limit: float
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        time, value = self.time[piece], self.value[piece]
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], over, [False])).astype(int)))
+        runs = []
+        for first, stop in zip(edges[::2], edges[1::2], strict=True):
+            t, y = list(time[first:stop]), list(value[first:stop])
+            if first > 0:
+                t.insert(0, self._crossing(piece, first - 1, limit))
+                y.insert(0, limit)
+            if stop < over.size:
+                t.append(self._crossing(piece, stop - 1, limit))
+                y.append(limit)
+            runs.append((np.array(t), np.array(y)))
+        return runs
+
+    def _crossing(self, piece: int, index: int, limit: float) -> float:
+        """Time at which the curve takes the limit between the points index and index + 1."""
+        low, high = (float(s) for s in self._fraction[piece, index : index + 2])
+        c = self._unit[:, piece]
+        rising = bool(self.value[piece, index] < self.value[piece, index + 1])
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            below = bool(np.polyval(c, middle) < limit)
+            low, high = (middle, high) if below == rising else (low, middle)
+        start, end = self.time[piece, 0], self.time[piece, -1]
+        return float(start + 0.5 * (low + high) * (end - start))
+
+
+def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: float) -> Strokes:
+    """Evaluate a derivative of one component of a curve, piece by piece.
+
+    Args:
+        curve: Trailing shape (d,).
+        component: Which component.
+        order: Order of the derivative.
+        factor: What values are multiplied by, for units to show.
+    """
+    derived = curve.derivative(order) if order else curve
+    c = factor * derived.c[:, :, component]
+    span = np.diff(curve.x)
+    degree = len(c) - 1
+    unit = c * span ** np.arange(degree, -1, -1)[:, None]
+    pieces = span.size
+    count = min(max(POINTS // pieces, LEAST_POINTS), MOST_POINTS) if degree > 1 else 2
+    regular = np.broadcast_to(np.linspace(0.0, 1.0, count)[:, None], (count, pieces))
+    fraction = np.sort(np.concatenate((regular, critical_points(unit))), axis=0)
+    time = curve.x[:-1] + fraction * span
+    time[-1] = curve.x[1:]
+    value = horner(unit, fraction)
+    return Strokes(time.T, value.T, jump_breaks(curve, component, order), unit, fraction.T)
+
+
+def piecewise_values(
+    curve: PiecewisePolynomial, order: int, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Evaluate a derivative at evenly spaced times of each piece, from its start to its end.
+
+    Returns:
+        Times [s], shape (m count,), and values, shape (m count, d), each break with both of its
+        one-sided values.
+    """
+    c = (curve.derivative(order) if order else curve).c
+    local = np.linspace(0.0, 1.0, count)[:, None] * np.diff(curve.x)
+    time = curve.x[:-1] + local
+    time[-1] = curve.x[1:]
+    value = horner(c, local[:, :, None])
+    return time.T.ravel(), value.swapaxes(0, 1).reshape(-1, c.shape[2])
+
+
+def jump_breaks(curve: PiecewisePolynomial, component: int, order: int) -> NDArray[np.intp]:
+    """Indices of the inner breaks at which a derivative jumps by more than rounding can make it."""
+    sizes = np.abs(curve.jumps(order)[:, component])
+    if not sizes.size:
+        return np.empty(0, dtype=np.intp)
+    peak = curve.extrema(order).peak[component]
+    span = np.diff(curve.x)
+    degree = curve.degree
+    terms = np.abs(curve.c[:, :, component]) * span ** np.arange(degree, -1, -1)[:, None]
+    noise = ROUNDING * terms.max(axis=0) / span**order
+    least = np.maximum(np.maximum(noise[:-1], noise[1:]), CONTINUITY_TOLERANCE * peak)
+    return np.flatnonzero(sizes > least) + 1

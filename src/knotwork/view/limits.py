@@ -1,0 +1,117 @@
+"""Limits in a panel: dashed lines, shaded bands, and the parts of curves beyond them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.view.curves import Strokes
+from knotwork.view.notes import nearest
+from knotwork.view.style import DARK, LIMIT_DASHES, WRONG, colour
+from knotwork.waypoints import FloatArray
+from knotwork.witness.motion import LIMIT_SLACK
+
+if TYPE_CHECKING:
+    from knotwork.view.panels import Panel, Series
+
+# A limit further off the curves than this, in parts of their range, is a note and no line: it
+# would squash them.
+NEAR = 0.35
+# The band is narrower where there are more stretches than this, so that they stay apart.
+MOST_WIDE_STRETCHES = 8
+
+
+def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
+    """Let stand out what of a curve is beyond its limit: a broad band, and a cross at the worst.
+
+    Nothing is drawn unless the exact extrema break the limit.
+    """
+    use = one.motion.uses.get((one.joint, panel.quantity))
+    if use is None or use.ok:
+        return
+    lower, upper = (
+        panel.factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
+        for bound, sign in zip(one.motion.bounds(one.joint, panel.quantity), (-1, 1), strict=True)
+    )
+    times: list[FloatArray] = []
+    values: list[FloatArray] = []
+    for time, value in drawn.beyond(lower, upper):
+        times += [time, np.array([np.nan])]
+        values += [value, np.array([np.nan])]
+    panel.axis.plot(
+        np.concatenate(times),
+        np.concatenate(values),
+        color=WRONG,
+        linewidth=8.0 if len(times) <= 2 * MOST_WIDE_STRETCHES else 5.0,
+        alpha=0.6,
+        solid_capstyle="butt",
+        gid=panel.gid("broken", one),
+        zorder=2.5,
+    )
+    panel.axis.plot(
+        [use.time],
+        [panel.factor * use.value],
+        linestyle="none",
+        marker="X",
+        markersize=9,
+        markerfacecolor=WRONG,
+        markeredgecolor="white",
+        gid=panel.gid("worst", one),
+        zorder=5,
+    )
+    panel.shown.add("broken")
+
+
+def draw_limits(panel: Panel, low: float, high: float) -> tuple[float, float]:
+    """Draw the limits that are near the curves as dashed lines.
+
+    Of several joints, those of the one nearest to its limit and of those beyond theirs: the lines
+    of all would hide the curves.
+
+    Args:
+        panel: Where.
+        low: Least of the values shown.
+        high: Greatest of them.
+
+    Returns:
+        The range, the limits drawn included.
+    """
+    span = high - low
+    lines: dict[tuple[float, str], Series] = {}
+    first = nearest(panel.series, panel.quantity)
+    for one in panel.series:
+        use = one.motion.uses.get((one.joint, panel.quantity))
+        if use is None or not (panel.one_joint or one is first or not use.ok):
+            continue
+        for bound in one.motion.bounds(one.joint, panel.quantity):
+            limit = panel.factor * bound
+            if low - NEAR * span <= limit <= high + NEAR * span:
+                lines.setdefault((limit, one.joint), one)
+    for (limit, joint), one in lines.items():
+        low, high = min(low, limit), max(high, limit)
+        panel.axis.axhline(
+            limit,
+            color=DARK if panel.one_joint else colour(one.index),
+            linestyle=LIMIT_DASHES,
+            linewidth=1.3,
+            gid=f"limit:{joint}:{panel.quantity}",
+            zorder=2,
+        )
+        panel.shown.add("limit")
+    return low, high
+
+
+def draw_bands(panel: Panel, bottom: float, top: float) -> None:
+    """Shade what is beyond the limits of a panel's only joint.
+
+    Args:
+        panel: Where.
+        bottom: Least value that the panel shows.
+        top: Greatest of them.
+    """
+    one = panel.series[0]
+    lower, upper = (panel.factor * bound for bound in one.motion.bounds(one.joint, panel.quantity))
+    for start, end in ((bottom, min(lower, top)), (max(upper, bottom), top)):
+        if start < end:
+            panel.axis.axhspan(start, end, color=WRONG, alpha=0.07, lw=0, zorder=0, gid="band")

@@ -1,0 +1,203 @@
+"""Joint position, velocity, acceleration and jerk over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from knotwork.errors import InputError
+from knotwork.scenario import Scenario
+from knotwork.view.heads import (
+    MOST_LEGEND_LETTERS,
+    add_legend,
+    explain_marks,
+    frame_times,
+    picture_title,
+)
+from knotwork.view.motions import Drawable, Motion, chosen, chosen_quantities, motions_of
+from knotwork.view.panels import Panel, Series
+from knotwork.view.style import (
+    DASHES,
+    colour,
+    dashes,
+    new_figure,
+    printable,
+    settings,
+    shortened,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# So many joints are compared in columns of their own, planners lying over each other.
+MOST_JOINT_COLUMNS = 3
+# With more joints each planner has a column of its own.
+MOST_MOTION_COLUMNS = 4
+
+
+def plot_joints(
+    motions: Drawable | Sequence[Drawable],
+    *,
+    joints: Sequence[str] | None = None,
+    quantities: Sequence[str] | None = None,
+    degrees: bool = False,
+    scenario: Scenario | None = None,
+    labels: Sequence[str] | None = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw joint motions over time, a row of panels a quantity.
+
+    The curves are evaluated piece by piece, so that jumps are jumps. Waypoints and knots are
+    marked. Limits are dashed lines where they are near the curve, and said in words; parts of a
+    curve beyond its limit stand out, where the exact extrema break it and nowhere else.
+
+    All joints of one motion share a panel. Several motions lie over each other in a column for
+    each joint if there are at most three joints; else each motion has a column of its own.
+
+    Args:
+        motions: A `Plan`, a `JointTrajectory`, or several of them.
+        joints: Names of the joints to draw; by default all.
+        quantities: Of `"position"`, `"velocity"`, `"acceleration"` and `"jerk"`; by default all.
+        degrees: Show angles in degrees instead of radians.
+        scenario: For trajectories: what was asked for, to mark waypoints and limits.
+        labels: A name for each motion; by default its planner.
+        title: Title of the picture; by default the scenario and the planner.
+
+    Returns:
+        A figure, not known to `pyplot`.
+
+    Raises:
+        UnknownNameError: There is no such joint or quantity.
+        InputError: There is nothing to draw, or too much for one picture; the motions are of
+            different joints, or not of the scenario's.
+    """
+    found = motions_of(motions, scenario=scenario, labels=labels)
+    names = chosen("joint", joints, found[0].joint_names)
+    kinds = chosen_quantities(quantities)
+    with settings():
+        rows = _layout(found, names, kinds)
+        columns = len(rows[0][1])
+        figure = new_figure(len(rows), columns)
+        axes = figure.subplots(len(rows), columns, sharex=True, squeeze=False)
+        panels = [
+            [Panel(axis, kind, series, degrees) for axis, series in zip(line, cells, strict=True)]
+            for line, (kind, cells) in zip(axes, rows, strict=True)
+        ]
+        for line in panels:
+            _draw_row(line, shared=not _overlaid(panels))
+        _frame(figure, panels, found, names)
+        _legends(figure, panels, found, title)
+    return figure
+
+
+_Row = tuple[str, list[list[Series]]]
+
+
+def _layout(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
+    """Quantity and panels of each row, and the curves of each panel.
+
+    Raises:
+        InputError: It is too much for one picture.
+    """
+    if len(motions) == 1 or len(names) > MOST_JOINT_COLUMNS:
+        if len(motions) > MOST_MOTION_COLUMNS:
+            raise InputError(
+                f"{len(motions)} motions of {len(names)} joints are too much for one picture; "
+                f"choose at most {MOST_MOTION_COLUMNS} motions, or at most {MOST_JOINT_COLUMNS} "
+                "joints"
+            )
+        return _joints_together(motions, names, kinds)
+    if len(motions) > len(DASHES):
+        raise InputError(
+            f"{len(motions)} motions are too many to tell apart in one picture; choose at most "
+            f"{len(DASHES)}"
+        )
+    cells = [
+        [Series(motion, joint, i, i, printable(motion.label)) for i, motion in enumerate(motions)]
+        for joint in names
+    ]
+    return [(kind, cells) for kind in kinds]
+
+
+def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
+    """A column a motion; where both angles and lengths occur, they have rows of their own."""
+    first = motions[0]
+    units = dict(zip(first.joint_names, first.joint_units, strict=True))
+    groups = [[name for name in names if units[name] == unit] for unit in ("rad", "m")]
+    short = dict(zip(names, shortened(names, MOST_LEGEND_LETTERS), strict=True))
+    alone = len(names) == 1
+    rows: list[_Row] = []
+    for kind in kinds:
+        for group in filter(None, groups):
+            cells = [
+                [
+                    Series(motion, name, i, i // 7, "" if alone else short[name])
+                    for name in group
+                    for i in [names.index(name)]
+                ]
+                for motion in motions
+            ]
+            rows.append((kind, cells))
+    return rows
+
+
+def _draw_row(line: list[Panel], *, shared: bool) -> None:
+    for panel in line:
+        panel.draw()
+    low, high = min(panel.low for panel in line), max(panel.high for panel in line)
+    for panel in line:
+        if shared:
+            panel.finish(low, high)
+        else:
+            panel.finish(panel.low, panel.high)
+    if shared:
+        limits = [panel.axis.get_ylim() for panel in line]
+        for panel in line[1:]:
+            panel.axis.set_ylabel("")
+        for panel in line:
+            panel.axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+
+
+def _frame(
+    figure: Figure, panels: list[list[Panel]], motions: list[Motion], names: list[str]
+) -> None:
+    """Times below, and the names of waypoints and columns above."""
+    titles: list[str] = []
+    if len(motions) > 1:
+        titles = list(names) if _overlaid(panels) else [motion.label for motion in motions]
+    tops, bottoms = ([panel.axis for panel in panels[i]] for i in (0, -1))
+    frame_times(tops, bottoms, motions, titles)
+    figure.align_ylabels()
+
+
+def _legends(
+    figure: Figure, panels: list[list[Panel]], motions: list[Motion], title: str | None
+) -> None:
+    from matplotlib.lines import Line2D
+
+    series = {
+        (one.motion.label if _overlaid(panels) else one.joint): one
+        for line in panels
+        for panel in line
+        for one in panel.series
+    }
+    series = dict(sorted(series.items(), key=lambda item: item[1].index))
+    names = shortened(list(series), MOST_LEGEND_LETTERS)
+    handles = [
+        Line2D([], [], color=colour(one.index), ls=dashes(one.dashed), lw=2.0)
+        for one in series.values()
+    ]
+    add_legend(
+        figure,
+        handles,
+        names,
+        "upper",
+        title if title is not None else picture_title(motions, "joint motions"),
+    )
+    shown = {kind for line in panels for panel in line for kind in panel.shown}
+    explain_marks(figure, shown, len(motions) if _overlaid(panels) else 1)
+
+
+def _overlaid(panels: list[list[Panel]]) -> bool:
+    """Whether several motions share a panel."""
+    return len({one.motion.label for one in panels[0][0].series}) > 1

@@ -1,0 +1,164 @@
+"""How pictures look: sizes, colours that colour-blind readers can tell apart, units and names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's colours, but for yellow, which is too light for a line on white, and for
+# vermillion, which is kept for what is wrong. Grey makes it seven.
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#8C8C8C")
+WRONG = "#D55E00"
+FAINT = "#B8B8B8"
+DARK = "#404040"
+# Told apart without colour, too: planners lie over each other in one panel.
+DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
+    "solid",
+    (0, (5, 1.6)),
+    (0, (1, 1.2)),
+    (0, (6, 1.5, 1, 1.5)),
+    (0, (9, 2)),
+    (0, (4, 1.2, 1, 1.2, 1, 1.2)),
+    (0, (2.5, 2.5)),
+)
+LIMIT_DASHES = (0, (7, 4))
+
+# Points, for a picture 10 inches wide: 8 points and more where it fills the width of A4 paper.
+LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
+# What a panel's numbers and labels take beside it.
+BESIDE = 80.0
+# Inches.
+WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
+
+_SETTINGS: dict[Any, Any] = {
+    "font.family": ["sans-serif"],
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": NORMAL,
+    "axes.unicode_minus": True,
+    "axes.labelsize": NORMAL,
+    "xtick.labelsize": NORMAL - 1,
+    "ytick.labelsize": NORMAL - 1,
+    "path.simplify": True,
+    "agg.path.chunksize": 20_000,
+    "text.usetex": False,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "knotwork",
+    "pdf.fonttype": 42,
+}
+
+
+@contextmanager
+def settings() -> Iterator[None]:
+    """Draw with Knotwork's settings over Matplotlib's own defaults, then put the user's back."""
+    import matplotlib as mpl
+
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_SETTINGS)
+        yield
+
+
+def colour(index: int) -> str:
+    """Colour of the index-th joint or planner."""
+    return COLOURS[index % len(COLOURS)]
+
+
+def dashes(index: int) -> str | tuple[float, tuple[float, ...]]:
+    """Line style of the index-th planner."""
+    return DASHES[index % len(DASHES)]
+
+
+def rate_unit(unit: str, order: int) -> str:
+    """Unit of the derivative of some order, for example `rad/s²`."""
+    return unit + ("", "/s", "/s²", "/s³")[order]
+
+
+def shown_unit(unit: str, degrees: bool) -> tuple[str, float]:
+    """Unit that a joint's values are shown in, and the factor from its SI unit to it."""
+    return ("deg", math.degrees(1.0)) if unit == "rad" and degrees else (unit, 1.0)
+
+
+def number(value: float) -> str:
+    """A number as on an axis: short, with a minus sign of the right length, never -0."""
+    return f"{value:.7g}".replace("-", "−") if abs(value) > 0 else "0"
+
+
+def rounded(value: float) -> str:
+    """A number in words beside a curve: three digits."""
+    return number(float(f"{value:.3g}"))
+
+
+def printable(text: str) -> str:
+    """Text on one line: what can't be printed becomes a dot."""
+    return "".join(letter if letter.isprintable() else "·" for letter in text)
+
+
+def shortened(names: Sequence[str], most: int) -> list[str]:
+    """Cut the middle out of names longer than `most` letters, unless two became the same."""
+    plain = [printable(name) for name in names]
+    tail = most // 2
+    short = [
+        name if len(name) <= most else f"{name[: most - tail - 1]}…{name[-tail:]}" for name in plain
+    ]
+    return short if len(set(short)) == len(set(plain)) else plain
+
+
+def new_figure(rows: int, columns: int) -> Figure:
+    """Make an empty figure of a size for rows and columns of panels."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    row = ROW_HEIGHT if columns == 1 else 1.25 * ROW_HEIGHT
+    height = HEAD_HEIGHT + max(1.6, row * min(1.0, 5 / rows)) * rows
+    figure = Figure(
+        figsize=(WIDTH * max(1.0, (columns + 1) / 3), max(height, 5.0)),
+        dpi=150,
+        layout="constrained",
+        facecolor="white",
+    )
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def dress(axis: Axes) -> None:
+    """Give a panel its frame, its grid and numbers without offsets."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.grid(True, axis="y", color="#E4E4E4", linewidth=0.8)
+    axis.set_axisbelow(True)
+    axis.yaxis.set_major_locator(MaxNLocator(5))
+    for one in (axis.xaxis, axis.yaxis):
+        one.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+
+
+def panel_width(axis: Axes) -> float:
+    """Width of a panel in points, estimated before the figure is laid out."""
+    figure: Any = axis.figure
+    grid: Any = axis.get_gridspec()
+    return float(72.0 * figure.get_figwidth() / grid.ncols - BESIDE)
+
+
+def wrapped(axis: Axes, text: str, size: float, *, bold: bool) -> str:
+    """Break text into lines no wider than a panel."""
+    figure: Any = axis.figure
+    renderer = figure.canvas.get_renderer()
+    room = panel_width(axis) * figure.dpi / 72.0
+    probe = axis.text(0, 0, "", fontsize=size, weight="bold" if bold else "normal")
+    probe.set_parse_math(False)
+    lines = [""]
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}".strip()
+        probe.set_text(longer)
+        if lines[-1] and probe.get_window_extent(renderer).width > room:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    probe.remove()
+    return "\n".join(lines)

@@ -1,0 +1,231 @@
+"""The tool over time: its speed, and how far it is from straight paths between its poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.tool_path import deviation_from_line
+from knotwork.view.curves import jump_breaks, piecewise_values
+from knotwork.view.heads import explain_marks, frame_times, motion_legend, picture_title
+from knotwork.view.motions import Drawable, Motion, motions_of
+from knotwork.view.style import (
+    DARK,
+    DASHES,
+    FAINT,
+    colour,
+    dashes,
+    dress,
+    new_figure,
+    settings,
+    shown_unit,
+)
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Times looked at over all, at least in a piece, and between two poses.
+POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
+MILLIMETRES = 1e3
+# Room above and below the curves, in parts of their range.
+ROOM = 0.07
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """One panel: its label, its factor from SI, and what waypoints ask for, if anything."""
+
+    label: str
+    factor: float
+    asked: str = ""
+
+
+def plot_tool(
+    motions: Drawable | Sequence[Drawable],
+    *,
+    degrees: bool = False,
+    scenario: Scenario | None = None,
+    labels: Sequence[str] | None = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw the tool over time: speed, turning speed, and deviation from the straight path.
+
+    What waypoints ask for is marked. The straight path leads from one pose to the next, turning
+    evenly; it is shown where two poses follow each other. Everything is sampled.
+
+    Args:
+        motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
+        degrees: Show angles in degrees instead of radians.
+        scenario: For trajectories: what was asked for, with its robot.
+        labels: A name for each motion; by default its planner.
+        title: Title of the picture; by default the scenario and the planner.
+
+    Returns:
+        A figure, not known to `pyplot`.
+
+    Raises:
+        InputError: There is no robot with a tool, there are too many motions for one picture, or
+            they are not of the scenario's joints.
+    """
+    found = motions_of(motions, scenario=scenario, labels=labels)
+    if len(found) > len(DASHES):
+        raise InputError(
+            f"{len(found)} motions are too many to tell apart in one picture; choose at most "
+            f"{len(DASHES)}"
+        )
+    robots = [_robot(motion) for motion in found]
+    angle, factor = shown_unit("rad", degrees)
+    rows = [
+        _Row("tool speed [mm/s]", MILLIMETRES, "linear"),
+        _Row(f"turning speed [{angle}/s]", factor, "angular"),
+    ]
+    straight = any(_has_straight_path(motion) for motion in found)
+    if straight:
+        rows.append(_Row("off straight path [mm]", MILLIMETRES))
+        rows.append(_Row(f"turned from it [{angle}]", factor))
+    with settings():
+        figure = new_figure(len(rows), 1)
+        axes: list[Axes] = list(figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0])
+        for index, (motion, robot) in enumerate(zip(found, robots, strict=True)):
+            curves = [_speeds(motion, robot), *([_deviations(motion, robot)] if straight else [])]
+            for pair, (time, values) in enumerate(curves):
+                for k in (0, 1):
+                    row = 2 * pair + k
+                    axes[row].plot(
+                        time,
+                        rows[row].factor * values[:, k],
+                        color=colour(index),
+                        linestyle=dashes(index),
+                        linewidth=2.0,
+                        gid=f"tool:{motion.label}:{rows[row].label.partition(' [')[0]}",
+                    )
+        shown = _dress(axes, rows, found[0])
+        frame_times([axes[0]], axes[-1:], found)
+        figure.align_ylabels()
+        heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
+        motion_legend(figure, found, heading)
+        explain_marks(figure, shown, 1)
+    return figure
+
+
+def _robot(motion: Motion) -> Robot:
+    if motion.space is None or motion.space.robot is None:
+        raise InputError(
+            "the tool can't be drawn without a robot; give a plan or a scenario that names one"
+        )
+    robot = motion.space.robot
+    if robot.tool_frame is None:
+        raise InputError(f"robot {robot.name!r} has no tool frame; name one in the scenario")
+    return robot
+
+
+def _in_robot_order(motion: Motion) -> PiecewisePolynomial:
+    names = motion.space.joint_names if motion.space is not None else motion.joint_names
+    order = [motion.joint_names.index(name) for name in names]
+    return PiecewisePolynomial(motion.curve.c[:, :, order], motion.curve.x)
+
+
+def _speeds(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """Times, and linear [m/s] and angular [rad/s] speed of the tool, shape (n, 2)."""
+    curve = _in_robot_order(motion)
+    count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
+    time, q = piecewise_values(curve, 0, count)
+    _, v = piecewise_values(curve, 1, count)
+    twists = [robot.twist(*state) for state in zip(q, v, strict=True)]
+    speeds = np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
+    jumps = {
+        int(at)
+        for order in (0, 1)
+        for component in range(curve.c.shape[2])
+        for at in jump_breaks(curve, component, order)
+    }
+    places = np.array(sorted(jumps), dtype=int)
+    return np.insert(time, places * count, curve.x[places]), np.insert(
+        speeds, places * count, np.nan, axis=0
+    )
+
+
+def _has_straight_path(motion: Motion) -> bool:
+    waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
+    return any(
+        isinstance(before, CartesianWaypoint) and isinstance(after, CartesianWaypoint)
+        for before, after in pairwise(waypoints)
+    )
+
+
+def _deviations(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """Times, and distance [m] and angle [rad] from the straight path, shape (n, 2), with NaN."""
+    curve = _in_robot_order(motion)
+    times: list[FloatArray] = []
+    values: list[FloatArray] = []
+    waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
+    for before, after in pairwise(waypoints):
+        inside = curve.x[0] <= before.time and after.time <= curve.x[-1]
+        if (
+            not isinstance(before, CartesianWaypoint)
+            or not isinstance(after, CartesianWaypoint)
+            or not inside
+        ):
+            times.append(np.array([before.time]))
+            values.append(np.full((1, 2), np.nan))
+            continue
+        time = np.linspace(before.time, after.time, BETWEEN + 1)
+        times.append(time)
+        values.append(
+            np.array(
+                [
+                    deviation_from_line(robot.forward(q), before.pose, after.pose)
+                    for q in curve(time)
+                ]
+            )
+        )
+    return np.concatenate(times), np.concatenate(values)
+
+
+def _dress(axes: list[Axes], rows: list[_Row], first: Motion) -> set[str]:
+    """Labels, scales from zero, and the waypoints with what they ask for."""
+    shown: set[str] = set()
+    waypoints = first.scenario.waypoints if first.scenario is not None else ()
+    poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
+    for axis, row in zip(axes, rows, strict=True):
+        dress(axis)
+        axis.set_ylabel(row.label)
+        for waypoint in waypoints:
+            axis.axvline(waypoint.time, color=FAINT, linewidth=0.8, zorder=1, gid="waypoint")
+            shown.add("waypoint")
+        if row.asked and poses:
+            asked = [row.factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
+            axis.plot(
+                [one.time for one in poses],
+                asked,
+                linestyle="none",
+                marker="o",
+                markersize=6,
+                markerfacecolor="white",
+                markeredgecolor=DARK,
+                markeredgewidth=1.3,
+                gid=f"asked:{row.asked}",
+                zorder=4,
+            )
+            shown.add("asked")
+        drawn = np.concatenate(
+            [
+                np.asarray(line.get_ydata(), float)
+                for line in axis.lines
+                if line.get_gid() != "waypoint"
+            ]
+        )
+        high = float(np.nanmax(drawn)) if np.isfinite(drawn).any() else 0.0
+        high = high if high > 1e-9 else 1.0
+        axis.set_ylim(-ROOM * high, (1 + ROOM) * high)
+    return shown
