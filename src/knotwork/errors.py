@@ -224,6 +224,27 @@ class SingularityError(TaskError):
         super().__init__(waypoint, message, where=where)
 
 
+class ExportError(InputError):
+    """A motion that a format can't carry without loss.
+
+    Attributes:
+        joint: Joint at which it would be off most, or `None`.
+        error: By how much [rad or m, or per second where that jumps], or `None`.
+        time: Where [s], or `None`.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        joint: str | None = None,
+        error: float | None = None,
+        time: float | None = None,
+    ) -> None:
+        self.joint, self.error, self.time = joint, error, time
+        super().__init__(message)
+
+
 class CheckFailedError(KnotworkError, AssertionError):
     """A trajectory does not keep what its scenario asks for.
 

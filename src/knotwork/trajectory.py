@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, UnknownNameError
+from knotwork.exportable import Exportable
 from knotwork.polynomial import Extrema, PiecewisePolynomial
 from knotwork.waypoints import FloatArray, checked_times, read_only
 
@@ -109,7 +110,7 @@ class Continuity:
 
 
 @dataclass(frozen=True, eq=False)
-class JointTrajectory:
+class JointTrajectory(Exportable):
     """Motion of named joints over time (as smooth as its planner made it; see `continuity`).
 
     Defined on [start_time, end_time] and nowhere else, not even one rounding outside.

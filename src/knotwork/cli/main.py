@@ -13,6 +13,7 @@ import click
 
 from knotwork import __version__
 from knotwork.cli.compare import compare, planners
+from knotwork.cli.export import export
 from knotwork.cli.parameters import Knots
 from knotwork.cli.plot import plot
 from knotwork.errors import InputError, KnotworkError
@@ -218,18 +219,22 @@ def _plan_to_dict(
 def check(trajectory: Path, reference: str, as_json: bool) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
-    TRAJECTORY is a trajectory.json, or a folder with one in it.
+    TRAJECTORY is a trajectory.json, a folder with one in it, or another tool's: CSV with headings,
+    JSON with joint_names, time and positions, or YAML of a ROS 2 JointTrajectory. Joints are
+    matched by name. Between the points of another tool the motion is what a ROS 2 controller
+    makes of them: quintics if they carry velocities and accelerations, cubics if they carry
+    velocities, and straight lines otherwise.
     """
-    from knotwork import storage
+    from knotwork.foreign import read_trajectory
+    from knotwork.joint_space import joint_space
     from knotwork.scenario import load_scenario
     from knotwork.witness import check as check_trajectory
 
-    document = storage.read_trajectory_document(trajectory)
-    stored = storage.trajectory_from_dict(document)
-    disagreement = storage.knot_disagreement(document, stored)
     scenario = load_scenario(reference)
-    defects = [disagreement] if disagreement is not None else []
-    report = check_trajectory(stored, scenario, defects=defects)
+    space = joint_space(scenario)
+    span = (float(scenario.times[0]), float(scenario.times[-1]))
+    stored, defects = read_trajectory(trajectory, space.joint_names, space.joint_units, span=span)
+    report = check_trajectory(stored, scenario, space=space, defects=defects)
     if as_json:
         click.echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
     else:
@@ -282,5 +287,6 @@ def schema() -> int:
 
 
 cli.add_command(compare)
+cli.add_command(export)
 cli.add_command(planners)
 cli.add_command(plot)

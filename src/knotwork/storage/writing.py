@@ -84,12 +84,12 @@ def samples_to_csv(trajectory: JointTrajectory, rate: float) -> str:
     return text.getvalue()
 
 
-def write_files(folder: Path | str, contents: Mapping[str, str]) -> list[Path]:
-    """Write text files into a folder, all of them or none; existing ones are replaced.
+def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:
+    """Write files into a folder, all of them or none; existing ones are replaced.
 
     Args:
         folder: Made if it does not exist.
-        contents: Text by file name.
+        contents: Text, written in UTF-8, or bytes by file name.
 
     Returns:
         Paths of the files.
@@ -101,11 +101,11 @@ def write_files(folder: Path | str, contents: Mapping[str, str]) -> list[Path]:
     written: list[tuple[Path, Path]] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in contents.items():
+        for name, content in contents.items():
             handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
             written.append((Path(temporary), folder / name))
-            with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-                file.write(text)
+            with os.fdopen(handle, "wb") as file:
+                file.write(content if isinstance(content, bytes) else content.encode())
             Path(temporary).chmod(0o666 & ~_umask())
         _replace_all(written)
     except (OSError, ValueError) as error:  # ValueError: a name or text that no file can have

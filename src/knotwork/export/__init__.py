@@ -1,0 +1,89 @@
+"""Trajectories for whatever runs them: one module a format, loaded when it is asked for.
+
+from knotwork.export import save, to_ros2
+
+text = to_ros2(plan.trajectory, goal=True)
+save(plan.trajectory, "pvt", "axis_table.csv", degrees=True)
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from knotwork.export.carrying import Points, carry
+    from knotwork.export.drake import to_drake
+    from knotwork.export.formats import (
+        FORMATS,
+        Format,
+        checked_options,
+        checked_target,
+        content,
+        export,
+        get_format,
+        save,
+        write,
+    )
+    from knotwork.export.mat import to_mat
+    from knotwork.export.pvt import to_pvt
+    from knotwork.export.ros2 import ros2_dict, to_ros2, to_ros2_message
+    from knotwork.export.samples import to_csv, to_json, to_npz, to_parquet
+    from knotwork.export.scipy_ppoly import to_scipy, to_scipy_npz
+
+_HOME = {
+    "carrying": ("Points", "carry"),
+    "drake": ("to_drake",),
+    "formats": (
+        "FORMATS",
+        "Format",
+        "checked_options",
+        "checked_target",
+        "content",
+        "export",
+        "get_format",
+        "save",
+        "write",
+    ),
+    "mat": ("to_mat",),
+    "pvt": ("to_pvt",),
+    "ros2": ("ros2_dict", "to_ros2", "to_ros2_message"),
+    "samples": ("to_csv", "to_json", "to_npz", "to_parquet"),
+    "scipy_ppoly": ("to_scipy", "to_scipy_npz"),
+}
+_MODULE = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = [
+    "FORMATS",
+    "Format",
+    "Points",
+    "carry",
+    "checked_options",
+    "checked_target",
+    "content",
+    "export",
+    "get_format",
+    "ros2_dict",
+    "save",
+    "to_csv",
+    "to_drake",
+    "to_json",
+    "to_mat",
+    "to_npz",
+    "to_parquet",
+    "to_pvt",
+    "to_ros2",
+    "to_ros2_message",
+    "to_scipy",
+    "to_scipy_npz",
+    "write",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its module when it is first asked for."""
+    if name not in _MODULE:
+        raise AttributeError(f"module 'knotwork.export' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"knotwork.export.{_MODULE[name]}"), name)
+    globals()[name] = value
+    return value

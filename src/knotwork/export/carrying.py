@@ -1,0 +1,271 @@
+"""What a list of points carries of a motion, and points enough to carry it within a tolerance.
+
+A receiver that joins positions and velocities by cubics, or positions, velocities and
+accelerations by quintics, gives back a curve that is made of such pieces exactly. Of any other
+curve it makes something else; by how much it is off follows from the polynomials themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import ExportError, InputError
+from knotwork.interpolation.pieces import two_point_coefficients
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import critical_points, horner
+from knotwork.trajectory import QUANTITIES, JointTrajectory
+from knotwork.waypoints import FloatArray
+
+LOSSLESS = 1e-12
+"""A curve counts as carried if it is off by less than this, relative to the largest term of its
+polynomials: some hundred times what rounding makes."""
+
+MOST_POINTS = 1_000_000
+"""More points than this are refused: no controller takes them in one message."""
+
+MOST_PARTS = 64
+"""Into how many parts a piece is cut at once."""
+
+PIECE_NAMES = {2: "cubics", 3: "quintics"}
+CARRIED = {2: "position and velocity", 3: "position, velocity and acceleration"}
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """A motion as points, from which a receiver rebuilds it (C1; C2 with accelerations).
+
+    Attributes:
+        trajectory: The curve that the receiver makes of the points: its knots are the points.
+        with_acceleration: The points carry accelerations, and the pieces are quintics.
+        exact: The curve is the motion itself up to rounding.
+        error: How far it is off at most [rad or m], over all joints and all time.
+        velocity_error: How far its velocity is off at most [rad/s or m/s].
+        inserted: Points between the knots of the motion.
+    """
+
+    trajectory: JointTrajectory
+    with_acceleration: bool
+    exact: bool
+    error: float
+    velocity_error: float
+    inserted: int
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return int(self.trajectory.breaks.size)
+
+    def describe(self) -> str:
+        """Say how many points it took and what they are worth."""
+        carried = CARRIED[3 if self.with_acceleration else 2]
+        if self.exact:
+            return f"{self.count} points of {carried} carry the whole motion"
+        return (
+            f"{self.count} points of {carried}, {self.inserted} of them inserted; off by at most "
+            f"{self.error:.3g} in position [rad or m] and {self.velocity_error:.3g} in velocity"
+        )
+
+
+def carry(
+    trajectory: JointTrajectory, *, accelerations: bool = False, fit: float | None = None
+) -> Points:
+    """Take the knots of a motion, or points enough to come within a tolerance of it.
+
+    Points are inserted only where the cubics (or quintics) through the knots are off by more than
+    the tolerance. The error is the largest value of the difference of the polynomials, found
+    from its critical points and not from samples.
+
+    Args:
+        trajectory: The motion.
+        accelerations: Points carry accelerations, so that receivers join them by quintics.
+        fit: How far the result may be off [rad or m]; by default it must not be off at all.
+
+    Raises:
+        ExportError: The knots alone do not carry the motion and no tolerance is given; or they
+            can't with any number of points, because a quantity that they carry jumps.
+        InputError: The tolerance is not positive, is below the rounding of the values, or takes
+            more than `MOST_POINTS` points.
+    """
+    order = 3 if accelerations else 2
+    tolerance = None if fit is None else _checked_tolerance(fit)
+    times = np.array(trajectory.breaks)
+    derivatives = _derivatives(trajectory, times, order)
+    joined = two_point_coefficients(times, derivatives)
+    if (_off(trajectory, times, joined) <= LOSSLESS * _scale(trajectory)).all():
+        return _points(trajectory, times, joined, accelerations, exact=True)
+    _refuse_jumps(trajectory, order, tolerance)
+    if tolerance is None:
+        raise _not_carried(trajectory, order, times, joined)
+    floor = float(_scale(trajectory).max()) * LOSSLESS
+    if tolerance < floor:
+        raise InputError(
+            f"a fit within {tolerance:g} is finer than the values are rounded; at least "
+            f"{floor:.3g} is accepted"
+        )
+    times, joined = _refine(trajectory, times, joined, order, tolerance)
+    return _points(trajectory, times, joined, accelerations, exact=False)
+
+
+def _checked_tolerance(fit: float) -> float:
+    try:
+        tolerance = float(fit)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"fit is {fit!r}; it must be a tolerance in rad or m") from error
+    if not (math.isfinite(tolerance) and tolerance > 0.0):
+        raise InputError(f"fit is {tolerance:g}; it must be positive and finite [rad or m]")
+    return tolerance
+
+
+def _derivatives(
+    trajectory: JointTrajectory, times: FloatArray, order: int
+) -> tuple[FloatArray, ...]:
+    return tuple(trajectory(times, nu) for nu in range(order))
+
+
+def _scale(trajectory: JointTrajectory) -> FloatArray:
+    """Largest term of each joint's polynomials [rad or m], shape (d,)."""
+    c = trajectory.polynomial.c
+    powers = np.arange(len(c) - 1, -1, -1.0)[:, None, None]
+    return np.asarray(np.abs(c * np.diff(trajectory.breaks)[:, None] ** powers).max(axis=(0, 1)))
+
+
+def _difference(trajectory: JointTrajectory, times: FloatArray, joined: FloatArray) -> FloatArray:
+    """Motion less the joined pieces, in the unit variable of each, shape (k+1, pieces, d)."""
+    size = max(len(trajectory.polynomial.c), len(joined))
+    h = np.diff(times)[:, None]
+    difference = np.zeros((size, *joined.shape[1:]))
+    for power in range(size):
+        row = size - 1 - power
+        if power < len(trajectory.polynomial.c):
+            own = trajectory(times[:-1], power) / math.factorial(power)
+            difference[row] += own * h**power
+        if power < len(joined):
+            difference[row] -= joined[len(joined) - 1 - power] * h**power
+    return difference
+
+
+def _largest(polynomials: FloatArray) -> FloatArray:
+    """Largest absolute value on [0, 1] of each polynomial, shape (pieces, d)."""
+    inner = critical_points(polynomials)
+    ends = np.zeros((2, *polynomials.shape[1:]))
+    ends[1] = 1.0
+    values = horner(polynomials[:, None], np.concatenate((ends, inner)))
+    return np.asarray(np.abs(values).max(axis=0))
+
+
+def _off(trajectory: JointTrajectory, times: FloatArray, joined: FloatArray) -> FloatArray:
+    return _largest(_difference(trajectory, times, joined))
+
+
+def _velocity_off(trajectory: JointTrajectory, times: FloatArray, joined: FloatArray) -> float:
+    difference = _difference(trajectory, times, joined)
+    powers = np.arange(len(difference) - 1, 0, -1.0)[:, None, None]
+    slope = difference[:-1] * powers / np.diff(times)[:, None]
+    return float(_largest(slope).max())
+
+
+def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) -> None:
+    """Refuse a motion in which a quantity jumps that each point carries only once."""
+    smooth = trajectory.continuity
+    if smooth.order >= order - 1:
+        return
+    quantity = QUANTITIES[smooth.order + 1]
+    jump = getattr(smooth, quantity)
+    instead = (
+        "leave the accelerations out" if quantity == "acceleration" else "choose another planner"
+    )
+    raise ExportError(
+        f"points of {CARRIED[order]} can't carry this motion"
+        f"{'' if fit is None else ', however many there are'}: the {quantity} of joint "
+        f"{jump.joint!r} jumps by {jump.jump:.3g} at {jump.time:.9g} s, and a point holds one "
+        f"value of it; {instead}",
+        joint=jump.joint,
+        error=jump.jump,
+        time=jump.time,
+    )
+
+
+def _not_carried(
+    trajectory: JointTrajectory, order: int, times: FloatArray, joined: FloatArray
+) -> ExportError:
+    off = _off(trajectory, times, joined)
+    piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
+    degree = trajectory.polynomial.degree
+    name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
+    ways = ["give a tolerance to fit within, in rad or m (--fit)"]
+    if order == 2 and degree <= 5 and trajectory.continuity.order >= 2:
+        ways.insert(0, "send accelerations too (--accelerations), which carry it exactly")
+    ways.append("choose a planner of cubics")
+    planner = f"planner {trajectory.planner!r}" if trajectory.planner else "this motion"
+    return ExportError(
+        f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
+        f"{CARRIED[order]} of its {times.size} knots would be off by up to "
+        f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
+        f"{times[piece + 1]:.6g} s): {'; or '.join(ways)}",
+        joint=name,
+        error=float(off[piece, joint]),
+        time=float(times[piece]),
+    )
+
+
+def _refine(
+    trajectory: JointTrajectory,
+    times: FloatArray,
+    joined: FloatArray,
+    order: int,
+    tolerance: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Cut the spans that are off by more than the tolerance until none is.
+
+    The error of a piece falls with the power 2·order of its length, so that tells how many parts
+    it needs; what they are worth is measured anew.
+    """
+    while True:
+        worst = _off(trajectory, times, joined).max(axis=1)
+        bad = np.flatnonzero(worst > tolerance)
+        if not bad.size:
+            return times, joined
+        parts = np.ones(worst.size, dtype=int)
+        needed = np.ceil((worst[bad] / tolerance) ** (0.5 / order))
+        parts[bad] = np.clip(needed, 2, MOST_PARTS).astype(int)
+        if parts.sum() + 1 > MOST_POINTS:
+            raise InputError(
+                f"a fit within {tolerance:g} takes more than {MOST_POINTS} points; choose a "
+                "larger tolerance"
+            )
+        start = np.repeat(times[:-1], parts)
+        index = np.arange(start.size) - np.repeat(np.cumsum(parts) - parts, parts)
+        step = np.repeat(np.diff(times) / parts, parts)
+        times = np.append(start + index * step, times[-1])
+        joined = two_point_coefficients(times, _derivatives(trajectory, times, order))
+
+
+def _points(
+    trajectory: JointTrajectory,
+    times: FloatArray,
+    joined: FloatArray,
+    accelerations: bool,
+    *,
+    exact: bool,
+) -> Points:
+    off = float(_off(trajectory, times, joined).max())
+    curve = trajectory
+    if not exact:
+        curve = JointTrajectory(
+            trajectory.joint_names,
+            PiecewisePolynomial(joined, times),
+            joint_units=trajectory.joint_units,
+            planner=trajectory.planner,
+            waypoint_times=trajectory.waypoint_times,
+        )
+    return Points(
+        curve,
+        accelerations,
+        exact,
+        off,
+        _velocity_off(trajectory, times, joined),
+        int(times.size - trajectory.breaks.size),
+    )

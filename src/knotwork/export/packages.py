@@ -1,0 +1,28 @@
+"""Packages that only one format needs, imported when it is asked for."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from knotwork.errors import InputError
+
+
+def needed(module: str, purpose: str, how: str) -> Any:
+    """Import a module that Knotwork does not depend on.
+
+    Args:
+        module: Its name.
+        purpose: What it is needed for.
+        how: How to get it.
+
+    Raises:
+        InputError: It can't be imported.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        raise InputError(
+            f"{purpose} needs the package {package!r}, which can't be imported ({error}): {how}"
+        ) from error

@@ -1,0 +1,244 @@
+"""ROS 2: `trajectory_msgs/msg/JointTrajectory` and `control_msgs/action/FollowJointTrajectory`.
+
+joint_trajectory_controller joins points that carry positions and velocities by cubics, and points
+that carry accelerations too by quintics (interpolation method `spline`, the default). So the
+knots alone carry the motion.
+
+Times are said in nanoseconds. Each point is the motion at the time that the message says, which is
+within half a nanosecond of the knot, and for the last point less than one before the end. So a
+piece between two points holds up to half a nanosecond of the piece beside it, which differs from
+its own continuation only by the jump J of the acceleration at the knot: by J·(0.5 ns)²/2 in
+position and by J·0.5 ns in velocity. The shape functions of a cubic's end velocities are at most
+4/27 of its length H, so that a replayed position is off by at most
+
+    (4/27) H J · 1 ns  +  J · (0.5 ns)²  +  |v_end| · 1 ns,
+
+the last for the time after the last point; see `replay_bound`. Where the acceleration does not
+jump and the motion ends at rest, nothing but rounding is left.
+
+The message starts at `time_from_start` 0: the arm must stand at the first point when it is sent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import ExportError, InputError
+from knotwork.export.carrying import Points, carry
+from knotwork.export.packages import needed
+from knotwork.trajectory import JointTrajectory
+
+NANOSECONDS = 1_000_000_000
+LONGEST = 2**31 - 1
+"""`builtin_interfaces/msg/Duration` counts whole seconds in 32 bits [s]."""
+
+STANDING = 1e-7
+"""Below this the controller takes the last velocity for none [rad/s or m/s]."""
+
+MESSAGE = "trajectory_msgs/msg/JointTrajectory"
+GOAL = "control_msgs/action/FollowJointTrajectory"
+_VALUES = ("positions", "velocities", "accelerations")
+
+
+def ticks(trajectory: JointTrajectory) -> list[int]:
+    """Times of the points after the start [ns], each rounded once, so that errors don't add up.
+
+    The exact difference of a knot's time and the start time is rounded to the nearest; the last
+    one, if that lies behind the end, down.
+
+    Raises:
+        ExportError: Two knots round to the same nanosecond.
+        InputError: The motion is longer than a message can say.
+    """
+    if trajectory.duration > LONGEST:
+        raise InputError(
+            f"the motion lasts {trajectory.duration:.9g} s; a ROS 2 duration is at most {LONGEST} s"
+        )
+    times = trajectory.breaks.tolist()
+    exact = [(Fraction(time) - Fraction(times[0])) * NANOSECONDS for time in times]
+    rounded = [round(tick) for tick in exact]
+    rounded[-1] = min(rounded[-1], math.floor(exact[-1]))
+    for i in range(1, len(rounded)):
+        if rounded[i] <= rounded[i - 1]:
+            raise ExportError(
+                f"knots {i - 1} and {i} at {times[i]:.12g} s are {times[i] - times[i - 1]:.3g} s "
+                "apart and round to the same nanosecond, the finest that ROS 2 can say; choose "
+                "knots farther apart",
+                time=times[i],
+            )
+    return rounded
+
+
+def ros2_dict(
+    trajectory: JointTrajectory,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+) -> dict[str, Any]:
+    """Give the message as plain data: its fields by name, nested as in the message.
+
+    Args:
+        trajectory: The motion.
+        goal: Give a goal of `FollowJointTrajectory`, which holds the message as `trajectory`.
+        accelerations: Send accelerations too.
+        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
+            the knots must carry it exactly.
+
+    Raises:
+        ExportError: The points can't carry the motion without loss; see `carry`.
+        InputError: The tolerance can't be met, or a time can't be said.
+    """
+    return _as_dict(carry(trajectory, accelerations=accelerations, fit=fit), goal)
+
+
+def _as_dict(points: Points, goal: bool) -> dict[str, Any]:
+    curve = points.trajectory
+    after_start = ticks(curve)
+    start = Fraction(curve.start_time)
+    exact = [float(start + Fraction(tick, NANOSECONDS)) for tick in after_start]
+    times = np.clip(exact, curve.start_time, curve.end_time)
+    tables = [curve(times, nu) for nu in range(3 if points.with_acceleration else 2)]
+    rows = []
+    for i, tick in enumerate(after_start):
+        row: dict[str, Any] = {
+            name: table[i].tolist() for name, table in zip(_VALUES, tables, strict=False)
+        }
+        sec, nanosec = divmod(tick, NANOSECONDS)
+        row["time_from_start"] = {"sec": sec, "nanosec": nanosec}
+        rows.append(row)
+    message = {
+        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},
+        "joint_names": list(curve.joint_names),
+        "points": rows,
+    }
+    return {"trajectory": message} if goal else message
+
+
+def to_ros2(
+    trajectory: JointTrajectory,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+) -> str:
+    """Write a motion as YAML for `ros2 topic pub` or, as a goal, `ros2 action send_goal`.
+
+    Both take the text as it is:
+
+        ros2 topic pub --once TOPIC trajectory_msgs/msg/JointTrajectory "$(cat motion.yaml)"
+        ros2 action send_goal ACTION control_msgs/action/FollowJointTrajectory "$(cat goal.yaml)"
+
+    Args:
+        trajectory: The motion; positions in rad or m, as ROS has them.
+        goal: Write a goal of `FollowJointTrajectory` instead of the message.
+        accelerations: Send accelerations too, which makes the controller join by quintics.
+        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
+            the knots must carry it exactly.
+
+    Raises:
+        ExportError: The points can't carry the motion without loss; see `carry`.
+        InputError: The tolerance can't be met, or a time can't be said.
+    """
+    points = carry(trajectory, accelerations=accelerations, fit=fit)
+    lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
+    lines.append("# The arm must stand at the first point when this is sent.")
+    data = _as_dict(points, goal)
+    message = data["trajectory"] if goal else data
+    if max(abs(v) for v in message["points"][-1]["velocities"]) > STANDING:
+        lines.append(
+            "# The last point has a velocity: joint_trajectory_controller takes that only with "
+            "allow_nonzero_velocity_at_trajectory_end."
+        )
+    return "\n".join(lines) + "\n" + "".join(_lines(data, ""))
+
+
+def _lines(data: Mapping[str, Any], indent: str) -> list[str]:
+    """Block style outside, a row of numbers on a line; YAML 1.1, which ROS 2's tools read."""
+    lines: list[str] = []
+    for key, value in data.items():
+        if key == "points":
+            lines.append(f"{indent}points:\n")
+            for row in value:
+                text = [line[len(indent) :] for line in _lines(row, f"{indent}  ")]
+                lines.append(f"{indent}- " + text[0].lstrip())
+                lines += [indent + line for line in text[1:]]
+        elif isinstance(value, dict) and key != "time_from_start":
+            lines += [f"{indent}{key}:\n", *_lines(value, f"{indent}  ")]
+        else:
+            lines.append(f"{indent}{key}: {_flow(value)}\n")
+    return lines
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_flow(item) for item in value) + "]"
+    if isinstance(value, str):
+        return _quoted(value)
+    return _number(value) if isinstance(value, float) else str(value)
+
+
+def _quoted(text: str) -> str:
+    """A YAML scalar that is text whatever it looks like."""
+    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\U{ord(c):08x}" for c in text)
+    return f'"{escaped}"'
+
+
+def _number(value: float) -> str:
+    """All digits of a number; YAML 1.1 takes `1e-05` for text, and `1.0e-05` for a number."""
+    text = repr(value)
+    mantissa, e, exponent = text.partition("e")
+    return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else text
+
+
+def to_ros2_message(
+    trajectory: JointTrajectory,
+    *,
+    goal: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+) -> Any:
+    """Make the ROS 2 message object itself, where ROS 2's Python packages can be imported.
+
+    Args:
+        trajectory: The motion.
+        goal: Make a `control_msgs.action.FollowJointTrajectory.Goal` instead of a
+            `trajectory_msgs.msg.JointTrajectory`.
+        accelerations: Send accelerations too.
+        fit: As for `to_ros2`.
+
+    Raises:
+        InputError: ROS 2 is not importable, or as `to_ros2`.
+    """
+    points = carry(trajectory, accelerations=accelerations, fit=fit)
+    how = "source a ROS 2 installation that has it"
+    messages = needed("trajectory_msgs.msg", "a ROS 2 message object", how)
+    duration = needed("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
+    data = _as_dict(points, False)
+    message = messages.JointTrajectory(joint_names=data["joint_names"])
+    for row in data["points"]:
+        time = duration(**row.pop("time_from_start"))
+        message.points.append(messages.JointTrajectoryPoint(**row, time_from_start=time))
+    if not goal:
+        return message
+    action = needed("control_msgs.action", "a FollowJointTrajectory goal", how)
+    return action.FollowJointTrajectory.Goal(trajectory=message)
+
+
+def replay_bound(trajectory: JointTrajectory) -> float:
+    """Bound on what saying times in nanoseconds does to a replayed position [rad or m].
+
+    It holds for points of positions and velocities, over all joints and all time, up to rounding
+    of the positions; the module's text derives it.
+    """
+    jump = trajectory.continuity.acceleration.jump
+    longest = float(np.diff(trajectory.breaks).max())
+    end_speed = float(np.abs(trajectory.velocity(trajectory.end_time)).max())
+    return 4.0 / 27.0 * longest * jump * 1e-9 + jump * 0.25e-18 + end_speed * 1e-9

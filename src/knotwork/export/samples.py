@@ -1,0 +1,169 @@
+"""The sampled formats: CSV, JSON, NumPy's npz and Parquet, all of one `MotionTable`.
+
+Each also takes `knots_only`, and then holds the points that carry the motion without loss.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knotwork.export.packages import needed
+from knotwork.export.pvt import quoted
+from knotwork.export.table import MotionTable, motion_table
+from knotwork.storage import to_json as json_text
+from knotwork.trajectory import JointTrajectory
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+JSON_FORMAT = "knotwork.samples"
+_PLURALS = {
+    "position": "positions",
+    "velocity": "velocities",
+    "acceleration": "accelerations",
+    "jerk": "jerks",
+}
+
+
+def to_csv(
+    trajectory: JointTrajectory,
+    *,
+    rate: float | None = None,
+    knots_only: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+    robot: Robot | None = None,
+) -> str:
+    """Write samples or knots as CSV with one header row, units in the names of the columns.
+
+    Args and errors are those of `knotwork.export.table.motion_table`.
+    """
+    table = motion_table(
+        trajectory,
+        rate=rate,
+        knots_only=knots_only,
+        accelerations=accelerations,
+        fit=fit,
+        robot=robot,
+    )
+    columns = table.columns()
+    text = io.StringIO()
+    np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
+    return ",".join(quoted(name) for name in columns) + "\n" + text.getvalue()
+
+
+def to_json(
+    trajectory: JointTrajectory,
+    *,
+    rate: float | None = None,
+    knots_only: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+    robot: Robot | None = None,
+) -> str:
+    """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
+
+    Args and errors are those of `knotwork.export.table.motion_table`.
+    """
+    table = motion_table(
+        trajectory,
+        rate=rate,
+        knots_only=knots_only,
+        accelerations=accelerations,
+        fit=fit,
+        robot=robot,
+    )
+    data: dict[str, Any] = {
+        "format": JSON_FORMAT,
+        "version": 1,
+        "planner": table.planner,
+        "note": table.note,
+        "joint_names": list(table.joint_names),
+        "units": {"time": "s", "joints": list(table.joint_units)},
+        "time": table.time.tolist(),
+    }
+    for quantity, values in table.joints.items():
+        data[_PLURALS[quantity]] = values.tolist()
+    for key, values in table.tool.items():
+        data[key] = values.tolist()
+    return json_text(data)
+
+
+def _arrays(table: MotionTable) -> dict[str, Any]:
+    arrays: dict[str, Any] = {"time": table.time}
+    arrays.update(table.joints)
+    arrays.update(table.tool)
+    arrays["joint_names"] = np.array(table.joint_names)
+    arrays["joint_units"] = np.array(table.joint_units)
+    arrays["planner"] = np.array(table.planner)
+    return arrays
+
+
+def to_npz(
+    trajectory: JointTrajectory,
+    *,
+    rate: float | None = None,
+    knots_only: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+    robot: Robot | None = None,
+) -> bytes:
+    """Write samples or knots as NumPy's npz, without pickles.
+
+    `numpy.load(file)` gives `time` (s,), `position`, `velocity`, … (s, d), `joint_names` (d,) and
+    `joint_units` (d,); with a robot also `tool_position` (s, 3), `tool_quaternion` (s, 4, scalar
+    last), `tool_linear_velocity` and `tool_angular_velocity` (s, 3).
+
+    Args and errors are those of `knotwork.export.table.motion_table`.
+    """
+    table = motion_table(
+        trajectory,
+        rate=rate,
+        knots_only=knots_only,
+        accelerations=accelerations,
+        fit=fit,
+        robot=robot,
+    )
+    return npz_bytes(_arrays(table))
+
+
+def npz_bytes(arrays: dict[str, Any]) -> bytes:
+    """Write arrays as an npz file."""
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def to_parquet(
+    trajectory: JointTrajectory,
+    *,
+    rate: float | None = None,
+    knots_only: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+    robot: Robot | None = None,
+) -> bytes:
+    """Write samples or knots as Parquet, its columns those of the CSV (needs `pyarrow`).
+
+    Args and errors are those of `knotwork.export.table.motion_table`.
+    """
+    table = motion_table(
+        trajectory,
+        rate=rate,
+        knots_only=knots_only,
+        accelerations=accelerations,
+        fit=fit,
+        robot=robot,
+    )
+    how = "install it with pip install 'knotwork[parquet]'"
+    arrow = needed("pyarrow", "Parquet", how)
+    parquet = needed("pyarrow.parquet", "Parquet", how)
+    columns = arrow.table(table.columns())
+    about = {"planner": table.planner, "note": table.note}
+    columns = columns.replace_schema_metadata(about)
+    sink = arrow.BufferOutputStream()
+    parquet.write_table(columns, sink)
+    return bytes(sink.getvalue().to_pybytes())

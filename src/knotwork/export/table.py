@@ -1,0 +1,177 @@
+"""What the sampled formats hold: times, the joints' quantities, and the tool's pose and twist."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.export.carrying import carry
+from knotwork.trajectory import QUANTITIES, JointTrajectory
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+DEFAULT_RATE = 100.0
+"""Samples a second where none are asked for [Hz]."""
+
+MOST_SAMPLES = 10_000_000
+"""More rows than this are a mistake in the rate rather than a file anybody reads."""
+
+PER_TIME = ("", "_per_s", "_per_s2", "_per_s3")
+TOOL = {
+    "tool_position": ("tool.position", "xyz", "m"),
+    "tool_quaternion": ("tool.quaternion", "xyzw", ""),
+    "tool_linear_velocity": ("tool.linear_velocity", "xyz", "m_per_s"),
+    "tool_angular_velocity": ("tool.angular_velocity", "xyz", "rad_per_s"),
+}
+"""Columns of the tool: what they are called, their components and unit. Pose and twist of the
+tool centre point in the axes of the robot's base, the quaternion with its scalar last."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionTable:
+    """A motion at a sequence of times.
+
+    Attributes:
+        joint_names: Names of the joints, length d.
+        joint_units: `"rad"` or `"m"` for each joint.
+        planner: What made the motion.
+        time: Times [s], shape (s,).
+        joints: `"position"`, `"velocity"` and so on [rad or m, and per second], each (s, d).
+        tool: As in `TOOL`, each of shape (s, 3) or, for the quaternion, (s, 4); empty without a
+            robot.
+        note: What the rows are worth.
+    """
+
+    joint_names: tuple[str, ...]
+    joint_units: tuple[str, ...]
+    planner: str
+    time: FloatArray
+    joints: Mapping[str, FloatArray]
+    tool: Mapping[str, FloatArray]
+    note: str
+
+    def columns(self) -> dict[str, FloatArray]:
+        """All columns by name, each of shape (s,)."""
+        columns = {"time_s": self.time}
+        for order, quantity in enumerate(QUANTITIES):
+            if quantity in self.joints:
+                for i, (name, unit) in enumerate(
+                    zip(self.joint_names, self.joint_units, strict=True)
+                ):
+                    label = f"{name}.{quantity}_{unit}{PER_TIME[order]}"
+                    columns[label] = self.joints[quantity][:, i]
+        for key, values in self.tool.items():
+            name, components, unit = TOOL[key]
+            for i, component in enumerate(components):
+                label = "_".join(part for part in (name, component, unit) if part)
+                if label in columns:
+                    raise InputError(f"a joint's column is named {label!r}, as one of the tool's")
+                columns[label] = values[:, i]
+        return columns
+
+
+def motion_table(
+    trajectory: JointTrajectory,
+    *,
+    rate: float | None = None,
+    knots_only: bool = False,
+    accelerations: bool = False,
+    fit: float | None = None,
+    robot: Robot | None = None,
+) -> MotionTable:
+    """Sample a motion, or take the points that carry it without loss.
+
+    Args:
+        trajectory: The motion.
+        rate: Samples a second [Hz], `DEFAULT_RATE` by default; the last one is at the end exactly,
+            whatever the rate.
+        knots_only: Take points that carry the whole motion instead of samples.
+        accelerations: These points carry accelerations too, for quintics instead of cubics.
+        fit: Insert points until the motion is met within this tolerance [rad or m].
+        robot: Gives pose and twist of the tool.
+
+    Raises:
+        ExportError: The points can't carry the motion without loss; see `carry`.
+        InputError: Options contradict each other, the rate makes more than `MOST_SAMPLES` rows,
+            or the robot has other joints.
+    """
+    joints: dict[str, FloatArray]
+    if knots_only:
+        if rate is not None:
+            raise InputError("samples at a rate and knots only were both asked for; choose one")
+        points = carry(trajectory, accelerations=accelerations, fit=fit)
+        knots = points.trajectory.knots
+        time, note = knots.time, points.describe()
+        joints = {"position": knots.position, "velocity": knots.velocity}
+        if accelerations:
+            joints["acceleration"] = knots.acceleration
+    else:
+        if accelerations or fit is not None:
+            raise InputError(
+                "accelerations and fit are about knots: samples hold accelerations anyway and "
+                "are exact at their times; ask for knots only (--knots-only) or leave them out"
+            )
+        rate = DEFAULT_RATE if rate is None else rate
+        if isinstance(rate, int | float) and rate * trajectory.duration > MOST_SAMPLES:
+            raise InputError(
+                f"rate {rate:g} Hz over {trajectory.duration:g} s makes more than {MOST_SAMPLES} "
+                f"samples; a rate below {MOST_SAMPLES / trajectory.duration:g} Hz is accepted"
+            )
+        samples = trajectory.sample(rate)
+        time, note = samples.time, f"{samples.time.size} samples at {rate:g} Hz"
+        joints = {name: getattr(samples, name) for name in QUANTITIES}
+    tool = {} if robot is None else _tool(trajectory, robot, joints["position"], joints["velocity"])
+    return MotionTable(
+        trajectory.joint_names,
+        trajectory.joint_units,
+        trajectory.planner,
+        time,
+        joints,
+        tool,
+        note,
+    )
+
+
+def _tool(
+    trajectory: JointTrajectory, robot: Robot, q: FloatArray, v: FloatArray
+) -> dict[str, FloatArray]:
+    """Pose and twist of the tool centre point at joint positions and velocities, (s, d) each."""
+    if set(robot.joint_names) != set(trajectory.joint_names):
+        raise InputError(
+            f"robot {robot.name!r} has the joints {', '.join(robot.joint_names)}; the trajectory "
+            f"has {', '.join(trajectory.joint_names)}"
+        )
+    order = [trajectory.joint_names.index(name) for name in robot.joint_names]
+    rows = {key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL.items()}
+    last = np.array([0.0, 0.0, 0.0, 1.0])
+    for i, (position, velocity) in enumerate(zip(q[:, order], v[:, order], strict=True)):
+        pose, jacobian = robot.forward_and_jacobian(position)
+        twist = jacobian @ velocity
+        quaternion = _quaternion(pose.rotation)
+        # q and -q are the same rotation: take the one next to the sample before
+        last = quaternion if quaternion @ last >= 0.0 else -quaternion
+        rows["tool_position"][i] = pose.translation
+        rows["tool_quaternion"][i] = last
+        rows["tool_linear_velocity"][i] = twist[:3]
+        rows["tool_angular_velocity"][i] = twist[3:]
+    return rows
+
+
+def _quaternion(rotation: FloatArray) -> FloatArray:
+    """Unit quaternion (x, y, z, w) of a rotation matrix (Bar-Itzhack's eigenvector method)."""
+    m = np.asarray(rotation)
+    k = np.array(
+        [
+            [m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
+            [m[0, 1] + m[1, 0], m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
+            [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], m[2, 2] - m[0, 0] - m[1, 1], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m.trace()],
+        ]
+    )
+    return np.asarray(np.linalg.eigh(k)[1][:, -1])

@@ -1,0 +1,170 @@
+"""Trajectories of other tools as CSV: a heading for each column, a row for each time."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from knotwork.documents import read_text
+from knotwork.errors import DocumentError, Problem
+from knotwork.foreign.header import QUANTITIES, Column, HeadingError, column
+from knotwork.foreign.table import PointTable
+from knotwork.waypoints import FloatArray
+
+DELIMITERS = (",", ";", "\t")
+
+
+def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str]) -> PointTable:
+    """Read a CSV file.
+
+    Columns are divided by commas, semicolons or tabs. Empty lines and lines that start with `#`
+    are left out; headings may stand in such a line directly above the numbers.
+
+    Args:
+        path: The file.
+        joint_names: The joints there are; the columns may have any order.
+        joint_units: `"rad"` or `"m"` for each.
+
+    Raises:
+        DocumentError: The file can't be read, has no headings, a column that is not understood, a
+            joint missing or twice, a row of another length, or what is no number.
+    """
+    rows = _rows(path)
+    if not rows:
+        raise DocumentError(path, [Problem(None, "", "holds no rows")])
+    head, cells = rows[0]
+    columns = _columns(path, head, cells, joint_names, joint_units)
+    lines, values = _numbers(path, rows[1:], cells)
+    time = np.empty(len(lines))
+    tables = {quantity: np.full((len(lines), len(joint_names)), np.nan) for quantity in QUANTITIES}
+    where: dict[tuple[str, int | None], int] = {}
+    for i, content in enumerate(columns):
+        if content.quantity == "time":
+            time = values[:, i] * content.factor
+        elif content.quantity:
+            tables[content.quantity][:, content.joint] = values[:, i] * content.factor
+        where[content.quantity, content.joint] = i
+    given = {quantity: (quantity, 0) in where for quantity in QUANTITIES}
+
+    def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
+        line = lines[row] if row < len(lines) else None
+        index = where.get((quantity, joint))
+        field = "" if index is None else f"column {index + 1} ({cells[index].strip()})"
+        return lambda message, accepted: DocumentError(
+            path, [Problem(line, field, message, accepted)]
+        )
+
+    count = len(lines)
+    return PointTable(
+        tuple(joint_names),
+        tuple(joint_units),
+        time,
+        tables["position"],
+        tables["velocity"],
+        tables["acceleration"],
+        np.full(count, given["velocity"]),
+        np.full(count, given["acceleration"]),
+        place,
+    )
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Rows of cells with their lines, the headings first."""
+    text = read_text(path).removeprefix("\ufeff")
+    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip()]
+    plain = [(i, line) for i, line in lines if not line.lstrip().startswith("#")]
+    if not plain:
+        return []
+    delimiter = max(DELIMITERS, key=plain[0][1].count)
+    rows = [(i, _cells(path, i, line, delimiter)) for i, line in plain]
+    first = rows[0][0]
+    if all(_is_number(cell) for cell in rows[0][1]):
+        # headings in a comment, as NumPy's savetxt writes them
+        above = [(i, line) for i, line in lines if i < first]
+        if above:
+            i, line = above[-1]
+            cells = _cells(path, i, line.lstrip().lstrip("#"), delimiter)
+            if len(cells) == len(rows[0][1]):
+                return [(i, cells), *rows]
+    return rows
+
+
+def _cells(path: Path, line: int, text: str, delimiter: str) -> list[str]:
+    try:
+        return next(csv.reader([text], delimiter=delimiter, strict=True))
+    except csv.Error as error:
+        raise DocumentError(path, [Problem(line, "", f"is not valid CSV: {error}")]) from error
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _columns(
+    path: Path,
+    line: int,
+    cells: list[str],
+    joint_names: Sequence[str],
+    joint_units: Sequence[str],
+) -> list[Column]:
+    problems: list[Problem] = []
+    columns: list[Column] = []
+    for i, cell in enumerate(cells):
+        try:
+            content = column(cell, joint_names, joint_units)
+        except HeadingError as error:
+            problems.append(Problem(line, f"column {i + 1}", str(error), error.accepted))
+            continue
+        if content.quantity and any(
+            (content.quantity, content.joint) == (other.quantity, other.joint) for other in columns
+        ):
+            what = content.quantity
+            if content.joint is not None:
+                what = f"the {what} of joint {joint_names[content.joint]!r}"
+            problems.append(Problem(line, f"column {i + 1}", f"{what} is given twice"))
+        columns.append(content)
+    if problems:
+        raise DocumentError(path, problems)
+    missing = _missing(columns, joint_names)
+    if missing:
+        raise DocumentError(path, [Problem(line, "", message) for message in missing])
+    return columns
+
+
+def _missing(columns: list[Column], joint_names: Sequence[str]) -> list[str]:
+    """What the columns lack: time, positions of all joints, and rates of all joints or none."""
+    lacks: list[str] = []
+    if not any(content.quantity == "time" for content in columns):
+        lacks.append("the time is missing; a column named time [s] must be given")
+    for quantity in QUANTITIES:
+        having = {content.joint for content in columns if content.quantity == quantity}
+        absent = [name for i, name in enumerate(joint_names) if i not in having]
+        if absent and (quantity == "position" or having):
+            lacks.append(f"the {quantity} of joint {', '.join(map(repr, absent))} is missing")
+    return lacks
+
+
+def _numbers(
+    path: Path, rows: list[tuple[int, list[str]]], head: list[str]
+) -> tuple[list[int], FloatArray]:
+    """Lines of the rows, and their numbers of shape (n, number of columns)."""
+    values = np.empty((len(rows), len(head)))
+    for row, (line, cells) in enumerate(rows):
+        if len(cells) != len(head):
+            message = f"has {len(cells)} values"
+            raise DocumentError(path, [Problem(line, "", message, f"{len(head)}, as headings")])
+        try:
+            values[row] = [float(cell) for cell in cells]
+        except ValueError:
+            at = next(i for i, cell in enumerate(cells) if not _is_number(cell))
+            field = f"column {at + 1} ({head[at].strip()})"
+            problem = Problem(line, field, f"{cells[at]!r} is no number")
+            raise DocumentError(path, [problem]) from None
+    return [line for line, _ in rows], values

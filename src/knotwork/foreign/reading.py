@@ -1,0 +1,91 @@
+"""Any trajectory from a file: a stored one of ours, or another tool's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from knotwork import documents, storage
+from knotwork.documents import Document
+from knotwork.foreign.csv_file import read_csv
+from knotwork.foreign.points import read_points
+from knotwork.foreign.table import to_trajectory
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.trajectory import JointTrajectory
+
+RESOLUTION = 1.0000001e-9
+"""Of the times in a ROS 2 message [s], and what rounding adds."""
+
+CSV = (".csv", ".tsv", ".txt")
+YAML = (".yaml", ".yml")
+STORED = ("coefficients", "breaks")
+POINTS = ("points", "trajectory", "joint_trajectory", "goal", "positions", "position", "q")
+
+
+def read_trajectory(
+    path: Path | str,
+    joint_names: Sequence[str],
+    joint_units: Sequence[str],
+    *,
+    span: tuple[float, float] = (0.0, 0.0),
+) -> tuple[JointTrajectory, list[str]]:
+    """Read a trajectory of ours or of another tool; its name and content say which.
+
+    A file whose name ends in `.csv`, `.tsv` or `.txt` is CSV, in `.yaml` or `.yml` a ROS 2
+    message or goal; anything else is JSON, a stored trajectory or plain points.
+
+    Args:
+        path: The file, or a folder with a `trajectory.json`.
+        joint_names: The joints that another tool's file must have, in any order.
+        joint_units: `"rad"` or `"m"` for each.
+        span: When the task starts and ends [s]. Times of a message are from its start on, to the
+            nanosecond: they are counted from the start of the task, and a motion that stops less
+            than a nanosecond before the end of the task is continued to it.
+
+    Returns:
+        The trajectory, and faults of the file that a report has to count.
+
+    Raises:
+        DocumentError: The file can't be read or is no trajectory; says which line or field.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if not path.is_dir() and suffix in CSV:
+        table = read_csv(path, joint_names, joint_units)
+        return to_trajectory(table, f"{path.name} (CSV)"), []
+    if not path.is_dir() and suffix in YAML:
+        document = _yaml(path)
+        kind = "ROS 2"
+    else:
+        document = storage.read_trajectory_document(path)
+        if not _is_points(document):
+            stored = storage.trajectory_from_dict(document)
+            fault = storage.knot_disagreement(document, stored)
+            return stored, [] if fault is None else [fault]
+        kind = "JSON"
+    table = read_points(document, joint_names, joint_units, start_time=span[0])
+    trajectory = to_trajectory(table, f"{path.name} ({kind})")
+    return _continued(trajectory, span[1]) if kind == "ROS 2" else trajectory, []
+
+
+def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:
+    if not 0.0 < end - trajectory.end_time <= RESOLUTION:
+        return trajectory
+    breaks = np.append(trajectory.breaks[:-1], end)
+    return replace(trajectory, polynomial=PiecewisePolynomial(trajectory.polynomial.c, breaks))
+
+
+def _is_points(document: Document) -> bool:
+    data = document.data
+    if not isinstance(data, dict) or any(key in data for key in STORED):
+        return False
+    return data.get("format") != storage.writing.FORMAT and any(key in data for key in POINTS)
+
+
+def _yaml(path: Path) -> Document:
+    """A YAML file, without the `---` that `ros2 topic echo` ends a message with."""
+    text = documents.read_text(path).rstrip()
+    return documents.parse(text.removesuffix("\n---"), path)

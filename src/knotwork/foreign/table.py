@@ -1,0 +1,163 @@
+"""Points of a motion as another tool wrote them, and the curve that a controller makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import DocumentError
+from knotwork.interpolation.pieces import two_point_coefficients
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+
+Place = Callable[[int, str, "int | None"], Callable[[str, str], DocumentError]]
+"""Row, quantity and joint (or `None`) to what makes the error for that place, given a message and
+what would be accepted."""
+
+_CURVES = ("straight lines", "cubics", "quintics")
+
+
+@dataclass(frozen=True, eq=False)
+class PointTable:
+    """Points of named joints, in SI; NaN in the rows that lack velocity or acceleration.
+
+    Attributes:
+        joint_names: Names, length d.
+        joint_units: `"rad"` or `"m"` for each.
+        time: Times [s], shape (n,).
+        position: [rad or m], shape (n, d).
+        velocity: [rad/s or m/s], shape (n, d).
+        acceleration: [rad/s² or m/s²], shape (n, d).
+        has_velocity, has_acceleration: Whether a row has them, shape (n,).
+        place: Says where in the file a value stands.
+    """
+
+    joint_names: tuple[str, ...]
+    joint_units: tuple[str, ...]
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    has_velocity: NDArray[np.bool_]
+    has_acceleration: NDArray[np.bool_]
+    place: Place
+
+
+def checked(table: PointTable) -> PointTable:
+    """Return a table if a controller can make a curve of it.
+
+    Raises:
+        DocumentError: There are fewer than two points, a value is not finite, times do not
+            increase, or a point has accelerations but no velocities.
+    """
+    if table.time.size < 2:
+        raise table.place(0, "", None)(f"holds {table.time.size} points", "at least two points")
+    _refuse_not_finite(table)
+    late = np.flatnonzero(np.diff(table.time) <= 0.0)
+    if late.size:
+        row = int(late[0]) + 1
+        raise table.place(row, "time", None)(
+            f"the time {table.time[row]:.17g} s is not after {table.time[row - 1]:.17g} s, the one "
+            "before it",
+            "times that increase",
+        )
+    alone = np.flatnonzero(table.has_acceleration & ~table.has_velocity)
+    if alone.size:
+        raise table.place(int(alone[0]), "acceleration", None)(
+            "is given without a velocity", "both, or velocities alone"
+        )
+    return table
+
+
+def _refuse_not_finite(table: PointTable) -> None:
+    bad = np.flatnonzero(~np.isfinite(table.time))
+    if bad.size:
+        row = int(bad[0])
+        raise table.place(row, "time", None)(
+            f"the time is {table.time[row]}", "a finite number of seconds"
+        )
+    for quantity, values, given in (
+        ("position", table.position, np.ones(table.time.size, dtype=bool)),
+        ("velocity", table.velocity, table.has_velocity),
+        ("acceleration", table.acceleration, table.has_acceleration),
+    ):
+        wrong = np.argwhere(~np.isfinite(values) & given[:, None])
+        if wrong.size:
+            row, joint = (int(i) for i in wrong[0])
+            raise table.place(row, quantity, joint)(
+                f"the {quantity} of joint {table.joint_names[joint]!r} is {values[row, joint]}",
+                "a finite number",
+            )
+
+
+def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
+    """Join points as ROS 2's joint_trajectory_controller does (C0, C1 or C2, as they carry).
+
+    Between two points it is a quintic if both have velocities and accelerations, a cubic if both
+    have velocities, and a straight line otherwise.
+
+    Args:
+        table: The points.
+        source: What they come from, for the report.
+
+    Raises:
+        DocumentError: As `checked`; or the numbers make a curve beyond the range of floats.
+    """
+    checked(table)
+    cubic = table.has_velocity[:-1] & table.has_velocity[1:]
+    quintic = cubic & table.has_acceleration[:-1] & table.has_acceleration[1:]
+    kinds = cubic.astype(int) + quintic
+    velocity = np.where(table.has_velocity[:, None], table.velocity, 0.0)
+    acceleration = np.where(table.has_acceleration[:, None], table.acceleration, 0.0)
+    derivatives = (table.position, velocity, acceleration)
+    size = 2 * (int(kinds.max()) + 1)
+    c = np.zeros((size, *table.position[1:].shape))
+    for kind in sorted(set(kinds.tolist())):
+        made = two_point_coefficients(table.time, derivatives[: kind + 1])
+        of_kind = kinds == kind
+        c[size - len(made) :, of_kind] = made[:, of_kind]
+    if not np.isfinite(c).all():
+        row = int(np.argwhere(~np.isfinite(c))[0][1]) + 1
+        raise table.place(row, "time", None)(
+            "the motion from the point before it exceeds the range of floating-point numbers",
+            "points farther apart in time",
+        )
+    joined = " and ".join(_CURVES[kind] for kind in sorted(set(kinds.tolist())))
+    return JointTrajectory(
+        table.joint_names,
+        PiecewisePolynomial(c, table.time),
+        joint_units=table.joint_units,
+        planner=f"{source}, {table.time.size} points joined by {joined}",
+    )
+
+
+def joint_order(
+    given: Sequence[str],
+    joint_names: Sequence[str],
+    error: Callable[[int | None, str, str], DocumentError],
+) -> list[int]:
+    """Where in a list of names each joint stands.
+
+    Args:
+        given: Names as the file lists them.
+        joint_names: The joints there are, in the order wanted.
+        error: Makes the error for a position in `given` (or for the list), a message and what is
+            accepted.
+
+    Raises:
+        DocumentError: A joint is missing, given twice, or unknown.
+    """
+    accepted = f"each of {', '.join(joint_names)} once, in any order"
+    for i, name in enumerate(given):
+        if name in given[:i]:
+            raise error(i, f"joint {name!r} is given twice", accepted)
+        if name not in joint_names:
+            raise error(i, f"the scenario has no joint {name!r}", accepted)
+    for name in joint_names:
+        if name not in given:
+            raise error(None, f"joint {name!r} is missing", accepted)
+    return [list(given).index(name) for name in joint_names]
