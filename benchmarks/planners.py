@@ -17,7 +17,6 @@ from typing import Any
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -55,13 +54,19 @@ NO_LIMIT = np.array([np.inf])
 FIGURES: dict[str, Callable[[Any, JointWaypoints], float]] = {
     "peak velocity": lambda t, w: metrics.peak(t, 1, NO_LIMIT).value,
     "peak accel.": lambda t, w: metrics.peak(t, 2, NO_LIMIT).value,
+    "peak jerk": lambda t, w: metrics.peak(t, 3, NO_LIMIT).value,
     "fluctuation": lambda t, w: float(metrics.velocity_fluctuation(t, w)[0]),
     "accel. jump": lambda t, w: metrics.acceleration_jump(t),
     "velocity miss": metrics.velocity_miss,
     "position miss": metrics.position_miss,
 }
-# Shown as ratios to the plain cubic, the least that meets positions and velocities.
-RELATIVE = ("peak velocity", "peak accel.")
+# Shown as ratios: to the plain cubic, the least that meets positions and velocities; and, as its
+# jerk has no bound, to the paper's curve.
+RELATIVE = {
+    "peak velocity": "cubic",
+    "peak accel.": "cubic",
+    "peak jerk": "modified-hermite, paper",
+}
 
 
 def task(rng: np.random.Generator, kind: str, ratio: int) -> JointWaypoints:
@@ -95,11 +100,10 @@ def measure(waypoints: JointWaypoints) -> dict[str, dict[str, float]]:
         except InputError:
             continue
         found[name] = {figure: f(trajectory, waypoints) for figure, f in FIGURES.items()}
-    plain = found["cubic"]
     return {
         name: {
-            f"{figure} / cubic" if figure in RELATIVE else figure: (
-                value / plain[figure] if figure in RELATIVE else value
+            f"{figure} / {RELATIVE[figure].split(', ')[-1]}" if figure in RELATIVE else figure: (
+                value / found[RELATIVE[figure]][figure] if figure in RELATIVE else value
             )
             for figure, value in values.items()
         }
@@ -107,11 +111,13 @@ def measure(waypoints: JointWaypoints) -> dict[str, dict[str, float]]:
     }
 
 
-def cells(values: NDArray[np.float64]) -> tuple[str, str]:
-    """Median and worst, rounding shown as zero."""
+def cell(figure: str, done: list[dict[str, float]]) -> str:
+    """Median and worst, rounding shown as zero; the jerk only where the acceleration is whole."""
+    if figure.startswith("peak jerk") and max(values["accel. jump"] for values in done) > 1e-9:
+        return "unbounded"
+    values = np.array([found[figure] for found in done])
     shown = (float(np.median(values)), float(values.max()))
-    median, worst = ("0" if value < 1e-9 else f"{value:.2f}" for value in shown)
-    return median, worst
+    return " / ".join("0" if value < 1e-9 else f"{value:.2f}" for value in shown)
 
 
 def rows(results: list[dict[str, dict[str, float]]]) -> Iterator[list[str]]:
@@ -122,10 +128,7 @@ def rows(results: list[dict[str, dict[str, float]]]) -> Iterator[list[str]]:
             yield [
                 name,
                 f"{100 * len(done) / len(results):.0f} %",
-                *(
-                    " / ".join(cells(np.array([values[figure] for values in done])))
-                    for figure in done[0]
-                ),
+                *(cell(figure, done) for figure in done[0]),
             ]
 
 

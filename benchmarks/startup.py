@@ -66,7 +66,7 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     pipeline = timed("import knotwork.pipeline", imported("knotwork.pipeline"))
     task = timed("read the scenario", lambda: pipeline.load_scenario(scenario))
     space = timed("load the robot", lambda: pipeline.joint_space(task))
-    waypoints = timed("inverse kinematics", lambda: pipeline.task_to_joint(task, space))
+    waypoints = timed("inverse kinematics", lambda: pipeline.solve_task(task, space).waypoints)
     planner = pipeline.get_planner(task.planner)
     options = pipeline.planner_options(task, space)
     trajectory = timed("interpolate", lambda: planner(waypoints, options))
@@ -92,8 +92,8 @@ def _print_to_stderr(tables: Any, plan: Any) -> None:
 def main(scenario: str, runs: int, stages_only: bool) -> None:
     """Measure the cold start of `knotwork plan` and show where the time goes."""
     if stages_only:
-        for name, seconds in stages(scenario):
-            print(f"{name}\t{seconds}")
+        for stage, took in stages(scenario):
+            print(f"{stage}\t{took}")
         return
     console = Console()
     medians = whole_commands(scenario, runs)

@@ -334,7 +334,7 @@ def test_the_name_in_the_file_counts_and_not_the_name_in_the_code() -> None:
 def test_a_part_of_a_document_still_knows_where_it_stands() -> None:
     document = documents.parse("x: 1\nshapes:\n  - a: 1\n  - size: no\n", Path("d/t.yaml"))
     part = document.part(("shapes", 1))
-    assert part.where(("size",)) == "t.yaml:4: shapes[1].size"
+    assert part.where(("size",)) == "d/t.yaml: line 4: shapes[1].size"
     with pytest.raises(DocumentError) as caught:
         documents.validate(Inner, part)
     assert problems_of(caught.value) == [(4, "shapes[1].size")]

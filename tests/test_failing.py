@@ -32,12 +32,13 @@ def test_there_are_scenarios_that_fail_in_every_way() -> None:
         for name, value in vars(errors).items()
         if isinstance(value, type) and issubclass(value, KnotworkError)
     }
-    # Those two are of the pieces, not of a scenario: of arrays, and of evaluating outside a curve.
+    # These are of the pieces, not of a scenario: of arrays, of times outside a curve, of formats.
     assert leaves - set(said) == {
         "KnotworkError",
         "TaskError",
         "WaypointDataError",
         "TimeRangeError",
+        "ExportError",
     }
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.errors import InputError, KnotError, UnknownNameError
+from knotwork.errors import InputError, KnotError, KnotworkError, UnknownNameError
 from knotwork.pipeline import Plan
 
 TASK: dict[str, Any] = {
@@ -95,7 +95,9 @@ def test_every_knot_rule_meets_the_main_scenario(knots: Any) -> None:
 
 
 def test_wrong_knots_name_the_waypoint_and_the_interval() -> None:
-    with pytest.raises(KnotError, match=r"scenario: knots \('B'\).*strictly between") as caught:
+    with pytest.raises(
+        KnotError, match=r"scenario: knots: at waypoint 'B': .*strictly between"
+    ) as caught:
         kw.plan(TASK, knots=[0, 0.5, 0.9, 3])
     assert caught.value.waypoint == 1
     assert caught.value.interval == (1.0, 3.0)
@@ -205,3 +207,63 @@ def test_times_so_close_that_nothing_fits_between_are_an_error() -> None:
     }
     with pytest.raises(InputError):
         kw.plan(task)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        ("robot", "ur55", r"line 1: robot: unknown robot 'ur55'.*did you mean 'ur5'"),
+        ("robot", "./nope.urdf", r"line 1: robot: .*nope.urdf"),
+        ("planner", "modified_hermite", r"line 2: planner: .*did you mean 'modified-hermite'"),
+        ("tool", "{frame: tool1}", r"line 3: tool.frame: .*'tool1'"),
+        ("knots", "[0, 1, 2]", r"line 4: knots: at waypoint .*last knot"),
+        ("planner", "cubic", r"line 2: planner: .*end accelerations"),
+    ],
+)
+def test_whatever_is_wrong_in_a_file_is_named_with_its_line_and_field(
+    tmp_path: Path, field: str, value: str, said: str
+) -> None:
+    fields = {
+        "robot": "ur5",
+        "planner": "modified-hermite",
+        "tool": "{frame: tool0}",
+        "knots": "paper",
+        "end_acceleration": "zero",
+    }
+    fields[field] = value
+    text = "\n".join(f"{key}: {given}" for key, given in fields.items())
+    path = tmp_path / "task.yaml"
+    path.write_text(f"{text}\nwaypoints: [{{joints: home}}, {{joints: home, after: 1}}]\n")
+    with pytest.raises(KnotworkError, match=rf"task\.yaml: {said}"):
+        kw.plan(path)
+
+
+def test_a_description_of_a_robot_in_place_is_not_read_in_other_units() -> None:
+    robot = {
+        "urdf": "example-robot-data:ur_description/urdf/ur5_robot.urdf",
+        "tool_frame": "tool0",
+        "limits": {"velocity": 90},
+    }
+    task = {"robot": robot, "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}]}
+    with pytest.raises(KnotworkError, match=r"robot\.limits: is in SI"):
+        kw.plan({**task, "units": {"angle": "deg"}})
+
+
+def test_a_slip_in_the_key_of_a_waypoint_is_named() -> None:
+    with pytest.raises(KnotworkError, match=r"waypoints\[0\]\.poses: unknown key.*'pose'"):
+        kw.plan({"robot": "ur5", "waypoints": [{"poses": {}}, {"joints": "home", "after": 1}]})
+
+
+def test_knots_may_be_an_object_or_an_array() -> None:
+    by_object = kw.plan("paper_case", knots=kw.BalancedKnots(0.3)).trajectory
+    by_constant = kw.plan("paper_case", knots=0.3).trajectory
+    np.testing.assert_array_equal(by_object.breaks, by_constant.breaks)
+    task = {
+        "knots": np.array([0.0, 0.6, 1.4, 2.0]),
+        "waypoints": [
+            {"joints": {"a": np.float64(0)}},
+            {"joints": {"a": 1}, "velocity": {"a": 1}, "time": 1},
+            {"joints": {"a": 0}, "time": 2},
+        ],
+    }
+    np.testing.assert_array_equal(kw.plan(task).trajectory.breaks, [0, 0.6, 1.4, 2])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -238,7 +239,8 @@ def test_time_stretched_by_a_tenth_misses_the_last_waypoint() -> None:
     c = SOUND.polynomial.c * (1.1 ** -np.arange(3.0, -1.0, -1.0))[:, None, None]
     slow = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(c, np.array([0, 1, 2]) * 1.1))
     report = check(slow, scenario())
-    assert failing(report) == {("B", "joint_position"), ("B", "joint_velocity")}
+    assert failing(report) == {("B", "joint_position"), ("B", "joint_velocity"), ("defect",)}
+    assert "longer than the scenario" in str(report.defects[0])
     position, velocity = report.requirements[2:]
     assert position.error == pytest.approx(1 - np.polyval(RISE, 2 / 1.1))
     assert velocity.error == pytest.approx(abs(np.polyval(np.polyder(RISE), 2 / 1.1)) / 1.1)
@@ -459,3 +461,55 @@ def test_limits_of_the_robot_are_in_the_report(deburring: Plan, arm: Arm) -> Non
         item = use(deburring.report, joint, "position")
         bounds = arm.model.lowerPositionLimit[i], arm.model.upperPositionLimit[i]
         assert item.limit == pytest.approx(bounds[0]) or item.limit == pytest.approx(bounds[1])
+
+
+def test_end_accelerations_are_checked_where_they_are_asked_for() -> None:
+    assert not [r for r in check(SOUND, scenario()).requirements if "accel" in r.quantity]
+    # the cubic from 0 to 1 in 2 s sets off with 6/4 and stops with -6/4
+    report = check(SOUND, scenario(end_acceleration="zero"))
+    assert failing(report) == {("A", "joint_acceleration"), ("B", "joint_acceleration")}
+    asked = {"start": {TURN: 1.5, SLIDE: -1.5}, "end": {TURN: -1.5, SLIDE: 1.5}}
+    assert check(SOUND, scenario(end_acceleration=asked)).ok
+
+
+def test_a_motion_that_goes_on_after_its_scenario_is_a_defect() -> None:
+    times = np.array([0.0, 2.0, 3.0])
+    c = np.zeros((4, 2, 2))
+    c[:, 0] = np.stack([RISE, FALL], axis=1)
+    c[3, 1] = [np.polyval(RISE, 2.0), np.polyval(FALL, 2.0)]
+    longer = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(c, times))
+    report = check(longer, scenario(continuity=1))
+    assert failing(report) == {("defect",)}
+    assert "longer than the scenario" in str(report.defects[0])
+
+
+def test_an_end_time_off_by_rounding_is_no_defect() -> None:
+    for end in (np.nextafter(2.0, 3.0), np.nextafter(2.0, 1.0)):
+        curve = PiecewisePolynomial(SOUND.polynomial.c, np.array([0.0, 1.0, end]))
+        assert check(JointTrajectory((TURN, SLIDE), curve), scenario()).ok
+
+
+def test_tolerances_of_sliding_joints_are_lengths(tmp_path: Path) -> None:
+    urdf = tmp_path / "slider.urdf"
+    urdf.write_text(
+        """<robot name="slider"><link name="a"/><link name="b"/>
+        <joint name="slide" type="prismatic"><parent link="a"/><child link="b"/>
+        <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="50" velocity="2"/></joint></robot>"""
+    )
+    task = load_scenario(
+        {
+            "robot": str(urdf),
+            "units": {"length": "mm", "angle": "deg"},
+            "tolerances": {"joint_position": 0.5},
+            "waypoints": [{"joints": {"slide": 0}}, {"joints": {"slide": 100}, "time": 2}],
+        }
+    )
+    for off, ok in ((0.4e-3, True), (0.6e-3, False)):
+        c = np.array([-0.025, 0.075, 0.0, off])[:, None, None]  # 0 to 0.1 m in 2 s, rest to rest
+        moved = JointTrajectory(
+            ("slide",), PiecewisePolynomial(c, np.array([0.0, 2.0])), joint_units=("m",)
+        )
+        report = check(moved, task)
+        assert report.ok == ok
+        assert report.requirements[0].tolerance == pytest.approx(0.5e-3)
+        assert report.requirements[0].unit == "m"

@@ -77,11 +77,11 @@ class Document:
         return self.lines.get(location)
 
     def where(self, location: Location) -> str:
-        """Say where a location is, for example `task.yaml:12: waypoints[2].time`."""
+        """Say where a location is, for example `task.yaml: line 12: waypoints[2].time`."""
         line = self.line(location)
-        name = self.file.name if self.file is not None else ""
-        place = f"{name}:{line}" if line is not None else name
-        return ": ".join(part for part in (place, self.path(location)) if part)
+        file = str(self.file) if self.file is not None else ""
+        place = f"line {line}" if line is not None else ""
+        return ": ".join(part for part in (file, place, self.path(location)) if part)
 
     def error(self, location: Location, message: str, accepted: str = "") -> DocumentError:
         """Make the error for one problem at a location."""

@@ -19,6 +19,10 @@ class KnotworkError(Exception):
 class InputError(KnotworkError, ValueError):
     """What the user gave can't be used as it is: a value, a name, a file or a task."""
 
+    def locate(self, where: str) -> None:
+        """Say in front of the message where the fault is, for example which field of a file."""
+        self.args = (f"{where}: {self}", *self.args[1:])
+
 
 def did_you_mean(name: object, available: Iterable[object]) -> str:
     """Say which of the available names is near the given one, or list them all.
@@ -140,8 +144,8 @@ class TimeRangeError(InputError):
     def __init__(self, time: float, start_time: float, end_time: float) -> None:
         self.time, self.start_time, self.end_time = time, start_time, end_time
         super().__init__(
-            f"time {time:.17g} s is outside the trajectory, which is defined from "
-            f"{start_time:.17g} s to {end_time:.17g} s and is not extrapolated"
+            f"time {time:.15g} s is outside the trajectory, which is defined from "
+            f"{start_time:.15g} s to {end_time:.15g} s and is not extrapolated"
         )
 
 
@@ -196,6 +200,20 @@ class OutsideLimitsError(TaskError):
         where: str = "",
     ) -> None:
         self.joints = tuple(joints)
+        super().__init__(waypoint, message, where=where)
+
+
+class BranchError(TaskError):
+    """The pose is not reached in the branch asked for.
+
+    Attributes:
+        branches: The branches it is reached in, in words.
+    """
+
+    def __init__(
+        self, waypoint: str, message: str, *, branches: Sequence[str], where: str = ""
+    ) -> None:
+        self.branches = tuple(branches)
         super().__init__(waypoint, message, where=where)
 
 

@@ -63,8 +63,10 @@ def joint_space(scenario: Scenario) -> JointSpace:
         return _bare_joints(scenario)
     from knotwork.robot import load_robot
 
-    robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
-    robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
+    with scenario.blaming("robot"):
+        robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
+    with scenario.blaming("tool", "frame"):
+        robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
     names, units = robot.joint_names, robot.joint_units
     position = _position_overrides(scenario.limits, names, units)
     robot = robot.with_limits(position, **_overrides(scenario.limits, names, units))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork import storage
-from knotwork.errors import KnotError
+from knotwork.errors import InputError, KnotError
 from knotwork.interpolation import RECORDS, BalancedKnots, PlannerOptions, get_planner
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.scenario import JointValues, Scenario, load_scenario
-from knotwork.task_to_joint import task_to_joint
+from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 from knotwork.witness import Report, check
@@ -32,6 +33,7 @@ class Plan:
         trajectory: The motion.
         report: What the check found.
         left_out: Options of the scenario that a planner given in its planner's place can't honour.
+        solution: How the solutions of the poses were chosen.
     """
 
     scenario: Scenario
@@ -40,6 +42,7 @@ class Plan:
     trajectory: JointTrajectory
     report: Report
     left_out: tuple[str, ...] = ()
+    solution: TaskSolution | None = None
 
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
@@ -69,7 +72,7 @@ def plan(
     scenario: str | Path | Mapping[str, Any] | Scenario,
     *,
     planner: str | None = None,
-    knots: str | float | ArrayLike | None = None,
+    knots: str | float | ArrayLike | BalancedKnots | None = None,
 ) -> Plan:
     """Plan a scenario and check the result.
 
@@ -78,8 +81,8 @@ def plan(
             a loaded scenario.
         planner: Takes the place of the scenario's planner. Options in the scenario that it can't
             honour were meant for the other one: they are left out, and `Plan.left_out` names them.
-        knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, the constant of
-            balanced knots, or the knot times [s].
+        knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, `BalancedKnots` or
+            their constant, or the knot times [s].
 
     Returns:
         The plan. Its `report.ok` says whether it does what was asked: a limit that is broken is
@@ -92,7 +95,10 @@ def plan(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     own_planner = scenario.planner
-    if planner is not None:
+    if planner is None:
+        with scenario.blaming("planner"):
+            get_planner(own_planner)
+    else:
         scenario = replace(scenario, planner=planner)
     interpolate = get_planner(scenario.planner)
     space = joint_space(scenario)
@@ -103,21 +109,39 @@ def plan(
     if knots is not None:
         scenario = replace(scenario, knots=_given_knots(knots))
         options = replace(options, knots=planner_options(scenario, space).knots)
-    waypoints = task_to_joint(scenario, space)
+    solution = solve_task(scenario, space)
+    waypoints = solution.waypoints
     try:
         trajectory = interpolate(waypoints, options)
     except KnotError as error:
-        name = f" ({waypoints.names[error.waypoint]!r})" if error.waypoint is not None else ""
-        raise KnotError(
-            f"{scenario.name}: knots{name}: {error}",
-            waypoint=error.waypoint,
-            interval=error.interval,
-        ) from error
+        if error.waypoint is not None:
+            error.locate(f"at waypoint {waypoints.names[error.waypoint]!r}")
+        with _blaming(scenario, "knots", given_here=knots is not None):
+            raise
+    except InputError:
+        with _blaming(scenario, "planner", given_here=planner is not None):
+            raise
     report = check(trajectory, scenario, space=space)
-    return Plan(scenario, space, waypoints, trajectory, report, left_out)
+    return Plan(scenario, space, waypoints, trajectory, report, left_out, solution)
 
 
-def _given_knots(knots: str | float | ArrayLike) -> str | float | FloatArray:
+@contextmanager
+def _blaming(scenario: Scenario, field: str, *, given_here: bool) -> Iterator[None]:
+    """Have errors name a field of the scenario, or the argument given in its place."""
+    if not given_here:
+        with scenario.blaming(field):
+            yield
+        return
+    try:
+        yield
+    except InputError as error:
+        error.locate(f"{scenario.name}: {field}")
+        raise
+
+
+def _given_knots(knots: str | float | ArrayLike | BalancedKnots) -> str | float | FloatArray:
+    if isinstance(knots, BalancedKnots):
+        return knots.c
     if isinstance(knots, str | int | float):
         return knots
     try:

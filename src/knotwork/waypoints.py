@@ -62,8 +62,8 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
         i = int(late[0]) + 1
         name = f" ({names[i]!r})" if names is not None else ""
         raise WaypointDataError(
-            f"time of waypoint {i}{name} is {array[i]:.17g} s; "
-            f"it must be later than {array[i - 1]:.17g} s, the time of the one before it",
+            f"time of waypoint {i}{name} is {array[i]:.15g} s; "
+            f"it must be later than {array[i - 1]:.15g} s, the time of the one before it",
             waypoint=i,
             value=float(array[i]),
         )

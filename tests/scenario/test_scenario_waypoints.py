@@ -340,7 +340,7 @@ def test_the_name_of_the_file_is_the_scenario_s(tmp_path: Path) -> None:
     assert scenario.name == "weld seam"
     assert scenario.source == path
     assert scenario.relative_to == tmp_path
-    assert scenario.waypoints[1].where == "weld seam.yml:1: waypoints[1]"
+    assert scenario.waypoints[1].where == f"{path}: line 1: waypoints[1]"
 
 
 def test_a_file_and_the_same_mapping_are_the_same_scenario() -> None:
@@ -379,7 +379,7 @@ def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -
     )
     robot = load_scenario(path).robot
     assert isinstance(robot, Document)
-    assert robot.where(("tool_frame",)) == "task.yaml:3: robot.tool_frame"
+    assert robot.where(("tool_frame",)) == f"{path}: line 3: robot.tool_frame"
 
 
 # Finding files

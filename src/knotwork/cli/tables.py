@@ -20,6 +20,7 @@ from knotwork.witness import LimitUse, Report, Requirement
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
     from knotwork.robot import Robot
+    from knotwork.task_to_joint import Choice, TaskSolution
 
 # Numbers are never cut short: a table takes the width it needs, and a terminal wraps what is more.
 ANY_WIDTH = 1000
@@ -74,16 +75,20 @@ def print_plan(plan: Plan) -> None:
         plan.scenario,
         f"{made}: {len(plan.scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks, "
         f"{trajectory.duration:g} s",
+        plan.solution,
     )
 
 
-def print_report(report: Report, scenario: Scenario, made: str = "") -> None:
+def print_report(
+    report: Report, scenario: Scenario, made: str = "", solution: TaskSolution | None = None
+) -> None:
     """Print a report as tables of waypoints and limits, and the verdict.
 
     Args:
         report: What the check found.
         scenario: What it was checked against.
         made: How the trajectory was made; by default what it says itself.
+        solution: How the solutions of the poses were chosen, if that is known.
     """
     out = console()
     out.print(f"[bold]{escape(report.scenario)}[/]  {escape(scenario.description.strip())}")
@@ -95,8 +100,13 @@ def print_report(report: Report, scenario: Scenario, made: str = "") -> None:
         if items:
             out.print(_waypoint_table(title, items))
             out.print()
+    if solution is not None and solution.choices:
+        out.print(_choice_table(solution.choices))
+        out.print()
     out.print(_limit_table(report.limits))
     out.print()
+    for obstacle in solution.obstacles if solution is not None else ():
+        out.print(f"[bold red]too fast[/] {escape(obstacle)}", soft_wrap=True)
     for jump in report.jumps:
         state = "" if jump.required else " (not required)"
         out.print(
@@ -142,9 +152,21 @@ def _waypoint_table(title: str, requirements: Sequence[Requirement]) -> Table:
         cells = [escape(name), f"{time:.3f}"]
         if "linear_velocity" in found:
             cells.append(f"{np.linalg.norm(found['linear_velocity'].requested):.3f}")
-        cells += [_coloured(f"{found[key].error:.1e}", found[key].ok) for key in quantities]
+        cells += [_error(found.get(key)) for key in quantities]
         table.add_row(*cells, _mark(all(item.ok for item in found.values())))
     table.add_row(*allowed, "", style="dim")
+    return table
+
+
+def _choice_table(choices: Sequence[Choice]) -> Table:
+    """One row a waypoint given by a pose: which of its solutions was taken, and why."""
+    table = plain_table("Solutions chosen", ["waypoint", "branch", "turns", "of", "why"], 5)
+    for choice in choices:
+        turns = ", ".join(f"{joint} {turn:+d}" for joint, turn in choice.turns)
+        kind = "samples" if choice.sampled else "branch" if choice.branches == 1 else "branches"
+        count = f"{choice.branches} {kind}, {choice.solutions} with turns"
+        cells = (choice.waypoint, choice.branch or "-", turns or "-", count, choice.reason)
+        table.add_row(*map(escape, cells))
     return table
 
 
@@ -169,6 +191,10 @@ def _limit_table(limits: Sequence[LimitUse]) -> Table:
             most = "  " if len(free) == 1 else "  most: "
             table.add_row(most + escape(worst.joint), *cells)
     return table
+
+
+def _error(item: Requirement | None) -> str:
+    return _coloured(f"{item.error:.1e}", item.ok) if item is not None else ""
 
 
 def _coloured(text: str, ok: bool) -> str:

@@ -165,8 +165,8 @@ def _given(x: FloatArray, knots: ArrayLike, doubled_ends: bool) -> tuple[FloatAr
     for end, i in ((0, 0), (-1, n - 1)) if t.size else ():
         if t[end] != x[end]:
             raise KnotError(
-                f"the {'last' if end else 'first'} knot is {t[end]:.17g} s; it must be the time of "
-                f"waypoint {i}, {x[end]:.17g} s",
+                f"the {'last' if end else 'first'} knot is {t[end]:.15g} s; it must be the time of "
+                f"waypoint {i}, {x[end]:.15g} s",
                 waypoint=i,
             )
     if t.size != expected:
@@ -193,8 +193,8 @@ def _miscounted(x: FloatArray, t: FloatArray, doubled_ends: bool) -> KnotError:
     i = int(wrong[0])
     interval = float(x[i]), float(x[i + 1])
     return KnotError(
-        f"{message}. Between waypoints {i} and {i + 1}, strictly between {interval[0]:.17g} s and "
-        f"{interval[1]:.17g} s, there must be {needed[i]} and are {found[i]}",
+        f"{message}. Between waypoints {i} and {i + 1}, strictly between {interval[0]:.15g} s and "
+        f"{interval[1]:.15g} s, there must be {needed[i]} and are {found[i]}",
         waypoint=i,
         interval=interval,
     )
@@ -225,8 +225,8 @@ def _check_order(x: FloatArray, left: FloatArray, right: FloatArray, doubled_end
 def _misplaced(i: int, side: str, knot: float, low: float, high: float) -> KnotError:
     low, high = float(low), float(high)
     return KnotError(
-        f"the knot {side} waypoint {i} is at {knot:.17g} s; it must lie strictly between "
-        f"{low:.17g} s and {high:.17g} s",
+        f"the knot {side} waypoint {i} is at {knot:.15g} s; it must lie strictly between "
+        f"{low:.15g} s and {high:.15g} s",
         waypoint=i,
         interval=(low, high),
     )

@@ -273,7 +273,15 @@ class Robot:
         Raises:
             As `forward`.
         """
-        return pin.Motion(self.jacobian(q) @ self._checked(v, "v"))
+        frame = self._tool("the velocity of the tool")
+        q, v = self._checked(q, "q"), self._checked(v, "v")
+        pin.forwardKinematics(self.model, self.data, q, v)
+        pin.updateFramePlacement(self.model, self.data, frame)
+        twist = pin.getFrameVelocity(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
+        if self._world_from_base is None:
+            return twist
+        turn = self._base_from_world.rotation
+        return pin.Motion(turn @ twist.linear, turn @ twist.angular)
 
     def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
         """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.documents import Document, Location
-from knotwork.errors import did_you_mean
+from knotwork.errors import DocumentError, InputError, did_you_mean
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -143,6 +144,10 @@ class ToolPlacement:
     offset: pin.SE3 | None = None
 
 
+def _one_for_each_unit() -> dict[str, float]:
+    return {"rad": 1e-6, "m": 1e-6}
+
+
 @dataclass(frozen=True)
 class ToleranceSet:
     """How far the motion may be from what was asked.
@@ -152,16 +157,18 @@ class ToleranceSet:
         orientation: Of the tool, as the angle of the rotation between [rad].
         linear_velocity: Of the TCP [m/s].
         angular_velocity: Of the tool [rad/s].
-        joint_position: At waypoints given by joint values [rad or m].
-        joint_velocity: At waypoints given by joint values [rad/s or m/s].
+        joint_position: At waypoints given by joint values, by unit of the joint: `"rad"`, `"m"`.
+        joint_velocity: Likewise, per second.
+        joint_acceleration: At the two ends, where asked for; likewise, per second squared.
     """
 
     position: float = 1e-6
     orientation: float = 1e-6
     linear_velocity: float = 1e-6
     angular_velocity: float = 1e-6
-    joint_position: float = 1e-6
-    joint_velocity: float = 1e-6
+    joint_position: Mapping[str, float] = field(default_factory=_one_for_each_unit)
+    joint_velocity: Mapping[str, float] = field(default_factory=_one_for_each_unit)
+    joint_acceleration: Mapping[str, float] = field(default_factory=_one_for_each_unit)
 
 
 @dataclass(frozen=True)
@@ -209,8 +216,11 @@ class Scenario:
         waypoints: In order of time; at least two.
         robot: Shipped name, path, or inline description; `None` for a task of joints alone.
         relative_to: Folder that relative paths in `robot` start from, or `None`.
+        frames: Named frames of the file, each as `pin.SE3` in the base frame.
         tool: Where the tool is.
         near: Joint values (or configuration) that solutions are to be near, or `None`.
+        branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or the word
+            asked for by `"shoulder"`, `"elbow"` and `"wrist"`.
         planner: Name of the planner.
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
@@ -221,6 +231,7 @@ class Scenario:
         continuity: Order of continuity that the check asks for.
         rate: Samples per second [Hz].
         source: The file it came from, or `None`.
+        document: What the file says and where, for errors; `None` for one made in Python.
     """
 
     name: str
@@ -228,8 +239,10 @@ class Scenario:
     description: str = ""
     robot: str | Document | None = None
     relative_to: Path | None = None
+    frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     tool: ToolPlacement = field(default_factory=ToolPlacement)
     near: JointValues | None = None
+    branch: str | Mapping[str, str] = "free"
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"
     end_acceleration: str | tuple[JointValues, JointValues] | None = None
@@ -239,6 +252,23 @@ class Scenario:
     continuity: int = 2
     rate: float = 100.0
     source: Path | None = None
+    document: Document | None = field(default=None, repr=False, compare=False)
+
+    @contextmanager
+    def blaming(self, *location: str | int) -> Iterator[None]:
+        """Have errors of the input say which field of the file is at fault.
+
+        Args:
+            location: Keys and indices of the field, for example `"tool", "frame"`.
+        """
+        try:
+            yield
+        except DocumentError:
+            raise  # it says so already
+        except InputError as error:
+            if self.document is not None:
+                error.locate(self.document.where(location))
+            raise
 
     @property
     def times(self) -> FloatArray:

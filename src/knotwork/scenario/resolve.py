@@ -48,10 +48,25 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
         UnknownNameError: No scenario of this name is shipped.
     """
     if isinstance(reference, Mapping):
-        document = Document(dict(reference))
+        document = Document(_plain(reference))
     else:
         document = documents.read(resources.find("scenarios", reference))
     return _Resolver(document).scenario()
+
+
+# No scenario nests deeper; what does is refused as it is.
+_DEEPEST = 8
+
+
+def _plain(value: Any, depth: int = 0) -> Any:
+    """A mapping from Python as a file would give it: NumPy's arrays as lists, its numbers plain."""
+    if isinstance(value, Mapping) and depth < _DEEPEST:
+        return {key: _plain(item, depth + 1) for key, item in value.items()}
+    if isinstance(value, list | tuple) and depth < _DEEPEST:
+        return [_plain(item, depth + 1) for item in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return value
 
 
 class _Resolver:
@@ -67,6 +82,8 @@ class _Resolver:
         file, source = self.file, self.document.file
         if file.robot is None:
             self._check_joints_alone()
+        if isinstance(file.robot, dict):
+            self._check_description_in_si(file.robot)
         if file.frame is not None or file.frames:
             self.frames.find(file.frame or "base", ("frame",))
         return Scenario(
@@ -75,8 +92,10 @@ class _Resolver:
             waypoints=self._waypoints(),
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
+            frames={name: self.frames[name].copy() for name in file.frames},
             tool=self._tool(),
             near=self._joints(file.near, ("near",)) if file.near is not None else None,
+            branch=self._branch(),
             planner=file.planner,
             knots=self._knots(),
             end_acceleration=self._end_acceleration(),
@@ -86,7 +105,21 @@ class _Resolver:
             continuity=file.continuity,
             rate=file.rate,
             source=source,
+            document=self.document,
         )
+
+    def _check_description_in_si(self, robot: Mapping[str, Any]) -> None:
+        """A robot description is in SI like a robot file, so numbers in other units are refused."""
+        if self.length == self.angle == 1.0:
+            return
+        for key in ("locked", "configurations", "limits"):
+            if robot.get(key):
+                raise self.document.error(
+                    ("robot", key),
+                    "is in SI like every robot description, but the file's units are others",
+                    "a robot file of its own (robot: its path), units m and rad, or limits: of the "
+                    "scenario",
+                )
 
     def _check_joints_alone(self) -> None:
         """Without a robot only joint values make sense."""
@@ -97,8 +130,8 @@ class _Resolver:
                     "a pose needs a robot",
                     "robot: the name of one (`knotwork robots` lists them) or a path",
                 )
-        for key in ("tool", "near"):
-            if getattr(self.file, key) is not None:
+        for key in ("tool", "near", "branch"):
+            if getattr(self.file, key) not in (None, "free"):
                 raise self.document.error((key,), "needs a robot, and the file names none")
 
     def _joints(self, values: Mapping[str, float] | float | str, location: Location) -> JointValues:
@@ -297,6 +330,12 @@ class _Resolver:
             placement_in_si(tool.offset, self.length, self.angle, self.document, location),
         )
 
+    def _branch(self) -> str | dict[str, str]:
+        branch = self.file.branch
+        if isinstance(branch, str):
+            return branch
+        return {key: str(word) for key, word in branch if word is not None}
+
     def _knots(self) -> str | float | FloatArray:
         knots = self.file.knots
         if isinstance(knots, Balanced):
@@ -360,10 +399,14 @@ class _Resolver:
 
     def _tolerances(self) -> ToleranceSet:
         given = self.file.tolerances
-        units = {"position": self.length, "linear_velocity": self.length}
-        values = {
-            name: value * units.get(name, self.angle)
-            for name in type(given).model_fields
-            if (value := getattr(given, name)) is not None
-        }
+        values: dict[str, Any] = {}
+        for name in type(given).model_fields:
+            value = getattr(given, name)
+            if value is None:
+                continue
+            if name.startswith("joint"):
+                values[name] = {"rad": value * self.angle, "m": value * self.length}
+            else:
+                linear = name in ("position", "linear_velocity")
+                values[name] = value * (self.length if linear else self.angle)
         return ToleranceSet(**values)

@@ -6,6 +6,7 @@ them into SI in the robot's base frame.
 
 from __future__ import annotations
 
+import difflib
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
@@ -175,7 +176,9 @@ class JointWaypoint(_Waypoint):
         Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
         _by_kind("the name of a configuration or a mapping of joint names to values"),
     ]
-    velocity: JointMap | None = None
+    velocity: JointMap | None = Field(
+        default=None, description="By joint; joints left out stand still"
+    )
 
     @model_validator(mode="after")
     def _one_velocity(self) -> JointWaypoint:
@@ -187,9 +190,15 @@ class JointWaypoint(_Waypoint):
 def _waypoint_kind(value: Any) -> str | None:
     if isinstance(value, PoseWaypoint | JointWaypoint):
         return type(value).__name__
-    if isinstance(value, dict) and ("pose" in value) != ("joints" in value):
-        return "PoseWaypoint" if "pose" in value else "JointWaypoint"
-    return None
+    if not isinstance(value, dict) or ("pose" in value and "joints" in value):
+        return None
+    kinds = {"pose": "PoseWaypoint", "joints": "JointWaypoint"}
+    for key, kind in kinds.items():
+        if key in value:
+            return kind
+    # a key that is nearly one of them is a slip: let that key be reported
+    slips = (difflib.get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
+    return next((kinds[slip[0]] for slip in slips if slip), None)
 
 
 Waypoint = Annotated[
@@ -213,6 +222,20 @@ class EndAcceleration(StrictModel):
 
     start: dict[str, Number] = Field(default_factory=dict)
     end: dict[str, Number] = Field(default_factory=dict)
+
+
+class Branch(StrictModel):
+    """The branch of solutions to take, in words; what is left out is free."""
+
+    shoulder: Literal["left", "right"] | None = None
+    elbow: Literal["up", "down"] | None = None
+    wrist: Literal["flip", "no flip"] | None = None
+
+    @model_validator(mode="after")
+    def _one_at_least(self) -> Branch:
+        if not (self.shoulder or self.elbow or self.wrist):
+            raise ValueError("names no branch; give one of shoulder, elbow, wrist")
+        return self
 
 
 PerWaypoint = Annotated[list[dict[str, Number]], Field(min_length=2)]
@@ -279,6 +302,7 @@ class Tolerances(StrictModel):
     angular_velocity: Positive | None = None
     joint_position: Positive | None = None
     joint_velocity: Positive | None = None
+    joint_acceleration: Positive | None = None
 
 
 JointsOrName = Annotated[
@@ -314,6 +338,15 @@ class ScenarioFile(StrictModel):
         None,
         description="Prefer the solutions nearest to this; left out: the start, else home, for the "
         "first waypoint, and for each other the waypoint before it",
+    )
+    branch: Annotated[
+        Annotated[Literal["free", "keep", "fixed"], Tag("text")]
+        | Annotated[Branch, Tag("mapping")],
+        _by_kind("free, keep, fixed or a mapping of shoulder, elbow and wrist to words"),
+    ] = Field(
+        "free",
+        description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
+        "it, hold it fixed, or the one named",
     )
     planner: Text = "modified-hermite"
     knots: Annotated[

@@ -19,7 +19,8 @@ class Requirement:
         waypoint: Name of the waypoint.
         time: When [s].
         quantity: `"position"`, `"orientation"`, `"linear_velocity"`, `"angular_velocity"` of the
-            tool, or `"joint_position"`, `"joint_velocity"`.
+            tool, or `"joint_position"`, `"joint_velocity"` and, at the ends where it is asked
+            for, `"joint_acceleration"`.
         requested: What was asked for; an orientation as a quaternion x, y, z, w.
         achieved: What the trajectory does, in the same form.
         error: Distance between the two; for joints, of the joint furthest off.

@@ -17,11 +17,13 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
-from knotwork.witness.motion import limit_use, measured_jumps, rate_unit
+from knotwork.witness.motion import QUANTITIES, limit_use, measured_jumps, rate_unit
 from knotwork.witness.report import Defect, LimitUse, Report, Requirement, Singularity
 
 # Torque and nearness to singularities are looked at this often, and at every break.
 SAMPLES = 500
+# Times that differ by rounding are the same.
+TIME_ROUNDING = 1e-9
 
 
 def check(
@@ -101,47 +103,90 @@ def _in_order(trajectory: JointTrajectory, space: JointSpace) -> PiecewisePolyno
 def _requirements(
     trajectory: JointTrajectory, curve: PiecewisePolynomial, scenario: Scenario, space: JointSpace
 ) -> tuple[list[Requirement], list[str]]:
-    """Requirements at the waypoints, and those waypoints that the trajectory does not last to."""
+    """Requirements at the waypoints, and what of the scenario's time the trajectory misses."""
     requirements: list[Requirement] = []
     missed: list[str] = []
+    start, end = trajectory.start_time, trajectory.end_time
+    slack = TIME_ROUNDING * max(1.0, abs(start), abs(end))
     for waypoint in scenario.waypoints:
-        if not trajectory.start_time <= waypoint.time <= trajectory.end_time:
+        if not start - slack <= waypoint.time <= end + slack:
             missed.append(
-                f"waypoint {waypoint.name!r} is at {waypoint.time:g} s, but the trajectory lasts "
-                f"from {trajectory.start_time:g} s to {trajectory.end_time:g} s"
+                f"waypoint {waypoint.name!r} is at {waypoint.time:.9g} s, but the trajectory lasts "
+                f"from {start:.9g} s to {end:.9g} s"
             )
             continue
-        q, v = curve(waypoint.time), curve(waypoint.time, 1)
+        time = min(max(waypoint.time, start), end)
+        q, v = curve(time), curve(time, 1)
         if isinstance(waypoint, JointTarget):
             requirements += _joint_requirements(waypoint, q, v, space, scenario)
         elif space.robot is not None:
             from knotwork.witness.tool import tool_requirements
 
             requirements += tool_requirements(waypoint, space.robot, q, v, scenario.tolerances)
+    first, last = scenario.waypoints[0], scenario.waypoints[-1]
+    if start < first.time - slack or end > last.time + slack:
+        missed.append(
+            f"the trajectory lasts from {start:.9g} s to {end:.9g} s, longer than the scenario, "
+            f"whose waypoints are from {first.time:.9g} s to {last.time:.9g} s"
+        )
+    requirements += _end_requirements(curve, scenario, space)
     return requirements, missed
 
 
 def _joint_requirements(
     target: JointTarget, q: FloatArray, v: FloatArray, space: JointSpace, scenario: Scenario
 ) -> Iterator[Requirement]:
-    position = space.values(target.joints)
     velocity = np.zeros_like(q)
     if target.velocity is not None:
         velocity = space.values(target.velocity, missing=0.0)
-    for order, (quantity, requested, achieved) in enumerate(
-        (("joint_position", position, q), ("joint_velocity", velocity, v))
+    for order, (requested, achieved) in enumerate(
+        ((space.values(target.joints), q), (velocity, v))
     ):
-        errors = np.abs(achieved - requested)
-        worst = int(errors.argmax())
-        tolerance = getattr(scenario.tolerances, quantity)
-        yield Requirement(
-            target.name,
-            target.time,
-            quantity,
-            tuple(requested.tolist()),
-            tuple(achieved.tolist()),
-            float(errors[worst]),
-            tolerance,
-            rate_unit(space.joint_units[worst], order),
-            bool(errors[worst] <= tolerance),
+        yield _joint_requirement(
+            target.name, target.time, order, requested, achieved, space, scenario
         )
+
+
+def _end_requirements(
+    curve: PiecewisePolynomial, scenario: Scenario, space: JointSpace
+) -> Iterator[Requirement]:
+    """The accelerations at the two ends, where the scenario asks for them."""
+    asked = scenario.end_acceleration
+    if asked is None:
+        return
+    ends = (scenario.waypoints[0], scenario.waypoints[-1])
+    for side, (waypoint, time) in enumerate(zip(ends, (curve.x[0], curve.x[-1]), strict=True)):
+        requested = np.zeros(len(space.joint_names))
+        if not isinstance(asked, str):
+            requested = space.values(asked[side], missing=0.0)
+        yield _joint_requirement(
+            waypoint.name, float(time), 2, requested, curve(time, 2), space, scenario
+        )
+
+
+def _joint_requirement(
+    name: str,
+    time: float,
+    order: int,
+    requested: FloatArray,
+    achieved: FloatArray,
+    space: JointSpace,
+    scenario: Scenario,
+) -> Requirement:
+    """Compare joint values, and show the joint that is furthest off for its tolerance."""
+    quantity = f"joint_{QUANTITIES[order]}"
+    by_unit = getattr(scenario.tolerances, quantity)
+    tolerances = np.array([by_unit[unit] for unit in space.joint_units])
+    errors = np.abs(achieved - requested)
+    worst = int((errors / tolerances).argmax())
+    return Requirement(
+        name,
+        time,
+        quantity,
+        tuple(requested.tolist()),
+        tuple(achieved.tolist()),
+        float(errors[worst]),
+        float(tolerances[worst]),
+        rate_unit(space.joint_units[worst], order),
+        bool(errors[worst] <= tolerances[worst]),
+    )
