@@ -1,6 +1,7 @@
 """Inverse kinematics of poses (eq 3) and velocities (eq 4), and how near a singularity is."""
 
 from knotwork.kinematics.pose import IKSolution, solve_pose_ik
+from knotwork.kinematics.solutions import Branch, solve_all
 from knotwork.kinematics.velocity import (
     singular_values,
     smallest_singular_value,
@@ -8,9 +9,11 @@ from knotwork.kinematics.velocity import (
 )
 
 __all__ = [
+    "Branch",
     "IKSolution",
     "singular_values",
     "smallest_singular_value",
+    "solve_all",
     "solve_pose_ik",
     "solve_velocity_ik",
 ]

@@ -98,7 +98,7 @@ def solve_pose_ik(
         WaypointDataError: An array is not finite or of another shape.
         RobotError: The robot has no tool frame.
     """
-    _check_pose(pose, position_tolerance, orientation_tolerance)
+    check_pose(pose, position_tolerance, orientation_tolerance)
     first = np.array(read_only(start, (robot.dof,), "start"))
     goal = first if near is None else np.array(read_only(near, (robot.dof,), "near"))
     tolerances = MARGIN * position_tolerance, MARGIN * orientation_tolerance
@@ -122,7 +122,12 @@ def solve_pose_ik(
     return collector.solution(pose)
 
 
-def _check_pose(pose: Any, position_tolerance: float, orientation_tolerance: float) -> None:
+def check_pose(pose: Any, position_tolerance: float, orientation_tolerance: float) -> None:
+    """Check what `solve_pose_ik` is given.
+
+    Raises:
+        WaypointDataError: The pose is not finite, or a tolerance is not positive.
+    """
     if not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
         raise WaypointDataError(f"pose must be a finite pin.SE3, not {pose!r}", value=pose)
     for name, value in (

@@ -1,0 +1,193 @@
+"""Damped least squares for many poses and starts at once: the batch behind `solve_many`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from knotwork.kinematics.joint_axes import JointAxes, pose_errors
+from knotwork.kinematics.levenberg_marquardt import (
+    FIRST_FACTOR,
+    MAX_FACTOR,
+    MAX_STEP,
+    MIN_FACTOR,
+)
+from knotwork.waypoints import FloatArray
+
+# Searches that are not down to this part of their error every so many iterations are given up.
+CHECK_EVERY = 8
+FALLEN_TO = 0.5
+# Most searches that succeed are within this error [m, rad] after so many iterations; to wait for
+# the others takes as long as two new starts.
+PATIENCE = 20
+NEAR = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Poses in the base frame.
+
+    Attributes:
+        position: [m], shape (3, n).
+        rotation: Column, row, pose: shape (3, 3, n).
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+
+    @classmethod
+    def of(cls, poses: Any) -> Targets:
+        """Collect the positions and orientations of `pin.SE3` poses."""
+        return cls(
+            np.array([pose.translation for pose in poses]).reshape(-1, 3).T,
+            np.array([pose.rotation.T for pose in poses]).reshape(-1, 3, 3).transpose(1, 2, 0),
+        )
+
+    def take(self, index: Any) -> Targets:
+        """Those of the given indices."""
+        return Targets(self.position[:, index], self.rotation[:, :, index])
+
+    def __len__(self) -> int:
+        return int(self.position.shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class BatchSolution:
+    """Where a batch of local searches ended.
+
+    Attributes:
+        q: Joint positions [rad or m], shape (n, d).
+        position_error: Distance of the TCP from the pose [m], shape (n,).
+        orientation_error: Angle from it [rad], shape (n,).
+        converged: Which ended within the tolerances, shape (n,).
+        iterations: Steps of the longest search.
+    """
+
+    q: FloatArray
+    position_error: FloatArray
+    orientation_error: FloatArray
+    converged: Any
+    iterations: int
+
+
+def solve_batch(
+    chain: JointAxes,
+    targets: Targets,
+    start: FloatArray,
+    *,
+    tolerance: float = 1e-9,
+    lower: FloatArray | None = None,
+    upper: FloatArray | None = None,
+    max_iterations: int = 60,
+) -> BatchSolution:
+    """Search from each start for the joint positions that bring the TCP to its pose.
+
+    Levenberg–Marquardt with damping in proportion to the squared error, as in `PoseSearch`, for
+    all searches in step; those that have ended or stalled leave the batch.
+
+    Args:
+        chain: The arm.
+        targets: n poses.
+        start: Joint positions, shape (n, d).
+        tolerance: Of distance [m] and angle [rad].
+        lower: Limits that searches stay within, shape (d,); by default none.
+        upper: Likewise.
+        max_iterations: Steps at most.
+    """
+    n = len(start)
+    q = start.copy()
+    best_position, best_angle = np.full(n, np.inf), np.full(n, np.inf)
+    index = np.arange(n)
+    state = _State(chain, targets, q, lower, upper)
+    iteration = 0
+    checkpoint = state.square.copy()
+    while True:
+        done = np.maximum(state.distance, state.angle) <= tolerance
+        leaving = done | (state.factor > MAX_FACTOR)
+        if iteration % CHECK_EVERY == CHECK_EVERY - 1:
+            leaving |= state.square > FALLEN_TO * checkpoint
+            checkpoint = state.square.copy()
+        if iteration == PATIENCE:
+            leaving |= state.square > NEAR**2
+        if iteration >= max_iterations:
+            leaving[:] = True
+        if leaving.any():
+            rows = index[leaving]
+            q[rows] = state.q[leaving]
+            best_position[rows], best_angle[rows] = state.distance[leaving], state.angle[leaving]
+            staying = ~leaving
+            index, checkpoint = index[staying], checkpoint[staying]
+            if not index.size:
+                break
+            state.keep(staying)
+        state.step()
+        iteration += 1
+    converged = np.maximum(best_position, best_angle) <= tolerance
+    return BatchSolution(q, best_position, best_angle, converged, iteration)
+
+
+class _State:
+    """The searches that still go on."""
+
+    def __init__(
+        self,
+        chain: JointAxes,
+        targets: Targets,
+        q: FloatArray,
+        lower: FloatArray | None,
+        upper: FloatArray | None,
+    ) -> None:
+        self.chain, self.targets, self.q = chain, targets, q.copy()
+        self.limits = (lower, upper) if lower is not None and upper is not None else None
+        self._diagonal = np.arange(q.shape[1])
+        self.error, self.J, self.distance, self.angle = self._evaluate(self.q)
+        self.square = np.einsum("in,in->n", self.error, self.error)
+        self.factor = np.full(len(q), FIRST_FACTOR)
+
+    def _evaluate(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        tip, rotation, points, axes = self.chain.forward(q)
+        error, distance, angle = pose_errors(
+            tip, rotation, self.targets.position, self.targets.rotation
+        )
+        return error, self.chain.jacobian(tip, points, axes), distance, angle
+
+    def keep(self, rows: Any) -> None:
+        """Drop all other searches."""
+        self.q, self.factor, self.square = self.q[rows], self.factor[rows], self.square[rows]
+        self.distance, self.angle = self.distance[rows], self.angle[rows]
+        self.error, self.J = self.error[:, rows], self.J[:, :, rows]
+        self.targets = self.targets.take(rows)
+
+    def step(self) -> None:
+        """Try a step of every search, and keep those that bring it nearer."""
+        J = np.ascontiguousarray(self.J.transpose(2, 0, 1))
+        JT = J.transpose(0, 2, 1)
+        H = JT @ J
+        gradient = (JT @ self.error.T[:, :, None])[:, :, 0]
+        if self.limits is not None:
+            lower, upper = self.limits
+            held = (self.q <= lower) & (gradient < 0)
+            held |= (self.q >= upper) & (gradient > 0)
+            gradient[held] = 0.0
+            H *= ~(held[:, :, None] | held[:, None, :])
+        # A singular matrix is no error here: 1e-13 is rounding beside entries of about 1.
+        H[:, self._diagonal, self._diagonal] += (self.factor * self.square + 1e-13)[:, None]
+        step = np.linalg.solve(H, gradient[:, :, None])[:, :, 0]
+        longest = np.abs(step).max(axis=1)
+        step *= (MAX_STEP / np.maximum(longest, MAX_STEP))[:, None]
+        trial = self.q + step
+        if self.limits is not None:
+            trial = np.minimum(np.maximum(trial, self.limits[0]), self.limits[1])
+        error, J, distance, angle = self._evaluate(trial)
+        square = np.einsum("in,in->n", error, error)
+        better = square < self.square
+        if not better.all():
+            worse = ~better
+            trial[worse], square[worse] = self.q[worse], self.square[worse]
+            error[:, worse], J[:, :, worse] = self.error[:, worse], self.J[:, :, worse]
+            distance[worse], angle[worse] = self.distance[worse], self.angle[worse]
+        self.q, self.error, self.J, self.square = trial, error, J, square
+        self.distance, self.angle = distance, angle
+        self.factor = np.where(better, np.maximum(0.2 * self.factor, MIN_FACTOR), 8 * self.factor)

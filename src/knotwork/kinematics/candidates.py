@@ -1,0 +1,184 @@
+"""The candidates at each waypoint of a task: all solutions of its pose, and what each is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from knotwork.kinematics.batch import Targets, solve_batch
+from knotwork.kinematics.enumeration import MOST_BRANCHES, find_branches, joint_axes
+from knotwork.kinematics.pose import IKSolution, solve_pose_ik
+from knotwork.kinematics.sequence import INFEASIBLE
+from knotwork.kinematics.solutions import farthest_apart, spread_free_motion, turns_inside
+from knotwork.kinematics.words import branch_signs
+from knotwork.robot import Robot
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+# Every so many waypoints the search for branches starts afresh; between, it starts from those of
+# the waypoints beside, and goes on where their number differs.
+ANCHOR_EVERY = 8
+# Nearer than this to a limit [rad or m] or with a singular value below, travel counts for more, up
+# to twice as much on a limit, and likewise on a singularity.
+LIMIT_MARGIN = 0.2
+SINGULAR_MARGIN = 0.05
+# Joint speeds leave this much of a twist over [m/s, rad/s] where the arm can't do it.
+RESIDUAL = 1e-7
+SPREAD = 24
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """What may be chosen at one waypoint.
+
+    Attributes:
+        q: Joint positions inside the limits, all turns, shape (m, d).
+        branch: Index of the branch of each, shape (m,).
+        signs: What tells branches apart, shape (m, k).
+        cost: `INFEASIBLE` and more where the twist can't be had within the velocity limits.
+        weight: Factor of the travel from and to each, shape (m,).
+        branches: Number of branches inside the limits.
+        free: The arm moves freely at the pose, and the candidates are samples of that motion.
+    """
+
+    q: FloatArray
+    branch: Any
+    signs: FloatArray
+    cost: FloatArray
+    weight: FloatArray
+    branches: int
+    free: bool
+
+
+def find_candidates(
+    robot: Robot, waypoints: Sequence[CartesianWaypoint], references: Sequence[FloatArray]
+) -> list[Candidates]:
+    """Find the candidates at waypoints in order of time.
+
+    Args:
+        robot: The robot.
+        waypoints: Poses and twists.
+        references: For each waypoint a configuration that its solution may be wanted near.
+
+    Raises:
+        OutsideLimitsError, UnreachablePoseError: A pose has no solution inside the limits.
+    """
+    if not waypoints:
+        return []
+    poses = [waypoint.pose for waypoint in waypoints]
+    targets = Targets.of(poses)
+    redundant = robot.dof > 6
+    found = _tracked(robot, targets) if redundant else _branches(robot, targets)
+    result = []
+    before: FloatArray | None = None
+    for waypoint, pose, solutions, reference in zip(
+        waypoints, poses, found, references, strict=True
+    ):
+        free = redundant or len(solutions) > MOST_BRANCHES
+        if free and not redundant:
+            solutions = farthest_apart(robot, solutions, SPREAD)
+        copies = [turns_inside(robot, q) for q in solutions]
+        copies = [turns for turns in copies if len(turns) and _reaches(robot, pose, turns[0])]
+        if free or not copies:
+            near = reference if before is None else before
+            solution = _nearest(robot, pose, near, waypoint)
+            copies.insert(0, turns_inside(robot, solution.q))
+            before = solution.q
+        result.append(_valued(robot, waypoint, copies, free))
+    return result
+
+
+def _nearest(robot: Robot, pose: Any, near: FloatArray, waypoint: CartesianWaypoint) -> IKSolution:
+    return solve_pose_ik(robot, pose, near, waypoint=waypoint.name, where=waypoint.where)
+
+
+def _reaches(robot: Robot, pose: Any, q: FloatArray) -> bool:
+    """Whether Pinocchio's forward kinematics puts the TCP on the pose."""
+    error = robot.forward(q).actInv(pose)
+    turn = np.linalg.norm(error.rotation - np.eye(3))  # √2 times the angle, if that is small
+    return bool(np.linalg.norm(error.translation) <= 1e-8 and turn <= 1e-8)
+
+
+def _branches(robot: Robot, targets: Targets) -> list[FloatArray]:
+    """All branches at each pose: at some of them afresh, at the others from those."""
+    n = len(targets)
+    anchors = sorted({*range(0, n, ANCHOR_EVERY), n - 1})
+    found: list[FloatArray] = [np.empty((0, robot.dof))] * n
+    for i, solutions in zip(anchors, find_branches(robot, targets.take(anchors)), strict=True):
+        found[i] = solutions
+    others = [i for i in range(n) if i not in anchors]
+    if others:
+        nearest = [min(anchors, key=lambda k: (abs(k - i), k)) for i in others]
+        known = [found[k][:MOST_BRANCHES] for k in nearest]
+        for i, solutions in zip(
+            others, find_branches(robot, targets.take(others), known), strict=True
+        ):
+            found[i] = solutions
+    return found
+
+
+def _tracked(robot: Robot, targets: Targets) -> list[FloatArray]:
+    """Samples of the free motion at each pose, and where those of the pose before lead."""
+    fresh = spread_free_motion(robot, targets, SPREAD)
+    limits = robot.lower_position_limit, robot.upper_position_limit
+    found = [fresh[0]]
+    for i in range(1, len(targets)):
+        before = found[-1][:SPREAD]
+        led = solve_batch(
+            joint_axes(robot),
+            targets.take([i] * len(before)),
+            before,
+            tolerance=1e-10,
+            lower=limits[0],
+            upper=limits[1],
+            max_iterations=25,
+        )
+        found.append(np.vstack([led.q[led.converged], fresh[i]]))
+    return found
+
+
+def _valued(
+    robot: Robot, waypoint: CartesianWaypoint, copies: list[FloatArray], free: bool
+) -> Candidates:
+    """Say what each solution is worth: the speeds it takes, and how near limits it is."""
+    first = np.array([turns[0] for turns in copies])
+    J = joint_axes(robot).jacobians(first)
+    limit = robot.velocity_limit
+    scale = np.where(np.isfinite(limit), limit, 1.0)
+    twist = np.concatenate([waypoint.linear, waypoint.angular])
+    U, s, Vt = np.linalg.svd(J if robot.dof <= 6 else J * scale, full_matrices=False)
+    smallest = np.asarray(np.linalg.svd(J, compute_uv=False)[:, -1], dtype=float)
+    cost = np.zeros(len(first))
+    if twist.any():
+        inverse = np.where(s > 1e-11 * s[:, :1], 1.0 / np.maximum(s, 1e-300), 0.0)
+        v = np.einsum("nki,nk,njk,j->ni", Vt, inverse, U, twist, optimize=False)
+        v = v if robot.dof <= 6 else v * scale
+        left = np.abs(np.einsum("nij,nj->ni", J, v) - twist).max(axis=1)
+        fastest = (np.abs(v) / np.where(np.isfinite(limit), limit, np.inf)).max(axis=1)
+        cost = np.where(fastest > 1.0 + 1e-9, INFEASIBLE * fastest, 0.0)
+        bad = left > RESIDUAL * max(1.0, float(np.abs(twist).max()))
+        cost[bad] = 1e3 * INFEASIBLE * (1.0 + left[bad])
+    owner = np.repeat(np.arange(len(copies)), [len(turns) for turns in copies])
+    q = np.concatenate(copies)
+    return Candidates(
+        q=q,
+        branch=owner,
+        signs=branch_signs(robot, first)[owner],
+        cost=cost[owner],
+        weight=1.0 + limit_nearness(robot, q) + singular_nearness(smallest)[owner],
+        branches=len(copies),
+        free=free,
+    )
+
+
+def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
+    """How near configurations (n, d) are to position limits: 0 far, 1 on one, shape (n,)."""
+    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q).min(axis=1)
+    return np.asarray(np.maximum(0.0, 1.0 - np.maximum(room, 0.0) / LIMIT_MARGIN) ** 2)
+
+
+def singular_nearness(smallest: FloatArray) -> FloatArray:
+    """How near a smallest singular value is to a singularity: 0 far, 1 on it."""
+    return np.asarray(np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2)

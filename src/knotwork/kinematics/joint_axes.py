@@ -1,0 +1,151 @@
+"""Forward kinematics and Jacobian of many configurations at once, from the joint axes alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.errors import RobotError
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray
+
+
+class JointAxes:
+    """The joint axes of a serial arm where all its joints are at zero: all its kinematics.
+
+    Frame i sits on the axis a_i of joint i with its z axis along it. From joint to joint the
+    frames turn as R_i = R_{i-1} C_i Rot_z(q_i), with C_i constant, and their origins move as
+    p_i = p_{i-1} + R_{i-1} c_i (a slide adds a_i q_i instead of turning): a product of
+    exponentials. Arrays over many configurations have them last, so that each operation runs
+    over contiguous memory.
+
+    Args:
+        robot: A robot with a tool frame.
+
+    Attributes:
+        axes: Directions a_i at zero in the base frame, shape (d, 3).
+        origins: Points on the axes at zero in the base frame [m], shape (d, 3).
+        revolute: Which joints turn, shape (d,).
+        reach: Length of the arm, from the base through all joints to the TCP [m].
+
+    Raises:
+        RobotError: The robot has no tool frame, or a joint does not move it.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        pose, J = robot.forward_and_jacobian(np.zeros(robot.dof))
+        base_from_world = robot.base_placement.inverse()
+        placements = [base_from_world * robot.data.oMi[i] for i in range(1, robot.model.njoints)]
+        self.revolute = np.array([unit == "rad" for unit in robot.joint_units])
+        self.axes = np.where(self.revolute[:, None], J[3:].T, J[:3].T)
+        self.origins = np.array([placement.translation for placement in placements])
+        if (np.abs(np.linalg.norm(self.axes, axis=1) - 1.0) > 1e-9).any():
+            raise RobotError(robot.name, "is no serial chain: a joint does not move the tool")
+        frames = [np.eye(3), *(_frame_along(axis) for axis in self.axes), pose.rotation]
+        points = np.vstack([np.zeros(3), self.origins, pose.translation])
+        # Rows of each are what the columns of R_{i-1} are summed up with: C_i and then c_i.
+        self._steps = [
+            np.column_stack([before.T @ after, before.T @ (p - o)]).T.copy()
+            for before, after, o, p in zip(frames, frames[1:], points, points[1:], strict=False)
+        ]
+        self.reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+    def forward(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Place the tool and all joints.
+
+        Args:
+            q: Joint positions [rad or m], shape (n, d).
+
+        Returns:
+            In the base frame TCP positions (3, n) [m]; orientations (3, 3, n), the first index
+            for the column, the second for the row of the matrix; points on the joint axes
+            (3, d, n) [m]; and directions of the axes (3, d, n).
+        """
+        n, d = q.shape
+        q = np.ascontiguousarray(q.T)
+        sine, cosine = np.sin(q), np.cos(q)
+        points, axes = np.empty((3, d, n)), np.empty((3, d, n))
+        R = np.empty((3, 3, n))
+        R[:] = np.eye(3)[:, :, None]
+        p: FloatArray = np.zeros((3, n))
+        for i, (step, turns) in enumerate(zip(self._steps, self.revolute, strict=False)):
+            moved = (step @ R.reshape(3, 3 * n)).reshape(4, 3, n)
+            p = p + moved[3]
+            R = moved[:3]
+            axes[:, i] = R[2]
+            if turns:
+                x = R[0] * cosine[i]
+                x += R[1] * sine[i]
+                R[1] *= cosine[i]
+                R[1] -= R[0] * sine[i]
+                R[0] = x
+            else:
+                p = p + q[i] * R[2]
+            points[:, i] = p
+        moved = (self._steps[-1] @ R.reshape(3, 3 * n)).reshape(4, 3, n)
+        return p + moved[3], moved[:3], points, axes
+
+    def jacobian(self, tip: FloatArray, points: FloatArray, axes: FloatArray) -> FloatArray:
+        """Jacobians of the TCP in base axes (`local_world_aligned`), shape (6, d, n).
+
+        Args:
+            tip: TCP positions [m], shape (3, n).
+            points: Points on the joint axes [m], shape (3, d, n).
+            axes: Directions of the joint axes, shape (3, d, n).
+        """
+        J = np.empty((6, *points.shape[1:]))
+        (x, y, z), (u, v, w) = axes, tip[:, None] - points
+        for row, (a, b, c, e) in enumerate(((y, w, z, v), (z, u, x, w), (x, v, y, u))):
+            np.multiply(a, b, out=J[row])
+            J[row] -= c * e
+        J[3:] = axes
+        if not self.revolute.all():
+            slides = ~self.revolute
+            J[:3, slides], J[3:, slides] = axes[:, slides], 0.0
+        return J
+
+    def jacobians(self, q: FloatArray) -> FloatArray:
+        """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
+        tip, _, points, axes = self.forward(q)
+        return self.jacobian(tip, points, axes).transpose(2, 0, 1)
+
+
+def _frame_along(axis: FloatArray) -> FloatArray:
+    """A rotation matrix whose third column is a unit vector, shape (3, 3)."""
+    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = other - other.dot(axis) * axis
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
+def pose_errors(
+    tip: FloatArray, rotation: FloatArray, position: FloatArray, target: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """How far poses are from their targets.
+
+    Args:
+        tip: TCP positions [m], shape (3, n).
+        rotation: Orientations, column, row, configuration: shape (3, 3, n).
+        position: Positions wanted [m], shape (3, n).
+        target: Orientations wanted, shape (3, 3, n).
+
+    Returns:
+        Twists that lead to the targets, in base axes, shape (6, n); distances [m] and angles
+        [rad], shape (n,) each. At an angle of π the axis of the turn is not determined, and the
+        angular part of the twist may be zero.
+    """
+    error = np.empty((6, tip.shape[1]))
+    np.subtract(position, tip, out=error[:3])
+    # With R* = E R, the axis of E times the sine of its angle is half the sum over the columns of
+    # R_k × R*_k, and the trace of E the sum of R_k · R*_k.
+    (a, b, c), (x, y, z) = rotation.transpose(1, 0, 2), target.transpose(1, 0, 2)
+    w = error[3:]
+    for row, product in enumerate((b * z - c * y, c * x - a * z, a * y - b * x)):
+        np.add(product[0], product[1], out=w[row])
+        w[row] += product[2]
+    w *= 0.5
+    sine = np.sqrt(w[0] ** 2 + w[1] ** 2 + w[2] ** 2)
+    trace = (rotation * target).reshape(9, -1).sum(axis=0)
+    angle = np.arctan2(sine, 0.5 * (trace - 1.0))
+    w *= angle / np.maximum(sine, 1e-300)
+    linear = error[:3]
+    return error, np.sqrt(linear[0] ** 2 + linear[1] ** 2 + linear[2] ** 2), angle

@@ -1,0 +1,155 @@
+"""Geometric words for the branches of a six-joint arm, found from its joint axes.
+
+An arm whose axes 2 and 3 are parallel and square to axis 1, and whose last axes either meet in a
+point (spherical wrist) or have axis 4 parallel to 3 and axes 5 and 6 meeting, is singular in three
+ways, each of which is a sign:
+
+* shoulder: on which side of axis 1 the wrist is. Seen by someone who stands behind the arm and
+  looks where it reaches, the upper arm is to the left or to the right of axis 1; where it is
+  neither, left is where the arm reaches along axis 2 × axis 1.
+* elbow: up or down, for an arm that reaches away from its base; up is along axis 1.
+* wrist: no flip where axis 6 is turned from axis 4 in the positive sense of joint 5, else flip.
+
+Axis 1 is taken in that of its directions that points along z of the base frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from knotwork.kinematics.enumeration import joint_axes
+from knotwork.kinematics.joint_axes import JointAxes
+from knotwork.kinematics.restarts import low_discrepancy
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray
+
+WORDS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
+# Lengths below this [m] and sines below this are rounding.
+TINY = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Where an arm that the words are defined for has its wrist.
+
+    Attributes:
+        parallel: Axis 4 is parallel to axis 3; otherwise the wrist is spherical.
+        up: +1 or -1: which direction of axis 1 is up.
+        side: +1 or -1: which way an arm that reaches along axis 2 × axis 1 is called left.
+        centre: Where the last two or three axes meet, seen from the TCP: in tool axes [m],
+            shape (3,).
+    """
+
+    parallel: bool
+    up: float
+    side: float
+    centre: FloatArray
+
+
+_GEOMETRIES: WeakKeyDictionary[Robot, list[Geometry | None]] = WeakKeyDictionary()
+
+
+def geometry(robot: Robot) -> Geometry | None:
+    """The geometry of an arm that the words are defined for, or `None`."""
+    if robot not in _GEOMETRIES:
+        _GEOMETRIES[robot] = [_find(robot)]
+    return _GEOMETRIES[robot][0]
+
+
+def _find(robot: Robot) -> Geometry | None:
+    if robot.dof != 6:
+        return None
+    chain = joint_axes(robot)
+    a, o = chain.axes, chain.origins
+    if not chain.revolute.all() or abs(a[0] @ a[1]) > TINY or not _parallel(a[1], a[2]):
+        return None
+    centre = _meeting(o[4], a[4], o[5], a[5])
+    if centre is None:
+        return None
+    on_axis_4 = np.linalg.norm(np.cross(centre - o[3], a[3])) < TINY
+    if not on_axis_4 and not _parallel(a[2], a[3]):
+        return None
+    across = float((centre - o[0]) @ a[1]) if on_axis_4 else float((o[3] - o[0]) @ a[1])
+    up = -1.0 if a[0, 2] < -TINY else 1.0
+    tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
+    in_tool = rotation[:, :, 0] @ (centre - tip[:, 0])
+    found = Geometry(not on_axis_4, up, -1.0 if across < -TINY else 1.0, in_tool)
+    # The words hold what they say if the Jacobian loses rank where one of the three vanishes and
+    # nowhere else: its determinant is a constant times their product.
+    points = low_discrepancy(6)
+    q = 2 * np.pi * np.array([next(points) for _ in range(24)]) - np.pi
+    product = np.prod(_functions(chain, found, q), axis=0)
+    determinant = np.linalg.det(chain.jacobians(q))
+    factor = (determinant @ product) / max(product @ product, 1e-300)
+    if np.abs(determinant - factor * product).max() > 1e-9 * np.abs(determinant).max():
+        return None
+    return found
+
+
+def _parallel(a: FloatArray, b: FloatArray) -> bool:
+    return bool(np.linalg.norm(np.cross(a, b)) < TINY)
+
+
+def _meeting(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> FloatArray | None:
+    """Where two lines meet, or `None`."""
+    normal = np.cross(a, b)
+    square = normal @ normal
+    if square < TINY or abs((q - p) @ normal) > TINY:
+        return None
+    met: FloatArray = p + a * float(np.cross(q - p, b) @ normal / square)
+    return met
+
+
+def _functions(chain: JointAxes, found: Geometry, q: FloatArray) -> FloatArray:
+    """The three functions whose signs are the words, for q of shape (n, 6): shape (3, n)."""
+    tip, rotation, p, z = chain.forward(q)
+    centre = tip + np.einsum("crn,c->rn", rotation, found.centre)
+    wrist = p[:, 3] if found.parallel else centre
+    shoulder = found.up * found.side * _triple(z[:, 1], z[:, 0], centre - p[:, 0])
+    elbow = _triple(p[:, 2] - p[:, 1], wrist - p[:, 2], z[:, 1])
+    return np.array([shoulder, elbow, _triple(z[:, 3], z[:, 5], z[:, 4])])
+
+
+def _triple(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Triple products (a × b) · c of vectors (3, n), shape (n,)."""
+    x = a[1] * b[2] - a[2] * b[1]
+    y = a[2] * b[0] - a[0] * b[2]
+    z = a[0] * b[1] - a[1] * b[0]
+    return np.asarray(x * c[0] + y * c[1] + z * c[2])
+
+
+def branch_signs(robot: Robot, q: FloatArray) -> FloatArray:
+    """Signs that tell branches apart, for configurations of shape (n, d).
+
+    Returns:
+        Shoulder, elbow and wrist, shape (n, 3), +1 for the first of `WORDS`, -1 for the second
+        and 0 on a singularity. For another arm of six joints the sign of the Jacobian's
+        determinant, shape (n, 1); for all others shape (n, 0): their branches have no signs.
+    """
+    found, chain = geometry(robot), joint_axes(robot)
+    if found is None:
+        if robot.dof != 6:
+            return np.empty((len(q), 0))
+        determinant = np.linalg.det(chain.jacobians(q))
+        return np.where(np.abs(determinant) < TINY * TINY, 0.0, np.sign(determinant))[:, None]
+    values = _functions(chain, found, q)
+    signs = np.where(np.abs(values) < TINY, 0.0, np.sign(values))
+    # The same shape of the elbow is up on one side of axis 1 and down on the other.
+    signs[1] *= np.where(signs[0] == 0.0, 1.0, signs[0] * found.side)
+    return signs.T
+
+
+def describe_branch(robot: Robot, signs: FloatArray) -> str:
+    """The words for signs of one configuration, shape (k,): `shoulder left, elbow up, no flip`."""
+    if geometry(robot) is None:
+        return (
+            {1.0: "det J > 0", -1.0: "det J < 0", 0.0: "singular"}[signs[0]] if len(signs) else ""
+        )
+    said = []
+    for (joint, words), sign in zip(WORDS.items(), signs, strict=True):
+        word = "singular" if sign == 0 else words[0] if sign > 0 else words[1]
+        said.append(word if joint == "wrist" and sign != 0 else f"{joint} {word}")
+    return ", ".join(said)

@@ -1,0 +1,103 @@
+"""The choice over the whole sequence: equal to trying every one."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from knotwork.kinematics.sequence import (
+    INFEASIBLE,
+    Layer,
+    Rules,
+    choose_sequence,
+    first_least,
+)
+
+SPEED = np.array([3.0, 2.0])
+
+
+def layers_of(seed: int, sizes: list[int], spread: float = 4.0) -> list[Layer]:
+    generator = np.random.default_rng(seed)
+    return [
+        Layer(
+            q=generator.uniform(-spread, spread, (m, 2)),
+            cost=generator.choice([0.0, 0.3, INFEASIBLE], m, p=[0.6, 0.3, 0.1]),
+            weight=generator.uniform(1, 3, m),
+            signs=generator.choice([-1.0, 1.0], (m, 2)),
+        )
+        for m in sizes
+    ]
+
+
+def cost_of(layers: list[Layer], index: tuple[int, ...], durations: np.ndarray, change: float):
+    """The cost of one sequence, written out."""
+    total = sum(layer.cost[k] for layer, k in zip(layers, index, strict=True))
+    for i in range(len(index) - 1):
+        here, there = layers[i], layers[i + 1]
+        a, b = index[i], index[i + 1]
+        move = np.abs(there.q[b] - here.q[a]) / SPEED
+        total += np.hypot(*move) * (here.weight[a] + there.weight[b]) / 2
+        if move.max() > durations[i]:
+            total += INFEASIBLE * move.max() / durations[i]
+        if (here.signs[a] != there.signs[b]).any():
+            total += change
+    return total
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    st.integers(0, 10**6),
+    st.lists(st.integers(1, 5), min_size=2, max_size=5),
+    st.sampled_from([0.0, 50.0, np.inf]),
+    st.floats(0.3, 3.0),
+)
+def test_equal_to_trying_every_sequence(
+    seed: int, sizes: list[int], change: float, duration: float
+) -> None:
+    layers = layers_of(seed, sizes)
+    durations = np.full(len(sizes) - 1, duration)
+    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), change=change)
+    chosen = choose_sequence(layers, durations, rules)
+    every = itertools.product(*(range(m) for m in sizes))
+    best = min(cost_of(layers, index, durations, change) for index in every)
+    if np.isinf(best):
+        assert chosen.blocked is not None
+        return
+    assert chosen.cost == pytest.approx(best, rel=1e-9)
+    assert cost_of(layers, chosen.index, durations, change) == pytest.approx(best, rel=1e-9)
+    for layer, k, q in zip(layers, chosen.index, chosen.q, strict=True):
+        np.testing.assert_array_equal(q, layer.q[k])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.lists(st.integers(1, 4), min_size=2, max_size=5))
+def test_joints_without_limits_go_the_short_way(seed: int, sizes: list[int]) -> None:
+    layers = layers_of(seed, sizes, spread=30.0)
+    durations = np.full(len(sizes) - 1, 100.0)
+    chosen = choose_sequence(layers, durations, Rules(SPEED, SPEED, np.ones(2, dtype=bool)))
+    assert np.abs(np.diff(chosen.q, axis=0)).max() <= np.pi + 1e-9
+    for layer, k, q in zip(layers, chosen.index, chosen.q, strict=True):
+        turns = (q - layer.q[k]) / (2 * np.pi)
+        np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
+
+
+def test_a_given_position_is_met_at_its_own_turn() -> None:
+    one = np.ones(1)
+    signs = np.zeros((1, 1))
+    layers = [
+        Layer(np.array([[3.0, 0.0]]), 0 * one, one, signs, fixed=True),
+        Layer(np.array([[-3.0, 0.0]]), 0 * one, one, signs),
+        Layer(np.array([[-3.0, 0.0]]), 0 * one, one, signs, fixed=True),
+    ]
+    rules = Rules(SPEED, SPEED, np.ones(2, dtype=bool))
+    chosen = choose_sequence(layers, np.ones(2), rules)
+    np.testing.assert_allclose(chosen.q[:, 0], [3.0, 2 * np.pi - 3.0, -3.0])
+
+
+def test_equal_costs_take_the_first_whatever_their_rounding() -> None:
+    cost = np.array([[2.0 + 1e-12, 1.0], [2.0, 1.0 - 1e-12], [2.0 - 1e-12, 0.9]])
+    np.testing.assert_array_equal(first_least(cost), [0, 2])

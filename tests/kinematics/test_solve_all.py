@@ -1,0 +1,205 @@
+"""All solutions of a pose: complete against closed forms, with turns, words and a spread."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import closed_form
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import OutsideLimitsError, UnreachablePoseError
+from knotwork.kinematics.enumeration import joint_axes
+from knotwork.kinematics.joint_axes import pose_errors
+from knotwork.kinematics.words import branch_signs, geometry
+from knotwork.robot import Robot, load_robot, robot_names
+
+ROBOTS = {name: load_robot(name) for name in robot_names()}
+UR5 = ROBOTS["ur5"]
+# The frame that the manufacturer's parameters are in is turned by half a turn about z.
+CONTROLLER = pin.SE3(pin.utils.rotate("z", np.pi), np.zeros(3))
+
+
+@pytest.fixture(scope="module")
+def spherical(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    path = tmp_path_factory.mktemp("arm") / "spherical.urdf"
+    path.write_text(closed_form.spherical_wrist_urdf())
+    return load_robot(Path(path)).with_tool("l7")
+
+
+def truth(robot: Robot, pose: pin.SE3) -> list[np.ndarray]:
+    if robot is UR5:
+        return closed_form.ur5((CONTROLLER * pose).homogeneous)
+    return closed_form.spherical_wrist(pose.homogeneous)
+
+
+@pytest.mark.parametrize("arm", ["ur5", "spherical"])
+def test_every_branch_of_the_closed_form_is_found(arm: str, spherical: Robot) -> None:
+    robot = UR5 if arm == "ur5" else spherical
+    generator = np.random.default_rng(11)
+    wanted = found = 0
+    for _ in range(60):
+        pose = robot.forward(generator.uniform(-np.pi, np.pi, 6))
+        branches = kw.solve_all(robot, pose)
+        answers = np.array([closed_form.turned(branch.q) for branch in branches])
+        expected = [q for q in truth(robot, pose) if (np.abs(q) <= np.pi).all()]
+        for q in expected:
+            wanted += 1
+            found += bool((np.abs(closed_form.turned(answers - q)).max(axis=1) < 1e-6).any())
+        assert len(branches) == len(expected)
+        for branch in branches:
+            assert max(branch.position_error, branch.orientation_error) <= 1e-8
+    assert wanted > 380
+    assert found == wanted
+
+
+def test_turns_are_all_copies_inside_the_limits() -> None:
+    q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
+    branches = kw.solve_all(UR5, UR5.forward(q))
+    assert len(branches) == 8
+    for branch in branches:
+        assert len(branch.turns) == 32  # five joints with two turns each, the elbow with one
+        assert (branch.turns >= UR5.lower_position_limit).all()
+        assert (branch.turns <= UR5.upper_position_limit).all()
+        assert len(np.unique(np.round(branch.turns, 6), axis=0)) == 32
+        for turn in branch.turns[::7]:
+            assert UR5.forward(turn).isApprox(UR5.forward(q), 1e-7)
+    assert any(np.abs(branch.q - q).max() < 1e-7 for branch in branches)
+    assert len({branch.words for branch in branches}) == 8
+
+
+def test_a_joint_on_its_limit_has_both_turns() -> None:
+    q = np.array([2 * np.pi, -1.2, 1.1, -0.8, 1.0, 0.0])
+    (branch,) = (
+        b for b in kw.solve_all(UR5, UR5.forward(q)) if np.abs(b.turns - q).max(axis=1).min() < 1e-7
+    )
+    assert len(branch.turns) == 3 * 2 * 2 * 2 * 3
+    assert (np.abs(branch.turns) <= UR5.upper_position_limit).all()
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_where_a_pose_came_from_is_among_its_solutions(name: str) -> None:
+    robot, generator = ROBOTS[name], np.random.default_rng(4)
+    lower = np.maximum(robot.lower_position_limit, -np.pi)
+    upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
+    for _ in range(6):
+        q = generator.uniform(lower, upper)
+        branches = kw.solve_all(robot, robot.forward(q))
+        for branch in branches:
+            assert max(branch.position_error, branch.orientation_error) <= 1e-8
+            assert (branch.q >= robot.lower_position_limit).all()
+            assert (branch.q <= robot.upper_position_limit).all()
+        if robot.dof <= 6:
+            gaps = [np.abs(closed_form.turned(branch.q - q)).max() for branch in branches]
+            assert min(gaps) < 1e-6
+
+
+@pytest.mark.parametrize("name", ["panda", "xarm7"])
+def test_the_free_motion_of_a_redundant_arm_is_spread(name: str) -> None:
+    robot = ROBOTS[name]
+    pose = robot.forward(robot.configuration("home"))
+    branches = kw.solve_all(robot, pose, spread=12)
+    again = kw.solve_all(robot, pose, spread=12)
+    assert len(branches) == 12
+    q = np.array([branch.q for branch in branches])
+    np.testing.assert_array_equal(q, [branch.q for branch in again])
+    gaps = np.abs(closed_form.turned(q[:, None] - q[None])).max(axis=2) + 10 * np.eye(12)
+    assert gaps.min() > 0.1
+    assert len(kw.solve_all(robot, pose, spread=30)) == 30
+
+
+def test_a_singular_pose_is_solved_all_the_same() -> None:
+    """With wrist_2 at zero three joints may share a turn in any way: a spread of those."""
+    q = np.array([0.2, -1.2, 1.4, -1.7, 0.0, 0.3])
+    branches = kw.solve_all(UR5, UR5.forward(q))
+    assert sum(branch.smallest_singular_value < 1e-4 for branch in branches) >= 3
+    assert len(branches) > 8
+
+
+def test_what_has_no_solution_is_refused() -> None:
+    with pytest.raises(UnreachablePoseError, match="out of reach"):
+        kw.solve_all(UR5, pin.SE3(np.eye(3), np.array([3.0, 0, 0])))
+    narrow = UR5.with_limits(position={"elbow_joint": (-0.5, 0.5)})
+    with pytest.raises(OutsideLimitsError, match="elbow_joint at"):
+        kw.solve_all(narrow, UR5.forward(UR5.configuration("home")))
+
+
+def test_a_micrometre_out_of_reach_is_refused_with_the_shortfall() -> None:
+    """The two-link arm, stretched out, ends 0.9 m from its base."""
+    planar = ROBOTS["planar2"]
+    direction = np.array([np.cos(0.3), np.sin(0.3), 0.0])
+    turn = pin.utils.rotate("z", 0.3)
+    assert len(kw.solve_all(planar, pin.SE3(turn, 0.9 * direction))) >= 1
+    with pytest.raises(UnreachablePoseError) as caught:
+        kw.solve_all(planar, pin.SE3(turn, (0.9 + 1e-6) * direction))
+    assert caught.value.position_shortfall == pytest.approx(1e-6, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_the_batch_agrees_with_pinocchio(name: str) -> None:
+    robot, generator = ROBOTS[name], np.random.default_rng(1)
+    chain = joint_axes(robot)
+    q = generator.uniform(-3, 3, (5, robot.dof))
+    tip, rotation, _, _ = chain.forward(q)
+    J = chain.jacobians(q)
+    for i, one in enumerate(q):
+        pose = robot.forward(one)
+        np.testing.assert_allclose(tip[:, i], pose.translation, atol=1e-12)
+        np.testing.assert_allclose(rotation[:, :, i].T, pose.rotation, atol=1e-12)
+        np.testing.assert_allclose(J[i], robot.jacobian(one), atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-3, 2.0, np.pi - 1e-6, np.pi])
+def test_the_angle_between_poses(angle: float) -> None:
+    turn = pin.exp3(angle * np.array([0.6, 0.0, 0.8]))
+    start = pin.utils.rotate("x", 0.4)
+    error, distance, found = pose_errors(
+        np.zeros((3, 1)),
+        start.T[:, :, None],
+        np.array([[3.0], [4.0], [0.0]]),
+        (turn @ start).T[:, :, None],
+    )
+    assert distance[0] == pytest.approx(5.0)
+    assert found[0] == pytest.approx(angle, abs=1e-8)
+    if angle < np.pi:
+        np.testing.assert_allclose(error[3:, 0], pin.log3(turn), atol=1e-8)
+
+
+def test_words_are_defined_by_the_geometry(spherical: Robot) -> None:
+    defined = {name for name, robot in ROBOTS.items() if geometry(robot) is not None}
+    assert {"ur3", "ur5", "ur10", "z1", "kinova"} <= defined
+    assert not {"panda", "xarm7", "planar2", "bravo7"} & defined
+    assert geometry(spherical) is not None
+
+
+@pytest.mark.parametrize("arm", ["ur5", "ur10", "kinova", "z1", "spherical"])
+def test_signs_change_only_through_singularities(arm: str, spherical: Robot) -> None:
+    """Their product is the sign of the Jacobian's determinant, up to one sign for the arm."""
+    robot = spherical if arm == "spherical" else ROBOTS[arm]
+    q = np.random.default_rng(9).uniform(-np.pi, np.pi, (300, 6))
+    signs = branch_signs(robot, q)
+    assert set(np.unique(signs)) == {-1.0, 1.0}
+    determinant = np.array([np.linalg.det(robot.jacobian(one)) for one in q])
+    # Up and down trade places where the shoulder changes sides, so shoulder × elbow does not.
+    products = signs[:, 1] * signs[:, 2] * np.sign(determinant)
+    assert len(np.unique(products)) == 1
+
+
+def test_words_say_what_the_arm_looks_like(spherical: Robot) -> None:
+    def words(robot: Robot, q: list[float]) -> str:
+        pose = robot.forward(np.array(q))
+        branches = kw.solve_all(robot, pose)
+        return min(branches, key=lambda b: np.abs(closed_form.turned(b.q - q)).max()).words
+
+    # The wrist in front of the arm at the height of the shoulder, the elbow above or below.
+    above = [0.0, 0.5, 1.9, 0.2, 0.5, 0.1]
+    assert "elbow up" in words(spherical, above)
+    below = [0.0, 2.4, -1.9, 0.2, 0.5, 0.1]
+    assert "elbow down" in words(spherical, below)
+    assert words(spherical, above).split(",")[0] == words(spherical, below).split(",")[0]
+    # Reaching over its own back with the same elbow shape.
+    assert "elbow up" in words(spherical, [0.0, -0.7, -1.5, 0.2, 0.5, 0.1])
+    assert "elbow up" in words(UR5, list(UR5.configuration("home")))
+    assert "shoulder left" in words(UR5, list(UR5.configuration("home")))
