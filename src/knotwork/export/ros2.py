@@ -4,17 +4,22 @@ joint_trajectory_controller joins points that carry positions and velocities by 
 that carry accelerations too by quintics (interpolation method `spline`, the default). So the
 knots alone carry the motion.
 
-Times are said in nanoseconds. Each point is the motion at the time that the message says, which is
-within half a nanosecond of the knot, and for the last point less than one before the end. So a
-piece between two points holds up to half a nanosecond of the piece beside it, which differs from
-its own continuation only by the jump J of the acceleration at the knot: by J·(0.5 ns)²/2 in
-position and by J·0.5 ns in velocity. The shape functions of a cubic's end velocities are at most
-4/27 of its length H, so that a replayed position is off by at most
+Times are said in nanoseconds: a point is up to 1/2 ns off its knot, the last one up to 1 ns early.
+There are two ways to fill it, and the one with the smaller bound on the error is taken.
 
-    (4/27) H J · 1 ns  +  J · (0.5 ns)²  +  |v_end| · 1 ns,
+* The motion at the time that the message says. Then a piece holds up to 1/2 ns of the piece beside
+  it, which differs from its own continuation by the jump J of the acceleration at the knot: by
+  J·1/2 ns in velocity. The shape functions of a cubic's end velocities are at most 4/27 of its
+  length H, so that a position is off by at most (4/27) H (J0 + J1)·1/2 ns for the jumps at both
+  ends of a piece, and J·(1/2 ns)². Where the acceleration does not jump, nothing is left. Between
+  quintics the jerk may jump, by 1/2 ns·J in acceleration, whose shape functions are at most
+  0.01728 H².
+* The motion at the knot. Then a piece is up to 1 ns too short or long and up to 1/2 ns early or
+  late. With the peak velocity V, a position is off by at most (1/2 + 2·4/27) V·1 ns, and for
+  quintics (1/2 + 2·16/81) V·1 ns + 4·0.01728 H A·1 ns with the peak acceleration A.
 
-the last for the time after the last point; see `replay_bound`. Where the acceleration does not
-jump and the motion ends at rest, nothing but rounding is left.
+After the last point it is held: up to 1 ns early, at the speed that the motion ends with. See
+`replay_bound`.
 
 The message starts at `time_from_start` 0: the arm must stand at the first point when it is sent.
 """
@@ -36,6 +41,15 @@ from knotwork.trajectory import JointTrajectory
 NANOSECONDS = 1_000_000_000
 LONGEST = 2**31 - 1
 """`builtin_interfaces/msg/Duration` counts whole seconds in 32 bits [s]."""
+
+CUBIC_SHAPE = 4.0 / 27.0
+"""Largest value of s - 2s² + s³ on [0, 1]: what an end velocity does to a cubic."""
+
+QUINTIC_SHAPE = 16.0 / 81.0
+"""The same of s - 6s³ + 8s⁴ - 3s⁵, for a quintic (at s = 1/3)."""
+
+ACCELERATION_SHAPE = 0.01728
+"""The same of s²(1 - s)³/2: what an end acceleration does to a quintic."""
 
 STANDING = 1e-7
 """Below this the controller takes the last velocity for none [rad/s or m/s]."""
@@ -100,9 +114,12 @@ def ros2_dict(
 def _as_dict(points: Points, goal: bool) -> dict[str, Any]:
     curve = points.trajectory
     after_start = ticks(curve)
-    start = Fraction(curve.start_time)
-    exact = [float(start + Fraction(tick, NANOSECONDS)) for tick in after_start]
-    times = np.clip(exact, curve.start_time, curve.end_time)
+    timed, own = _bounds(curve, points.with_acceleration)
+    times = curve.breaks
+    if timed <= own:
+        start = Fraction(curve.start_time)
+        said = [float(start + Fraction(tick, NANOSECONDS)) for tick in after_start]
+        times = np.clip(said, curve.start_time, curve.end_time)
     tables = [curve(times, nu) for nu in range(3 if points.with_acceleration else 2)]
     rows = []
     for i, tick in enumerate(after_start):
@@ -232,13 +249,32 @@ def to_ros2_message(
     return action.FollowJointTrajectory.Goal(trajectory=message)
 
 
-def replay_bound(trajectory: JointTrajectory) -> float:
+def replay_bound(trajectory: JointTrajectory, *, accelerations: bool = False) -> float:
     """Bound on what saying times in nanoseconds does to a replayed position [rad or m].
 
-    It holds for points of positions and velocities, over all joints and all time, up to rounding
-    of the positions; the module's text derives it.
+    It holds over all joints and all time, up to rounding of the positions; the module's text
+    derives it.
+
+    Args:
+        trajectory: A motion that its knots carry.
+        accelerations: They carry accelerations too.
     """
-    jump = trajectory.continuity.acceleration.jump
-    longest = float(np.diff(trajectory.breaks).max())
     end_speed = float(np.abs(trajectory.velocity(trajectory.end_time)).max())
-    return 4.0 / 27.0 * longest * jump * 1e-9 + jump * 0.25e-18 + end_speed * 1e-9
+    return min(_bounds(trajectory, accelerations)) + end_speed * 1e-9
+
+
+def _bounds(trajectory: JointTrajectory, accelerations: bool) -> tuple[float, float]:
+    """Bounds for points at the times that the message says, and at the knots."""
+    order = 3 if accelerations else 2
+    h = np.diff(trajectory.breaks)[:, None]
+    jumps = np.zeros((trajectory.breaks.size, len(trajectory.joint_names)))
+    jumps[1:-1] = np.abs(trajectory.polynomial.jumps(order))
+    sums = float(((jumps[:-1] + jumps[1:]) * h ** (order - 1)).max())
+    shape = ACCELERATION_SHAPE if accelerations else CUBIC_SHAPE
+    timed = shape * sums * 0.5e-9 + float(jumps.max()) * 0.25e-18
+    peak = float(trajectory.extrema("velocity").peak.max())
+    own = (0.5 + 2.0 * (QUINTIC_SHAPE if accelerations else CUBIC_SHAPE)) * peak
+    if accelerations:
+        peak = float(trajectory.extrema("acceleration").peak.max())
+        own += 4.0 * ACCELERATION_SHAPE * float(h.max()) * peak
+    return timed, own * 1e-9

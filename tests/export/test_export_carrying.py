@@ -1,0 +1,99 @@
+"""How many points carry a motion, and what they are worth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from motions import hermite_data, motion
+
+from knotwork.errors import ExportError, InputError
+from knotwork.export import carry
+from knotwork.interpolation import PLANNERS
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.trajectory import JointTrajectory
+
+CUBIC = [
+    "modified-hermite",
+    "cubic",
+    "bspline",
+    "bspline-velocity",
+    "parabolic-blend",
+    "trapezoidal",
+]
+
+
+@pytest.mark.parametrize("planner", CUBIC)
+def test_knots_carry_cubics(planner: str) -> None:
+    points = carry(motion(planner))
+    assert points.exact
+    assert points.inserted == 0
+    assert points.trajectory is motion(planner)
+    assert points.error < 1e-14
+    assert "carry the whole motion" in points.describe()
+
+
+@pytest.mark.parametrize("planner", sorted(set(PLANNERS) - set(CUBIC)))
+def test_knots_do_not_carry_more(planner: str) -> None:
+    with pytest.raises(ExportError, match="fit"):
+        carry(motion(planner))
+
+
+@pytest.mark.parametrize("planner", sorted(set(PLANNERS) - set(CUBIC)))
+@pytest.mark.parametrize("accelerations", [False, True])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
+def test_a_fit_meets_its_tolerance(planner: str, accelerations: bool, tolerance: float) -> None:
+    trajectory = motion(planner)
+    points = carry(trajectory, accelerations=accelerations, fit=tolerance)
+    dense = np.linspace(trajectory.start_time, trajectory.end_time, 30001)
+    off = np.abs(points.trajectory(dense) - trajectory(dense)).max()
+    slow = np.abs(points.trajectory(dense, 1) - trajectory(dense, 1)).max()
+    assert off <= points.error + 1e-13
+    assert slow <= points.velocity_error + 1e-11
+    assert points.error <= tolerance
+    if off > 1e-10:
+        assert points.error <= 1.01 * off
+    assert points.count == trajectory.breaks.size + points.inserted
+    assert points.trajectory.continuity.order >= (2 if accelerations else 1)
+
+
+def test_a_fit_takes_few_points() -> None:
+    """The error falls with the fourth power: a hundredfold tolerance, about 3.2 times fewer."""
+    counts = [carry(motion("quintic"), fit=tolerance).count for tolerance in (1e-4, 1e-6, 1e-8)]
+    assert 2.0 < counts[1] / counts[0] < 5.0
+    assert 2.0 < counts[2] / counts[1] < 5.0
+
+
+@given(hermite_data(), st.floats(1e-9, 1e-1))
+@settings(max_examples=30, deadline=None)
+def test_a_fit_of_what_is_carried_inserts_nothing(
+    trajectory: JointTrajectory, tolerance: float
+) -> None:
+    points = carry(trajectory, fit=tolerance)
+    assert points.exact
+    assert points.inserted == 0
+
+
+@pytest.mark.parametrize("fit", [0.0, -1e-3, float("nan"), float("inf"), "wide", 1e-30])
+def test_tolerances_that_can_not_be(fit: float) -> None:
+    with pytest.raises(InputError):
+        carry(motion("quintic"), fit=fit)
+
+
+def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("knotwork.export.carrying.MOST_POINTS", 50)
+    with pytest.raises(InputError, match="more than 50 points"):
+        carry(motion("quintic"), fit=1e-9)
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_jump_is_no_point(order: int) -> None:
+    c = np.zeros((4, 2, 1))
+    c[3 - order, 1, 0] = 1.0
+    trajectory = JointTrajectory(("a",), PiecewisePolynomial(c, [0.0, 1.0, 2.0]))
+    what = ("position", "velocity")[order]
+    for fit in (None, 1e-3):
+        with pytest.raises(ExportError, match=f"the {what} of joint 'a' jumps by 1 at 1 s") as got:
+            carry(trajectory, fit=fit)
+        assert (got.value.joint, got.value.error, got.value.time) == ("a", 1.0, 1.0)

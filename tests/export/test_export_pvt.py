@@ -1,0 +1,114 @@
+"""Position-velocity-time tables: a drive that joins them by cubics makes our motion."""
+
+from __future__ import annotations
+
+import csv
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from motions import hermite_data, motion
+from replay import hermite
+
+from knotwork.errors import ExportError, InputError, UnknownNameError
+from knotwork.trajectory import JointTrajectory
+
+
+def read(text: str) -> tuple[list[str], list[str], np.ndarray]:
+    lines = text.splitlines()
+    comments = [line for line in lines if line.startswith("#")]
+    head, *rows = csv.reader(line for line in lines if not line.startswith("#"))
+    return comments, head, np.array(rows, dtype=float)
+
+
+@given(hermite_data())
+@settings(max_examples=30, deadline=None)
+def test_a_drive_makes_the_motion(trajectory: JointTrajectory) -> None:
+    _, head, rows = read(trajectory.to_pvt())
+    assert head[0] == "time_s"
+    assert rows[0, 0] == 0.0
+    at = np.linspace(0.0, rows[-1, 0], 500)
+    q, v = hermite(rows[:, 0], rows[:, 1::2], rows[:, 2::2], at)
+    own = np.clip(at + trajectory.start_time, trajectory.start_time, trajectory.end_time)
+    assert q == pytest.approx(trajectory(own), abs=1e-11)
+    assert v == pytest.approx(trajectory(own, 1), abs=1e-9)
+
+
+def test_degrees_are_for_what_turns() -> None:
+    _, head, rows = read(motion().to_pvt(degrees=True))
+    assert head[1:] == [
+        "a.position_deg",
+        "a.velocity_deg_per_s",
+        "b.position_deg",
+        "b.velocity_deg_per_s",
+        "slide.position_m",
+        "slide.velocity_m_per_s",
+    ]
+    knots = motion().knots
+    assert np.radians(rows[:, 1:5:2]) == pytest.approx(knots.position[:, :2], abs=1e-15)
+    assert np.radians(rows[:, 2:5:2]) == pytest.approx(knots.velocity[:, :2], abs=1e-14)
+    assert (rows[:, 5] == knots.position[:, 2]).all()
+
+
+def test_scale_and_offset_are_each_joints_own() -> None:
+    comments, head, rows = read(
+        motion().to_pvt(scale={"a": -4096 / math.tau}, offset={"a": 100.0, "slide": -1.0})
+    )
+    knots = motion().knots
+    assert rows[:, 1] == pytest.approx(100 - 4096 / math.tau * knots.position[:, 0], rel=1e-14)
+    assert rows[:, 2] == pytest.approx(-4096 / math.tau * knots.velocity[:, 0], rel=1e-14)
+    assert (rows[:, 3] == knots.position[:, 1]).all()
+    assert rows[:, 5] == pytest.approx(knots.position[:, 2] - 1, rel=1e-15)
+    assert (rows[:, 6] == knots.velocity[:, 2]).all()
+    assert head[1] == "a.position_drive"
+    about = next(line for line in comments if "'a'" in line)
+    assert "Columns 2, 3" in about
+    assert "-651.8986" in about
+    assert "+100" in about
+
+
+def test_steps_add_up() -> None:
+    time = np.cumsum(np.full(2001, 0.1)) - 0.1
+    flat = np.zeros((2001, 1))
+    curve = JointTrajectory.from_knots(["a"], time, flat, flat)
+    _, head, rows = read(curve.to_pvt(incremental=True))
+    assert head[0] == "time_step_s"
+    assert rows[0, 0] == 0.0
+    total = Fraction(0)
+    for step, end in zip(rows[:, 0], time, strict=True):
+        total += Fraction(step)
+        assert abs(total - Fraction(end)) < 1e-13
+
+
+def test_a_quintic_needs_a_fit() -> None:
+    with pytest.raises(ExportError, match="position and velocity of its 5 knots"):
+        motion("quintic").to_pvt()
+    comments, _, rows = read(motion("quintic").to_pvt(fit=1e-4))
+    assert any(f"{len(rows)} points" in line and "inserted" in line for line in comments)
+    at = np.linspace(0.0, rows[-1, 0], 2000)
+    q, _ = hermite(rows[:, 0], rows[:, 1::2], rows[:, 2::2], at)
+    own = np.clip(at + 1.0, 1.0, motion("quintic").end_time)
+    assert np.abs(q - motion("quintic")(own)).max() <= 1e-4
+
+
+def test_names_with_commas_and_lines_stay_in_their_cell() -> None:
+    name = 'a,"b"\n#c'
+    curve = JointTrajectory.from_knots([name], [0, 1], [[0], [1]], [[0], [0]])
+    text = curve.to_pvt()
+    body = text[text.index("time_s") :]
+    head, *rows = csv.reader(body.splitlines(keepends=True))
+    assert head[1] == f"{name}.position_rad"
+    assert len(rows) == 2
+
+
+@pytest.mark.parametrize("value", [0.0, math.nan, math.inf, "x"])
+def test_scales_that_can_not_be(value: float) -> None:
+    with pytest.raises(InputError, match="scale of joint 'a'"):
+        motion().to_pvt(scale={"a": value})
+
+
+def test_unknown_joints() -> None:
+    with pytest.raises(UnknownNameError, match="slide"):
+        motion().to_pvt(offset={"slid": 1.0})

@@ -1,0 +1,250 @@
+"""ROS 2: what the controller makes of the message is our motion."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from motions import hermite_data, motion
+from replay import NANOSECONDS, accepted_by_ros2, controller, nanoseconds
+
+import knotwork as kw
+from knotwork.errors import ExportError, InputError
+from knotwork.export import carry
+from knotwork.export.ros2 import replay_bound
+from knotwork.pipeline import Plan
+from knotwork.trajectory import JointTrajectory
+
+ROUNDING = 2e-14
+
+
+def replayed_error(trajectory: JointTrajectory, message: dict, rate: int = 1000) -> float:
+    """Largest difference from our curve at 1 kHz until the controller holds the last point."""
+    step = NANOSECONDS // rate
+    last = nanoseconds(message["points"][-1]["time_from_start"])
+    ticks = np.append(np.arange(0, last + 2 * step, step), last)
+    start = Fraction(trajectory.start_time)
+    own = [float(start + Fraction(int(tick), NANOSECONDS)) for tick in ticks]
+    own = np.clip(own, trajectory.start_time, trajectory.end_time)
+    return float(np.abs(controller(message, ticks) - trajectory(own)).max())
+
+
+@pytest.mark.parametrize("accelerations", [False, True])
+def test_replay_at_1_khz_is_the_plan(deburring: Plan, accelerations: bool) -> None:
+    text = deburring.trajectory.to_ros2(accelerations=accelerations)
+    message = accepted_by_ros2(text, goal=False)
+    assert len(message["points"]) == 2 * len(deburring.scenario.waypoints)
+    assert replayed_error(deburring.trajectory, message) < 1e-12
+
+
+def test_replay_with_knots_between_nanoseconds() -> None:
+    trajectory = motion()
+    exact = [
+        (Fraction(t) - Fraction(trajectory.breaks[0])) * NANOSECONDS for t in trajectory.breaks
+    ]
+    assert any(tick.denominator > 1 for tick in exact)
+    message = accepted_by_ros2(trajectory.to_ros2(), goal=False)
+    assert replayed_error(trajectory, message) < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("planner", "accelerations"),
+    [("cubic", False), ("parabolic-blend", False), ("quintic", True), ("3-5-3", True)],
+)
+def test_replay_keeps_to_the_bound(planner: str, accelerations: bool) -> None:
+    trajectory = motion(planner)
+    peak = trajectory.extrema("velocity").peak.max()
+    bound = replay_bound(trajectory, accelerations=accelerations)
+    if not accelerations:
+        assert bound <= 0.8e-9 * peak
+    message = accepted_by_ros2(trajectory.to_ros2(accelerations=accelerations), goal=False)
+    error = replayed_error(trajectory, message)
+    assert bound / 100 < error <= bound + ROUNDING
+
+
+@pytest.mark.parametrize("planner", ["cubic", "trapezoidal", "parabolic-blend"])
+def test_at_the_speeds_of_arms_the_bound_is_a_nanoradian(planner: str) -> None:
+    slow = motion(planner)
+    stretched = slow.polynomial.x * 10.0
+    c = slow.polynomial.c * 0.1 ** np.arange(len(slow.polynomial.c) - 1, -1, -1.0)[:, None, None]
+    from knotwork.polynomial import PiecewisePolynomial
+
+    trajectory = JointTrajectory(slow.joint_names, PiecewisePolynomial(c, stretched))
+    assert replay_bound(trajectory) <= 1e-9
+    message = accepted_by_ros2(trajectory.to_ros2(), goal=False)
+    assert replayed_error(trajectory, message) <= 1e-9
+
+
+def test_shape_functions_are_bounded() -> None:
+    from knotwork.export import ros2
+
+    s = np.linspace(0, 1, 100_001)
+    for bound, shape in (
+        (ros2.CUBIC_SHAPE, s - 2 * s**2 + s**3),
+        (ros2.QUINTIC_SHAPE, s - 6 * s**3 + 8 * s**4 - 3 * s**5),
+        (ros2.ACCELERATION_SHAPE, s**2 * (1 - s) ** 3 / 2),
+    ):
+        assert 0.999 * bound < shape.max() <= bound * (1 + 1e-12)
+
+
+@given(hermite_data())
+@settings(max_examples=25, deadline=None)
+def test_any_cubics_are_replayed_within_the_bound(trajectory: JointTrajectory) -> None:
+    message = accepted_by_ros2(trajectory.to_ros2(), goal=False)
+    scale = 1.0 + float(np.abs(trajectory.knots.position).max())
+    scale += float(np.abs(trajectory.knots.velocity).max()) * trajectory.duration
+    error = replayed_error(trajectory, message, rate=50)
+    assert error <= replay_bound(trajectory) + 1e-14 * scale
+
+
+def test_times_do_not_drift() -> None:
+    """A thousand steps of a third of a second end within a nanosecond of their sum."""
+    time = np.arange(1001) / 3.0
+    flat = np.zeros((1001, 1))
+    trajectory = JointTrajectory.from_knots(["a"], time, flat, flat)
+    message = accepted_by_ros2(trajectory.to_ros2(), goal=False)
+    for i, point in enumerate(message["points"]):
+        off = nanoseconds(point["time_from_start"]) - Fraction(time[i]) * NANOSECONDS
+        assert abs(off) <= Fraction(1, 2) or (i == 1000 and -1 < off <= 0)
+
+
+def test_the_first_point_is_the_start_whatever_the_clock() -> None:
+    message = accepted_by_ros2(motion().to_ros2(), goal=False)
+    first = message["points"][0]
+    assert first["time_from_start"] == {"sec": 0, "nanosec": 0}
+    assert first["positions"] == motion()(1.0).tolist()
+    assert first["velocities"] == motion()(1.0, 1).tolist()
+    assert message["joint_names"] == ["a", "b", "slide"]
+
+
+def test_goal_holds_the_message() -> None:
+    goal = accepted_by_ros2(motion().to_ros2(goal=True), goal=True)
+    assert goal == accepted_by_ros2(motion().to_ros2(), goal=False)
+
+
+@pytest.mark.parametrize("value", [1e-5, 1e22, -3e-300, 5e-324, 0.1, 2.0, -0.0])
+def test_numbers_are_numbers_in_yaml_1_1(value: float) -> None:
+    curve = JointTrajectory.from_knots(["a"], [0, 1], [[value], [value]], [[0], [0]])
+    message = accepted_by_ros2(curve.to_ros2(), goal=False)
+    assert message["points"][0]["positions"] == [value]
+
+
+@pytest.mark.parametrize(
+    "name", ["on", "1", "null", "a b", 'quote"d', "back\\slash", "é", "\U0001f600", "a: b", "#x\t"]
+)
+def test_names_are_text_whatever_they_look_like(name: str) -> None:
+    curve = JointTrajectory.from_knots([name], [0, 1], [[0], [1]], [[0], [0]])
+    assert accepted_by_ros2(curve.to_ros2(), goal=False)["joint_names"] == [name]
+
+
+def test_a_quintic_says_why_it_can_not_go() -> None:
+    with pytest.raises(ExportError, match="degree 5") as caught:
+        motion("quintic").to_ros2()
+    message = str(caught.value)
+    for word in ("quintic", "off by up to", "--accelerations", "--fit"):
+        assert word in message
+    dense = np.linspace(1.0, motion("quintic").end_time, 20001)
+    knots = motion("quintic").knots
+    joined = JointTrajectory.from_knots("abc", knots.time, knots.position, knots.velocity)
+    seen = np.abs(joined(dense) - motion("quintic")(dense)).max()
+    assert caught.value.error == pytest.approx(seen, rel=1e-4)
+
+
+def test_a_quintic_goes_with_accelerations() -> None:
+    trajectory = motion("quintic")
+    message = accepted_by_ros2(trajectory.to_ros2(accelerations=True), goal=False)
+    assert len(message["points"]) == trajectory.breaks.size
+    bound = replay_bound(trajectory, accelerations=True)
+    assert replayed_error(trajectory, message) <= bound + ROUNDING
+
+
+def test_jumping_accelerations_can_not_go() -> None:
+    with pytest.raises(ExportError, match=r"acceleration of joint .* jumps .* leave"):
+        motion("cubic").to_ros2(accelerations=True)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+def test_a_fit_is_replayed_within_its_tolerance(tolerance: float) -> None:
+    trajectory = motion("quintic")
+    message = accepted_by_ros2(trajectory.to_ros2(fit=tolerance), goal=False)
+    assert len(message["points"]) > trajectory.breaks.size
+    bound = replay_bound(carry(trajectory, fit=tolerance).trajectory)
+    assert replayed_error(trajectory, message) <= tolerance + bound + ROUNDING
+
+
+def test_the_end_speed_is_told() -> None:
+    curve = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [1]])
+    assert "allow_nonzero_velocity_at_trajectory_end" in curve.to_ros2()
+    assert "allow_nonzero_velocity_at_trajectory_end" not in motion().to_ros2()
+
+
+def test_knots_within_a_nanosecond_are_refused() -> None:
+    curve = JointTrajectory.from_knots(
+        ["a"], [0, 1, 1 + 2e-10, 2], np.zeros((4, 1)), np.zeros((4, 1))
+    )
+    with pytest.raises(ExportError, match="same nanosecond"):
+        curve.to_ros2()
+
+
+def test_a_motion_longer_than_a_duration_is_refused() -> None:
+    curve = JointTrajectory.from_knots(["a"], [0, 2.0**31], [[0], [1]], [[0], [0]])
+    with pytest.raises(InputError, match="2147483647 s"):
+        curve.to_ros2()
+
+
+def test_message_objects_where_ros_2_is_importable() -> None:
+    messages = pytest.importorskip("trajectory_msgs.msg", reason="ROS 2 is not installed")
+    message = motion().to_ros2_message()
+    assert isinstance(message, messages.JointTrajectory)
+    data = accepted_by_ros2(motion().to_ros2(), goal=False)
+    assert [list(p.positions) for p in message.points] == [p["positions"] for p in data["points"]]
+
+
+def test_message_objects_without_ros_2(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "trajectory_msgs.msg", None)
+    with pytest.raises(InputError, match="source a ROS 2 installation"):
+        motion().to_ros2_message()
+
+
+def test_message_objects_get_every_field(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With stand-ins that, as ROS 2's own classes, take their fields as keywords."""
+    import sys
+    import types
+
+    def record(*fields: str) -> type:
+        def init(self: object, **values: object) -> None:
+            assert set(values) <= set(fields)
+            vars(self).update({"points": []} if "points" in fields else {}, **values)
+
+        return type("Message", (), {"__init__": init})
+
+    message = types.SimpleNamespace(
+        JointTrajectory=record("header", "joint_names", "points"),
+        JointTrajectoryPoint=record("positions", "velocities", "accelerations", "time_from_start"),
+    )
+    action = types.SimpleNamespace(
+        FollowJointTrajectory=types.SimpleNamespace(Goal=record("trajectory"))
+    )
+    duration = types.SimpleNamespace(Duration=record("sec", "nanosec"))
+    for name, module in (
+        ("trajectory_msgs.msg", message),
+        ("control_msgs.action", action),
+        ("builtin_interfaces.msg", duration),
+    ):
+        monkeypatch.setitem(sys.modules, name, module)
+    made = motion().to_ros2_message(goal=True).trajectory
+    data = accepted_by_ros2(motion().to_ros2(), goal=False)
+    assert made.joint_names == data["joint_names"]
+    for point, row in zip(made.points, data["points"], strict=True):
+        assert (point.positions, point.velocities) == (row["positions"], row["velocities"])
+        assert vars(point.time_from_start) == row["time_from_start"]
+
+
+def test_every_shipped_plan_survives_export_and_check(tmp_path, knotwork) -> None:  # type: ignore[no-untyped-def]
+    for name in ("ur5_deburring", "paper_case"):
+        file = tmp_path / f"{name}.yaml"
+        assert knotwork("export", name, "-f", "ros2", "-o", file).code == 0
+        assert knotwork("check", file, "-s", name).code == 0
+    assert kw.plan("paper_case").report.ok

@@ -1,0 +1,165 @@
+"""CSV, JSON, npz and Parquet: the motion at its samples, or all of it at its knots."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from motions import motion
+from replay import hermite
+
+from knotwork.errors import ExportError, InputError
+from knotwork.export import content
+from knotwork.pipeline import Plan
+from knotwork.trajectory import JointTrajectory
+
+QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+
+
+def from_csv(text: str) -> dict[str, np.ndarray]:
+    head, *rows = csv.reader(io.StringIO(text))
+    values = np.array(rows, dtype=float)
+    assert len(set(head)) == len(head)
+    return {name: values[:, i] for i, name in enumerate(head)}
+
+
+@given(st.floats(0.3, 2000.0))
+@settings(max_examples=25, deadline=None)
+def test_the_last_sample_is_the_end_whatever_the_rate(rate: float) -> None:
+    columns = from_csv(motion().to_csv(rate=rate))
+    time = columns["time_s"]
+    assert time[0] == motion().start_time
+    assert time[-1] == motion().end_time
+    assert np.diff(time)[:-1] == pytest.approx(np.full(time.size - 2, 1 / rate))
+    assert 0.0 < time[-1] - time[-2] <= (1 + 1e-5) / rate
+    for order, quantity in enumerate(QUANTITIES):
+        unit = ("", "_per_s", "_per_s2", "_per_s3")[order]
+        for i, (name, base) in enumerate((("a", "rad"), ("b", "rad"), ("slide", "m"))):
+            assert (columns[f"{name}.{quantity}_{base}{unit}"] == motion()(time, order)[:, i]).all()
+
+
+def test_all_four_say_the_same(deburring: Plan) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    given = {"rate": 30.0, "robot": deburring.space.robot}
+    trajectory = deburring.trajectory
+    columns = from_csv(trajectory.to_csv(**given))
+    table = parquet.read_table(io.BytesIO(trajectory.to_parquet(**given)))
+    assert table.column_names == list(columns)
+    for name, values in columns.items():
+        assert (table[name].to_numpy() == values).all()
+    arrays = np.load(io.BytesIO(trajectory.to_npz(**given)), allow_pickle=False)
+    data = json.loads(trajectory.to_json(**given))
+    assert tuple(arrays["joint_names"]) == trajectory.joint_names == tuple(data["joint_names"])
+    assert data["units"]["joints"] == list(arrays["joint_units"]) == ["rad"] * 6
+    assert data["time"] == arrays["time"].tolist() == columns["time_s"].tolist()
+    plural = ("positions", "velocities", "accelerations", "jerks")
+    for quantity, many in zip(QUANTITIES, plural, strict=True):
+        assert data[many] == arrays[quantity].tolist()
+        shown = [name for name in columns if f".{quantity}_" in name and "tool." not in name]
+        assert np.column_stack([columns[n] for n in shown]).tolist() == data[many]
+    for key in ("tool_position", "tool_quaternion", "tool_linear_velocity"):
+        assert data[key] == arrays[key].tolist()
+
+
+def test_the_tool_is_where_pinocchio_says(deburring: Plan) -> None:
+    robot = deburring.space.robot
+    assert robot is not None
+    arrays = np.load(io.BytesIO(deburring.trajectory.to_npz(rate=20, robot=robot)))
+    turns = arrays["tool_quaternion"]
+    assert np.linalg.norm(turns, axis=1) == pytest.approx(np.ones(len(turns)), abs=1e-14)
+    assert (np.einsum("ij,ij->i", turns[1:], turns[:-1]) > 0).all()
+    for i, q in enumerate(arrays["position"]):
+        pose = robot.forward(q)
+        assert arrays["tool_position"][i] == pytest.approx(pose.translation, abs=1e-15)
+        rotation = pin.Quaternion(turns[i]).toRotationMatrix()
+        assert rotation == pytest.approx(pose.rotation, abs=1e-12)
+    time, h = arrays["time"][1:-1], 1e-5
+    curve = deburring.trajectory
+    moved = [
+        robot.forward(curve(t + h)).translation - robot.forward(curve(t - h)).translation
+        for t in time
+    ]
+    assert arrays["tool_linear_velocity"][1:-1] == pytest.approx(
+        np.array(moved) / (2 * h), abs=1e-7
+    )
+    turned = [
+        pin.log3(robot.forward(curve(t + h)).rotation @ robot.forward(curve(t - h)).rotation.T)
+        for t in time
+    ]
+    assert arrays["tool_angular_velocity"][1:-1] == pytest.approx(
+        np.array(turned) / (2 * h), abs=1e-7
+    )
+
+
+def test_joints_in_another_order_move_the_same_tool(deburring: Plan) -> None:
+    from knotwork.polynomial import PiecewisePolynomial
+
+    trajectory, robot = deburring.trajectory, deburring.space.robot
+    order = [3, 1, 0, 5, 4, 2]
+    shuffled = JointTrajectory(
+        tuple(trajectory.joint_names[i] for i in order),
+        PiecewisePolynomial(trajectory.polynomial.c[:, :, order], trajectory.breaks),
+    )
+    for key in ("tool_position", "tool_quaternion", "tool_angular_velocity"):
+        one = np.load(io.BytesIO(trajectory.to_npz(rate=5, robot=robot)))[key]
+        two = np.load(io.BytesIO(shuffled.to_npz(rate=5, robot=robot)))[key]
+        assert (one == two).all()
+
+
+@pytest.mark.parametrize("planner", ["modified-hermite", "cubic"])
+def test_knots_are_the_whole_motion(planner: str) -> None:
+    arrays = np.load(io.BytesIO(motion(planner).to_npz(knots_only=True)))
+    assert set(arrays) == {"time", "position", "velocity", "joint_names", "joint_units", "planner"}
+    at = np.linspace(motion().start_time, motion().end_time, 3000)
+    q, v = hermite(arrays["time"], arrays["position"], arrays["velocity"], at)
+    assert q == pytest.approx(motion(planner)(at), abs=1e-14)
+    assert v == pytest.approx(motion(planner)(at, 1), abs=1e-12)
+
+
+def test_knots_of_a_quintic() -> None:
+    with pytest.raises(ExportError):
+        motion("quintic").to_csv(knots_only=True)
+    columns = from_csv(motion("quintic").to_csv(knots_only=True, accelerations=True))
+    assert len(columns["time_s"]) == 5
+    assert (
+        columns["b.acceleration_rad_per_s2"] == motion("quintic").knots.acceleration[:, 1]
+    ).all()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"rate": 10, "knots_only": True},
+        {"accelerations": True},
+        {"fit": 1e-3},
+        {"rate": 0},
+        {"rate": float("nan")},
+        {"rate": 1e9},
+        {"rate": "fast"},
+    ],
+)
+def test_options_that_can_not_be(options: dict) -> None:
+    with pytest.raises(InputError):
+        motion().to_csv(**options)
+
+
+def test_a_robot_of_other_joints(deburring: Plan) -> None:
+    with pytest.raises(InputError, match=r"slide"):
+        motion().to_csv(robot=deburring.space.robot)
+
+
+def test_parquet_without_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
+    with pytest.raises(InputError, match=r"knotwork\[parquet\]"):
+        motion().to_parquet()
+
+
+def test_files_of_one_motion_are_the_same() -> None:
+    for name in ("csv", "json", "npz", "mat", "scipy", "ros2", "pvt"):
+        assert content(motion(), name) == content(motion(), name)
