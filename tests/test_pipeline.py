@@ -128,19 +128,19 @@ def test_the_solution_near_what_is_wanted_is_taken() -> None:
     }
     home = kw.plan(task).joint_waypoints.position
     names = kw.plan(task).trajectory.joint_names
-    wanted = dict(zip(names, [0.2, -2.0, 1.9, -1.5, -1.57 - 2 * np.pi, 0.2], strict=True))
+    wanted = dict(zip(names, [0.0, -1.2, 1.3, 1.4, 1.5, 1.5], strict=True))
     near = kw.plan({**task, "near": wanted}).joint_waypoints.position
     assert not np.allclose(home, near)
     wanted_values = np.array(list(wanted.values()))
-    for q in near:
-        assert np.linalg.norm(q - wanted_values) <= min(
-            np.linalg.norm(other - wanted_values) for other in home
-        )
+    # the first waypoint is nearest with all its turns, the others follow from there
+    first = np.linalg.norm(near[0] - wanted_values)
+    assert first <= np.linalg.norm(home[0] - wanted_values)
+    assert np.abs(np.diff(near, axis=0)).max() < 1.0
     for plan in (kw.plan(task), kw.plan({**task, "near": "home"})):
         np.testing.assert_array_equal(plan.joint_waypoints.position[0], home[0])
 
 
-def test_near_decides_for_every_waypoint_and_else_the_one_before() -> None:
+def test_turns_follow_the_motion_also_with_near() -> None:
     pose = {"position": [0.45, 0.1, 0.35], "rpy": [3.141592653589793, 0, 0]}
     task: dict[str, Any] = {"robot": "ur5", "waypoints": [{"pose": pose, "after": 9}]}
     home = kw.plan({**task, "start": "home"})
@@ -149,8 +149,9 @@ def test_near_decides_for_every_waypoint_and_else_the_one_before() -> None:
     start = dict(zip(names, turned.tolist(), strict=True))
     before = kw.plan({**task, "start": start}).joint_waypoints.position
     np.testing.assert_allclose(before, [turned, turned], atol=1e-6)
+    # near chooses the branch, but does not wind joints back in mid-motion
     near = kw.plan({**task, "start": start, "near": "home"}).joint_waypoints.position
-    np.testing.assert_allclose(near, [turned, q], atol=1e-6)
+    np.testing.assert_allclose(near, [turned, turned], atol=1e-6)
 
 
 def test_a_plan_starts_where_start_says() -> None:
@@ -267,3 +268,17 @@ def test_knots_may_be_an_object_or_an_array() -> None:
         ],
     }
     np.testing.assert_array_equal(kw.plan(task).trajectory.breaks, [0, 0.6, 1.4, 2])
+
+
+def test_near_does_not_wind_back_a_joint_that_turns_without_limit() -> None:
+    with_near = kw.load_scenario("kinova_dispense")
+    plain = kw.plan(with_near)
+    home = kw.load_robot("kinova").configuration("home")
+    document = with_near.document
+    assert document is not None
+    names = plain.trajectory.joint_names
+    task = {**document.data, "near": dict(zip(names, home.tolist(), strict=True))}
+    turned = kw.plan(task)
+    turned.report.raise_if_failed()
+    steps = np.abs(np.diff(turned.joint_waypoints.position, axis=0))
+    assert steps.max() < np.pi

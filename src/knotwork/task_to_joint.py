@@ -84,7 +84,8 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
        motions, each divided by the joint's velocity limit, weighted up to threefold near position
        limits and singularities. Without a start it includes the way from the robot's home.
 
-    With `near` in the scenario, the nearest to that instead of least travel; with `branch`, only
+    With `near` in the scenario, the nearest to that instead of least travel, whole turns aside:
+    these are the nearest at the first waypoint, and then follow the motion. With `branch`, only
     what that allows. Where nothing is feasible, the sequence that exceeds the velocity limits
     least is taken, and what exceeds them is named in `obstacles`.
 
@@ -166,11 +167,12 @@ class _Search:
         self.rules = Rules(
             speed=speed,
             limit=limit,
-            unbounded=turns & (near is None),
+            unbounded=turns,
             travel=1.0 if near is None else TRAVEL_BESIDE_NEAR,
             change=change[wanted] if isinstance(wanted, str) else 0.0,
         )
         self.turning = turns
+        self.revolute = np.array([unit == "rad" for unit in robot.joint_units])
 
     def solve(self) -> tuple[FloatArray, list[FloatArray]]:
         """Positions and velocities at all waypoints."""
@@ -235,14 +237,17 @@ class _Search:
         allowed = self._allowed(index, candidates)
         q = candidates.q[allowed]
         cost, weight = candidates.cost[allowed], candidates.weight[allowed]
-        reference = self.near
-        if reference is None and index == 0:
-            reference = home(self.space)
-        if reference is not None:
-            gap = q - reference
+        if self.near is not None:
+            # Which branch is nearest does not depend on turns: these are the nearest at the first
+            # waypoint and then follow the motion, or joints would be wound back on the way.
+            gap = q - self.near
+            gap -= np.where(self.revolute, 2 * np.pi * np.round(gap / (2 * np.pi)), 0.0)
+            cost = cost + np.linalg.norm(gap / self.rules.speed, axis=1)
+        if index == 0:
+            gap = q - (home(self.space) if self.near is None else self.near)
             turns = np.where(self.turning, np.round(gap / (2 * np.pi)), 0.0)
             q, gap = q - 2 * np.pi * turns, gap - 2 * np.pi * turns
-            cost = cost + np.linalg.norm(gap / self.rules.speed, axis=1)
+            cost = cost + self.rules.travel * np.linalg.norm(gap / self.rules.speed, axis=1)
         return Layer(q, cost, weight, candidates.signs[allowed])
 
     def _allowed(self, index: int, candidates: Candidates) -> Any:

@@ -1,5 +1,7 @@
 """Inverse kinematics of velocities: against least squares, and what a singularity loses."""
 
+import re
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -7,7 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knotwork.errors import SingularityError, WaypointDataError
-from knotwork.kinematics import singular_values, smallest_singular_value, solve_velocity_ik
+from knotwork.kinematics import (
+    pull_to_middle,
+    singular_values,
+    smallest_singular_value,
+    solve_velocity_ik,
+)
 from knotwork.kinematics.velocity import describe_direction
 from knotwork.robot import Robot, load_robot, robot_names
 
@@ -30,7 +37,9 @@ def test_velocities_are_those_of_least_squares(name: str) -> None:
         q, twist = attainable(robot, seed)
         v = solve_velocity_ik(robot, q, twist)
         J = robot.jacobian(q)
-        expected = np.linalg.lstsq(J, twist, rcond=1e-10)[0]
+        # With joints to spare each joint's velocity is measured by its limit.
+        weights = robot.velocity_limit if robot.dof > 6 else np.ones(robot.dof)
+        expected = weights * np.linalg.lstsq(J * weights, twist, rcond=1e-10)[0]
         np.testing.assert_allclose(v, expected, atol=1e-11)
         np.testing.assert_allclose(J @ v, twist, atol=1e-12)
 
@@ -54,7 +63,46 @@ def test_spare_joints_move_as_little_as_they_can() -> None:
     q, twist = attainable(PANDA, 52)
     v = solve_velocity_ik(PANDA, q, twist)
     free = np.linalg.svd(PANDA.jacobian(q))[2][-1]
-    assert abs(free @ v) < 1e-12
+    limits = PANDA.velocity_limit
+    assert abs((free / limits) @ (v / limits)) < 1e-12
+    for step in (-0.1, 0.1):
+        assert np.linalg.norm(v / limits) < np.linalg.norm((v + step * free) / limits)
+
+
+def test_spare_joints_may_be_pulled_to_the_middle_of_their_ranges() -> None:
+    q, twist = attainable(PANDA, 52)
+    pull = pull_to_middle(PANDA, q, rate=0.5)
+    middle = 0.5 * (PANDA.lower_position_limit + PANDA.upper_position_limit)
+    np.testing.assert_allclose(q + 2 * pull, middle)
+    v = solve_velocity_ik(PANDA, q, twist, preferred=pull)
+    np.testing.assert_allclose(PANDA.jacobian(q) @ v, twist, atol=1e-12)
+    # Of all that give the twist it is the nearest to the pull, measured by the limits.
+    free = np.linalg.svd(PANDA.jacobian(q))[2][-1]
+    limits = PANDA.velocity_limit
+    assert abs((free / limits) @ ((v - pull) / limits)) < 1e-12
+    still = solve_velocity_ik(PANDA, q, np.zeros(6), preferred=pull)
+    np.testing.assert_allclose(PANDA.jacobian(q) @ still, 0, atol=1e-12)
+    assert still @ (pull / limits**2) > 0
+    assert (pull_to_middle(ROBOTS["kinova"], np.ones(6))[[0, 3, 5]] == 0).all()
+
+
+def test_messages_say_what_would_work() -> None:
+    possible = UR5.twist(WRIST_STRAIGHT, np.full(6, 0.2)).vector
+    lost = np.linalg.svd(UR5.jacobian(WRIST_STRAIGHT))[0][:, -1]
+    with pytest.raises(SingularityError, match=r"the nearest it can do is \(") as caught:
+        solve_velocity_ik(UR5, WRIST_STRAIGHT, possible + 0.1 * lost)
+    numbers = [
+        float(x) for x in re.findall(r"-?[\d.]+(?:e-\d+)?", str(caught.value).split("is (")[1])
+    ]
+    np.testing.assert_allclose(numbers[:6], possible, rtol=0.01, atol=1e-8)
+    near = WRIST_STRAIGHT.copy()
+    near[4] = 5e-4
+    lost = np.linalg.svd(UR5.jacobian(near))[0][:, -1]
+    with pytest.raises(SingularityError, match="of the speed the joints could follow") as caught:
+        solve_velocity_ik(UR5, near, 0.1 * lost)
+    part = float(re.findall(r"at ([\d.e-]+) of the speed", str(caught.value))[0])
+    v = solve_velocity_ik(UR5, near, 0.999 * part * 0.1 * lost)
+    assert (np.abs(v) / UR5.velocity_limit).max() == pytest.approx(1.0, abs=0.01)
 
 
 @settings(max_examples=40)
@@ -179,3 +227,17 @@ def test_directions_in_words(twist: list[float], words: str) -> None:
 def test_input_is_checked(twist: object) -> None:
     with pytest.raises(WaypointDataError):
         solve_velocity_ik(PLANAR, [0.5, 1.2], twist)
+
+
+def test_near_a_singularity_a_limit_that_is_not_given_does_not_let_any_speed_pass():
+    free = load_robot("ur5").with_limits(velocity=1e9)  # as good as none
+    q = np.array(free.configuration("home"))
+    q[4] = 1e-4  # the wrist all but straight
+    lost = np.linalg.svd(free.jacobian(q))[0][:, -1]
+    with pytest.raises(SingularityError, match="rad/s") as caught:
+        solve_velocity_ik(free, q, 5e-3 * lost)
+    assert max(map(abs, caught.value.joint_velocity.values())) > 10
+    for name, speed in caught.value.joint_velocity.items():  # those that matter are said
+        assert (name in str(caught.value)) == (abs(speed) > 0.1)
+    v = solve_velocity_ik(free, q, 1e-5 * lost)  # slowly enough it goes
+    assert np.abs(v).max() < 10

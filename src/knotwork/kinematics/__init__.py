@@ -1,8 +1,10 @@
 """Inverse kinematics of poses (eq 3) and velocities (eq 4), and how near a singularity is."""
 
+from knotwork.kinematics.many import solve_many
 from knotwork.kinematics.pose import IKSolution, solve_pose_ik
 from knotwork.kinematics.solutions import Branch, solve_all
 from knotwork.kinematics.velocity import (
+    pull_to_middle,
     singular_values,
     smallest_singular_value,
     solve_velocity_ik,
@@ -11,9 +13,11 @@ from knotwork.kinematics.velocity import (
 __all__ = [
     "Branch",
     "IKSolution",
+    "pull_to_middle",
     "singular_values",
     "smallest_singular_value",
     "solve_all",
+    "solve_many",
     "solve_pose_ik",
     "solve_velocity_ik",
 ]

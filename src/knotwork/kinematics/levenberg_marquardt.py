@@ -127,6 +127,7 @@ class PoseSearch:
         lower: FloatArray,
         upper: FloatArray,
         max_iterations: int = MAX_ITERATIONS,
+        polish_iterations: int = POLISH_ITERATIONS,
     ) -> LocalSolution:
         """Search from a start.
 
@@ -135,6 +136,7 @@ class PoseSearch:
             lower: Limits that the search stays within, shape (d,).
             upper: Likewise.
             max_iterations: Steps to try at most.
+            polish_iterations: Of those, how many within the tolerances.
         """
         q = start
         e, J, position, orientation = self.evaluate(q)
@@ -144,7 +146,7 @@ class PoseSearch:
         at_limit = bool(((q <= lower) | (q >= upper)).any())
         while iteration < max_iterations:
             if self.within(position, orientation):
-                if polished == POLISH_ITERATIONS or square <= polished_square:
+                if polished == polish_iterations or square <= polished_square:
                     break
                 polished += 1
             if iteration % STALL_ITERATIONS == STALL_ITERATIONS - 1:

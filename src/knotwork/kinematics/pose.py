@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,11 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import WaypointDataError
 from knotwork.kinematics.diagnosis import raise_unsolved
-from knotwork.kinematics.levenberg_marquardt import LocalSolution, PoseSearch
+from knotwork.kinematics.levenberg_marquardt import (
+    POLISH_ITERATIONS,
+    LocalSolution,
+    PoseSearch,
+)
 from knotwork.kinematics.nearest import settle_near
 from knotwork.kinematics.restarts import low_discrepancy, nearest_turns, search_box
 from knotwork.robot import Robot
@@ -69,6 +74,7 @@ def solve_pose_ik(
     orientation_tolerance: float = 1e-8,
     max_restarts: int = MAX_RESTARTS,
     near: ArrayLike | None = None,
+    nearest: bool = True,
     waypoint: str = "",
     where: str = "",
 ) -> IKSolution:
@@ -88,6 +94,9 @@ def solve_pose_ik(
         max_restarts: Searches to make at most when the first finds nothing.
         near: Configuration that the answer should be near [rad or m], shape (d,); by default the
             start.
+        nearest: Go on to look for nearer solutions. Without, the first solution found is the
+            answer, as other solvers do it: from a start close by that is the nearest all the
+            same, in one local search.
         waypoint: Name of the waypoint, for errors.
         where: Where it is defined, for errors.
 
@@ -103,9 +112,11 @@ def solve_pose_ik(
     goal = first if near is None else np.array(read_only(near, (robot.dof,), "near"))
     tolerances = MARGIN * position_tolerance, MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
-    collector = _Collector(search, goal)
+    collector = _Collector(search, goal, settle=nearest)
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     collector.try_from(np.minimum(np.maximum(first, lower), upper))
+    if collector.best is not None and not nearest:
+        return collector.solution(pose)
     corner, opposite = search_box(robot, goal, np.inf)
     points = low_discrepancy(robot.dof)
     while collector.best is None and collector.restarts < max_restarts:
@@ -113,7 +124,7 @@ def solve_pose_ik(
         collector.try_from(corner + next(points) * (opposite - corner))
     if collector.best is None:
         raise_unsolved(search, goal, waypoint=waypoint, where=where)
-    for restart in range(min(NEARER_RESTARTS, max_restarts)):
+    for restart in range(min(NEARER_RESTARTS, max_restarts) if nearest else 0):
         if restart > NEARER_RESTARTS * collector.distance / FAR:
             break
         collector.restarts += 1
@@ -141,8 +152,10 @@ def check_pose(pose: Any, position_tolerance: float, orientation_tolerance: floa
 class _Collector:
     """Keeps the nearest of the solutions found, and counts the work."""
 
-    def __init__(self, search: PoseSearch, near: FloatArray) -> None:
+    def __init__(self, search: PoseSearch, near: FloatArray, *, settle: bool) -> None:
         self.search, self.near = search, near
+        self._settle = settle and search.robot.dof > 6
+        self._polish = POLISH_ITERATIONS if settle else 0
         self.best: LocalSolution | None = None
         self.distance = np.inf
         self.iterations = self.restarts = 0
@@ -152,13 +165,16 @@ class _Collector:
     def try_from(self, start: FloatArray) -> None:
         robot = self.search.robot
         lower, upper = robot.lower_position_limit, robot.upper_position_limit
-        found = self.search.solve(start, lower, upper)
+        found = self.search.solve(start, lower, upper, polish_iterations=self._polish)
         self.iterations += found.iterations
         if not found.converged:
             return
-        q = nearest_turns(found.q, self.near, lower, upper, self._revolute)
+        q = found.q
+        away = q - self.near
+        if away.max() > np.pi or away.min() < -np.pi:
+            q = nearest_turns(q, self.near, lower, upper, self._revolute)
         distance = float(np.linalg.norm(q - self.near))
-        if robot.dof > 6 and distance < SETTLE_WITHIN * self.distance:
+        if self._settle and distance < SETTLE_WITHIN * self.distance:
             q, steps = settle_near(self.search, q, self.near, ROUGHLY * distance)
             self.iterations += steps
             distance = float(np.linalg.norm(q - self.near))
@@ -169,13 +185,13 @@ class _Collector:
         if self.best is None:
             raise RuntimeError("no solution has been collected")
         found = self.best.q
-        if self.search.robot.dof > 6:
+        if self._settle:
             found, steps = settle_near(self.search, found, self.near)
             self.iterations += steps
         q = read_only(found, found.shape, "q")
         error = self.search.robot.forward(q).actInv(pose)
-        position = float(np.linalg.norm(error.translation))
-        orientation = float(np.linalg.norm(pin.log3(error.rotation)))
+        linear, angular = error.translation, pin.log3(error.rotation)
+        position, orientation = math.sqrt(linear.dot(linear)), math.sqrt(angular.dot(angular))
         return IKSolution(
             q=q,
             position_error=position,

@@ -15,6 +15,9 @@ from knotwork.waypoints import FloatArray, read_only
 # Below this singular value a joint at 3 rad/s moves the tool by less than 3 mm/s in the lost
 # direction: no arm is used there, and the joint velocities found are worth a second look.
 NEAR_SINGULAR = 1e-3
+# Beyond this no joint of an arm goes, so near a singularity it stands for a limit that is not given
+# [rad/s or m/s].
+FASTEST_JOINT = 10.0
 # Singular values below this part of the largest are taken for rounding of zero: a joint rotated
 # by a few times 1e-13 rad off a singularity has one of that size.
 RANK_TOLERANCE = 1e-11
@@ -43,6 +46,7 @@ def solve_velocity_ik(
     q: ArrayLike,
     twist: Any,
     *,
+    preferred: ArrayLike | None = None,
     waypoint: str = "",
     where: str = "",
     linear_tolerance: float = 1e-9,
@@ -50,14 +54,18 @@ def solve_velocity_ik(
 ) -> FloatArray:
     """Find the joint velocities that give the TCP a twist: v = J(q)⁺ twist (eq 4).
 
-    For six joints that is J⁻¹ twist; for more, the smallest joint velocities that do it; for
-    fewer, the only ones if there are any. Nothing is damped: what is returned gives the twist.
+    For six joints that is J⁻¹ twist; for fewer, the only joint velocities if there are any. For
+    more, those of least norm, each joint's measured by its velocity limit: with W the limits on a
+    diagonal, v = W (J W)⁺ twist (Whitney, 1969), to which `preferred` adds its part in the null
+    space, W (I − (J W)⁺ J W) W⁻¹ v₀. Nothing is damped: what is returned gives the twist.
 
     Args:
         robot: The robot.
         q: Joint positions [rad or m], shape (d,).
         twist: Linear [m/s], then angular velocity [rad/s] of the TCP, in base axes
             (`local_world_aligned`): `pin.Motion` or shape (6,).
+        preferred: Joint velocities v₀ to come near to with the motion that the tool does not feel
+            [rad/s or m/s], shape (d,), for example `pull_to_middle`; by default none.
         waypoint: Name of the waypoint, for errors.
         where: Where it is defined, for errors.
         linear_tolerance: Residual allowed [m/s], for speeds above 1 m/s in proportion.
@@ -72,19 +80,18 @@ def solve_velocity_ik(
         WaypointDataError: An array is not finite or of another shape.
     """
     wanted = read_only(twist.vector if isinstance(twist, pin.Motion) else twist, (6,), "twist")
+    rest = None if preferred is None else read_only(preferred, (robot.dof,), "preferred")
     J = robot.jacobian(q)
-    if not wanted.any():
+    if not wanted.any() and rest is None:
         return np.zeros(robot.dof)
     U, s, Vt = np.linalg.svd(J, full_matrices=False)
-    kept = s > RANK_TOLERANCE * s[0]
-    v: FloatArray = Vt[kept].T @ ((U[:, kept].T @ wanted) / s[kept])
-    v = v + Vt[kept].T @ ((U[:, kept].T @ (wanted - J @ v)) / s[kept])  # undo most rounding
+    v = _least_norm(J, wanted, _speeds(robot), rest, (U, s, Vt))
     residual = wanted - J @ v
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > linear_tolerance * scale or angular > angular_tolerance * scale:
-        message = _unattainable(robot, J, residual)
-    elif s[-1] < NEAR_SINGULAR and (np.abs(v) > robot.velocity_limit).any():
+        message = _unattainable(robot, J, wanted, residual)
+    elif s[-1] < NEAR_SINGULAR and (np.abs(v) > _plausible_speeds(robot)).any():
         message = _too_fast(robot, U[:, -1], s[-1], v)
     else:
         return v
@@ -98,13 +105,63 @@ def solve_velocity_ik(
     )
 
 
-def _unattainable(robot: Robot, J: FloatArray, residual: FloatArray) -> str:
+def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
+    """Joint velocities towards the middle of the joints' ranges, for `solve_velocity_ik`.
+
+    Args:
+        robot: The robot.
+        q: Joint positions [rad or m], shape (d,).
+        rate: Part of the distance to the middle per second [1/s].
+
+    Returns:
+        Joint velocities [rad/s or m/s], zero for joints without limits, shape (d,).
+    """
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    position = read_only(q, (robot.dof,), "q")
+    bounded = np.isfinite(lower) & np.isfinite(upper)
+    v = np.zeros(robot.dof)
+    v[bounded] = rate * (0.5 * (lower[bounded] + upper[bounded]) - position[bounded])
+    return v
+
+
+def _speeds(robot: Robot) -> FloatArray:
+    """What joint velocities are measured by where there is a choice, shape (d,)."""
+    if robot.dof <= 6:
+        return np.ones(robot.dof)
+    limit = robot.velocity_limit
+    finite = np.isfinite(limit)
+    usual = float(np.mean(limit[finite])) if finite.any() else 1.0
+    return np.where(finite, limit, usual) / usual
+
+
+def _least_norm(
+    J: FloatArray,
+    wanted: FloatArray,
+    speeds: FloatArray,
+    rest: FloatArray | None,
+    plain: tuple[FloatArray, FloatArray, FloatArray],
+) -> FloatArray:
+    """Solve J v = wanted as well as can be with the least norm of v / speeds."""
+    weighted = J * speeds
+    U, s, Vt = plain if (speeds == 1.0).all() else np.linalg.svd(weighted, full_matrices=False)
+    kept = s > RANK_TOLERANCE * s[0]
+    U, s, Vt = U[:, kept], s[kept], Vt[kept]
+    w: FloatArray = Vt.T @ ((U.T @ wanted) / s)
+    w = w + Vt.T @ ((U.T @ (wanted - weighted @ w)) / s)  # undo most rounding
+    if rest is not None:
+        free = rest / speeds
+        w = w + free - Vt.T @ (Vt @ free)
+    return w * speeds
+
+
+def _unattainable(robot: Robot, J: FloatArray, wanted: FloatArray, residual: FloatArray) -> str:
     """Message for a twist outside the Jacobian's range, with the part of it that is."""
+    possible = wanted - residual
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
     smallest = np.linalg.svd(J, compute_uv=False)[-1]
     left = (
         f"{linear:.3g} m/s and {angular:.3g} rad/s of it are left over, "
-        f"{describe_direction(residual)}"
+        f"{describe_direction(residual)}; the nearest it can do is {_twist(possible)}"
     )
     if robot.dof < 6 and smallest > NEAR_SINGULAR:
         return (
@@ -117,17 +174,32 @@ def _unattainable(robot: Robot, J: FloatArray, residual: FloatArray) -> str:
     )
 
 
+def _plausible_speeds(robot: Robot) -> FloatArray:
+    return np.minimum(robot.velocity_limit, FASTEST_JOINT)
+
+
 def _too_fast(robot: Robot, direction: FloatArray, smallest: float, v: FloatArray) -> str:
-    limits = robot.velocity_limit
+    use = np.abs(v) / _plausible_speeds(robot)
     said = ", ".join(
         f"{robot.joint_names[i]} at {abs(v[i]):.4g} {robot.joint_units[i]}/s "
-        f"(limit {limits[i]:.4g})"
-        for i in np.flatnonzero(np.abs(v) > limits)
+        + (f"(limit {limit:.4g})" if np.isfinite(limit) else "(no limit given)")
+        for i, limit in enumerate(robot.velocity_limit)
+        if use[i] > 0.01
     )
     return (
         f"the arm is close to a singularity (smallest singular value {smallest:.3g}, "
-        f"{describe_direction(direction)}) and would need {said}"
+        f"{describe_direction(direction)}) and would need {said}; at {1 / use.max():.3g} of the "
+        "speed the joints could follow"
     )
+
+
+def _twist(twist: FloatArray) -> str:
+    """A twist in numbers, rounding left out."""
+    parts = []
+    for vector, unit in ((twist[:3], "m/s"), (twist[3:], "rad/s")):
+        values = ", ".join(f"{value if abs(value) > 1e-9 else 0.0:.3g}" for value in vector)
+        parts.append(f"({values}) {unit}")
+    return " and ".join(parts)
 
 
 def describe_direction(twist: FloatArray) -> str:

@@ -336,8 +336,8 @@ class ScenarioFile(StrictModel):
     )
     near: JointsOrName | None = Field(
         None,
-        description="Prefer the solutions nearest to this; left out: the start, else home, for the "
-        "first waypoint, and for each other the waypoint before it",
+        description="Prefer the solutions nearest to this, for every waypoint; whole turns follow "
+        "the motion. Left out: the way of least travel from the start, else from home",
     )
     branch: Annotated[
         Annotated[Literal["free", "keep", "fixed"], Tag("text")]
