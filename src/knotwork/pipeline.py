@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,9 @@ from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 from knotwork.witness import Report, check
+
+if TYPE_CHECKING:
+    from knotwork.view.page import Page
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,22 @@ class Plan:
     report: Report
     left_out: tuple[str, ...] = ()
     solution: TaskSolution | None = None
+
+    def view(self, compare: Sequence[str] = ()) -> Page:
+        """Show the arm making its move, in 3D.
+
+        A notebook shows the page inline; `save` writes it to a file that any browser opens.
+
+        Args:
+            compare: Planners whose motions are shown over it, as translucent arms.
+
+        Raises:
+            InputError: The scenario has no robot, or another planner can't plan it.
+        """
+        from knotwork.view.show import view_plan
+
+        others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
+        return view_plan(self, others)
 
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.

@@ -16,6 +16,8 @@ from knotwork.cli.compare import compare, planners
 from knotwork.cli.export import export
 from knotwork.cli.parameters import Knots
 from knotwork.cli.plot import plot
+from knotwork.cli.report import report as report_command
+from knotwork.cli.view import view
 from knotwork.errors import InputError, KnotworkError
 
 if TYPE_CHECKING:
@@ -290,3 +292,5 @@ cli.add_command(compare)
 cli.add_command(export)
 cli.add_command(planners)
 cli.add_command(plot)
+cli.add_command(report_command)
+cli.add_command(view)

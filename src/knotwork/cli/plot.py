@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.parameters import Knots, Names
+from knotwork.cli.sources import is_trajectory, planned, refuse, report_failure
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
     from knotwork.scenario import Scenario
     from knotwork.trajectory import JointTrajectory
-    from knotwork.witness import Report
 
 PASSED = 0
-# What a failed check says before it only counts.
-MOST_FAILURES = 3
 
 _EPILOG = """
 The figures of the paper that the method comes from:
@@ -108,14 +106,14 @@ def plot(
     chosen_quantities(quantities)
     drawn: list[Plan | JointTrajectory]
     scenario: Scenario | None = None
-    if _is_trajectory(source):
+    if is_trajectory(source):
         given = {"--compare": compare, "--planner": planner, "--knots": knots}
-        _refuse(given, f"{source} is a trajectory, which is planned already")
+        refuse(given, f"{source} is a trajectory, which is planned already")
         stored, scenario = _stored(source, reference)
         drawn, name = [stored], _name_of_trajectory(source)
     else:
-        _refuse({"--scenario": reference}, f"{source} is a scenario itself")
-        plans = _planned(source, planner, knots, compare or [])
+        refuse({"--scenario": reference}, f"{source} is a scenario itself")
+        plans = planned(source, planner, knots, compare or [])
         drawn, name = list(plans), plans[0].scenario.name
     if tool:
         figure = view.plot_tool(drawn, degrees=degrees, scenario=scenario)
@@ -128,41 +126,6 @@ def plot(
     return PASSED
 
 
-def _is_trajectory(source: str) -> bool:
-    from knotwork import resources
-
-    if source.lower().endswith(".json"):
-        return True
-    return Path(source).is_dir() and source not in resources.names("scenarios")
-
-
-def _refuse(options: dict[str, Any], reason: str) -> None:
-    given = [name for name, value in options.items() if value is not None]
-    if given:
-        raise InputError(f"{reason}: leave out {', '.join(given)}")
-
-
-def _planned(source: str, planner: str | None, knots: Any, others: list[str]) -> list[Plan]:
-    """Plan a scenario with its planner and with others; each planner once."""
-    from knotwork import pipeline
-    from knotwork.interpolation import get_planner
-
-    for name in others:
-        get_planner(name)
-    plans = [pipeline.plan(source, planner=planner, knots=knots)]
-    for name in dict.fromkeys(others):
-        if name == plans[0].scenario.planner:
-            continue
-        try:
-            plans.append(pipeline.plan(source, planner=name))
-        except InputError as error:
-            raise InputError(f"planner {name!r} can't be compared here: {error}") from error
-    for plan in plans:
-        which = f"{plan.scenario.name}, {plan.scenario.planner}"
-        _report_failure(which, plan.report)
-    return plans
-
-
 def _stored(source: str, reference: str | None) -> tuple[JointTrajectory, Scenario | None]:
     from knotwork import storage
 
@@ -173,19 +136,8 @@ def _stored(source: str, reference: str | None) -> tuple[JointTrajectory, Scenar
     from knotwork.witness import check
 
     scenario = load_scenario(reference)
-    _report_failure(source, check(trajectory, scenario))
+    report_failure(source, check(trajectory, scenario))
     return trajectory, scenario
-
-
-def _report_failure(which: str, report: Report) -> None:
-    if report.ok:
-        return
-    failures = report.failures
-    click.echo(f"note: {which}: the check FAILS", err=True)
-    for failure in failures[:MOST_FAILURES]:
-        click.echo(f"  {failure}", err=True)
-    if len(failures) > MOST_FAILURES:
-        click.echo(f"  and {len(failures) - MOST_FAILURES} more", err=True)
 
 
 def _name_of_trajectory(source: str) -> str:

@@ -1,0 +1,157 @@
+"""The command `knotwork view`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knotwork.cli.parameters import Knots, Names
+from knotwork.cli.sources import is_trajectory, planned, refuse, report_failure
+from knotwork.errors import InputError
+
+if TYPE_CHECKING:
+    from knotwork.view.page import Page
+
+PASSED = 0
+
+_EPILOG = """
+In the page: space plays and pauses, the arrow keys go frame by frame, the mouse turns the scene.
+FILE.html#t=2.5 opens at that time, FILE.html#paused at the start.
+
+Exit codes: 0 the scene is shown or written, also where a check fails, 2 the input is wrong.
+"""
+
+
+@click.command(epilog=_EPILOG)
+@click.argument("source", metavar="SCENARIO|TRAJECTORY")
+@click.option(
+    "--html",
+    "out",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Write the scene to one self-contained file instead, which any browser opens without a "
+    "network. An existing file is replaced.",
+)
+@click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to show over it.")
+@click.option("--planner", metavar="NAME", help="Planner, in place of the scenario's.")
+@click.option(
+    "--knots",
+    type=Knots(),
+    metavar="KNOTS",
+    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
+    "scenario's.",
+)
+@click.option("--no-ghosts", is_flag=True, help="No translucent copies of the arm at waypoints.")
+@click.option("--no-open", is_flag=True, help="Open no browser; only say the address.")
+@click.option(
+    "--port",
+    metavar="PORT",
+    type=click.IntRange(1, 65535),
+    help="Port of the address; by default any that is free.",
+)
+@click.option(
+    "--scenario",
+    "-s",
+    "reference",
+    metavar="SCENARIO",
+    help="For a TRAJECTORY: what it is to do.",
+)
+@click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
+def view(
+    source: str,
+    out: Path | None,
+    compare: list[str] | None,
+    planner: str | None,
+    knots: Any,
+    no_ghosts: bool,
+    no_open: bool,
+    port: int | None,
+    reference: str | None,
+    robot: str | None,
+) -> int:
+    """Show the arm making its move, in a browser.
+
+    SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
+    TRAJECTORY is a trajectory.json, or the path of a folder with one in it.
+
+    Shown are the tool's path, coloured by its speed, the waypoints with the speeds asked for, the
+    rebuilt knots, and in red what fails in the check. The page is served to this machine alone
+    until Ctrl-C.
+    """
+    if out is not None:
+        refuse({"--port": port, "--no-open": no_open or None}, "--html writes a file")
+    if is_trajectory(source):
+        given = {"--compare": compare, "--planner": planner, "--knots": knots}
+        refuse(given, f"{source} is a trajectory, which is planned already")
+        page = _stored(source, reference, robot, not no_ghosts)
+    else:
+        refuse({"--scenario": reference, "--robot": robot}, f"{source} is a scenario itself")
+        page = _planned(source, planner, knots, compare or [], not no_ghosts)
+    for warning in page.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    if out is not None:
+        click.echo(f"wrote {page.save(out)}")
+        return PASSED
+    return _serve(page, port, no_open)
+
+
+def _planned(
+    source: str, planner: str | None, knots: Any, others: Sequence[str], ghosts: bool
+) -> Page:
+    from knotwork.view.show import view_plan
+
+    plans = planned(source, planner, knots, list(others))
+    shown = {plan.scenario.planner: plan.trajectory for plan in plans[1:]}
+    return view_plan(plans[0], shown, ghosts=ghosts)
+
+
+def _stored(source: str, reference: str | None, name: str | None, ghosts: bool) -> Page:
+    from knotwork import storage
+
+    trajectory = storage.load_trajectory(source)
+    if reference is not None:
+        refuse({"--robot": name}, "the scenario names the robot")
+        return _stored_for(source, reference, trajectory, ghosts)
+    if name is None:
+        raise InputError(
+            f"{source} does not say which arm it moves; give the scenario it was planned for with "
+            "--scenario, or its robot with --robot"
+        )
+    from knotwork.robot import load_robot
+    from knotwork.view.show import view_trajectory
+
+    return view_trajectory(load_robot(name), trajectory, ghosts=ghosts)
+
+
+def _stored_for(source: str, reference: str, trajectory: Any, ghosts: bool) -> Page:
+    from knotwork.joint_space import joint_space
+    from knotwork.scenario import load_scenario
+    from knotwork.view.page import scene_page
+    from knotwork.view.scene import make_scene
+    from knotwork.view.show import needed_robot
+    from knotwork.witness import check
+
+    scenario = load_scenario(reference)
+    space = joint_space(scenario)
+    robot = needed_robot(scenario, space)
+    report = check(trajectory, scenario, space=space)
+    report_failure(source, report)
+    scene = make_scene(robot, trajectory, scenario=scenario, space=space, report=report)
+    return scene_page(scene, ghosts=ghosts)
+
+
+def _serve(page: Page, port: int | None, no_open: bool) -> int:
+    from knotwork.view.server import PageServer, open_browser
+
+    with PageServer(page.html, port or 0) as server:
+        click.echo(f"showing {page.title} at {server.address} until Ctrl-C")
+        if not no_open and not open_browser(server.address):
+            click.echo("no browser could be opened here; open the address in one", err=True)
+        try:
+            server.serve_forever(poll_interval=0.1)
+        except KeyboardInterrupt:
+            click.echo("stopped")
+    return PASSED

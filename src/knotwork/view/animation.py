@@ -1,0 +1,81 @@
+"""A trajectory as frames of an animation: samples of the curve itself, and its end exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.trajectory import sample_times
+from knotwork.waypoints import FloatArray
+
+LEAST_RATE = 60.0
+"""Frames a second that an animation has at least."""
+
+RATE = 120.0
+MOST_FRAMES = 240_000
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """An animation's frames; between them nothing is shown that is not one of them.
+
+    Attributes:
+        time: [s], shape (n,); the first is the start and the last the end of the trajectory.
+        position: Joint positions [rad or m], shape (n, d).
+    """
+
+    time: FloatArray
+    position: FloatArray
+
+
+def frames(curve: PiecewisePolynomial) -> Frames:
+    """Sample a motion for an animation, `RATE` times a second or, if it is long, `LEAST_RATE`.
+
+    Raises:
+        InputError: It lasts so long that no page could hold it.
+    """
+    start, end = float(curve.x[0]), float(curve.x[-1])
+    duration = end - start
+    rate = RATE if duration * RATE < MOST_FRAMES else LEAST_RATE
+    if duration * rate >= MOST_FRAMES:
+        raise InputError(
+            f"the motion lasts {duration:g} s; an animation of {LEAST_RATE:g} frames a second can "
+            f"last {MOST_FRAMES / LEAST_RATE:g} s at most: view a part of it"
+        )
+    time = sample_times(start, end, rate)
+    return Frames(time, curve(time))
+
+
+def joint_tree(robot: Robot) -> list[dict[str, Any]]:
+    """Describe the joints of a chain: what carries each, where, and how it moves.
+
+    The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is what does not move.
+    Joint position q turns it about `axis` by q, or shifts it by q along it, after `quaternion`
+    (x, y, z, w) and `origin` [m] have placed it in its parent's axes.
+    """
+    model = robot.model
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.ones(model.nq))
+    joints = []
+    for i in range(1, model.njoints):
+        placement = model.jointPlacements[i]
+        moved = placement.inverse() * data.liMi[i]
+        slides = robot.joint_units[i - 1] == "m"
+        axis = moved.translation if slides else pin.log3(moved.rotation)
+        joints.append(
+            {
+                "name": str(model.names[i]),
+                "parent": int(model.parents[i]),
+                "origin": placement.translation.tolist(),
+                "quaternion": pin.Quaternion(placement.rotation).coeffs().tolist(),
+                "axis": axis.tolist(),
+                "slides": slides,
+            }
+        )
+    return joints

@@ -1,0 +1,267 @@
+"""The shapes of a robot's links, from its URDF; meshes are opened here and nowhere else."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.dom import expatbuilder
+from xml.dom.minidom import Element
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.robot import Robot
+from knotwork.view.collada import GREY, ColladaError, read_collada
+from knotwork.view.mesh import (
+    Colour,
+    Mesh,
+    box,
+    capsule,
+    cylinder,
+    from_triangles,
+    merged,
+    rod,
+    sphere,
+)
+from knotwork.waypoints import FloatArray
+
+LINE_RADIUS = 0.012
+_STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+class _MissingShapeError(Exception):
+    """A shape that can't be had; the message says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinkShapes:
+    """What a robot looks like.
+
+    Attributes:
+        shapes: For each joint of the chain the mesh that it carries, in the joint's axes, and
+            first what does not move, in the axes of the URDF's root; length d + 1, `None` for
+            what carries nothing.
+        warnings: What could not be drawn as described.
+    """
+
+    shapes: tuple[Mesh | None, ...]
+    warnings: tuple[str, ...]
+
+
+def link_shapes(robot: Robot) -> LinkShapes:
+    """Read the shapes of all links, those of locked joints included.
+
+    A mesh that is missing is a warning: the link is drawn from its collision shape, or as a line
+    to the links that it carries.
+    """
+    urdf = _Shapes(robot.urdf)
+    model = robot.model
+    frames = {f.name: f for f in model.frames if f.type == pin.FrameType.BODY}
+    carried: list[list[Mesh]] = [[] for _ in range(model.njoints)]
+    warnings: list[str] = []
+    for link, element in urdf.links.items():
+        if link not in frames:
+            continue
+        parts, missing = urdf.shapes(element, "visual")
+        if missing:
+            instead, worse = urdf.shapes(element, "collision")
+            if instead and not worse:
+                parts, how = instead, "drawn from its collision shape"
+            else:
+                how = "drawn as a line"
+                parts += _lines(urdf.carried.get(link, ()))
+            warnings.append(f"link {link!r}: {'; '.join(missing)}; {how}")
+        placement = frames[link].placement
+        joint = frames[link].parentJoint
+        carried[joint] += [part.moved(placement.rotation, placement.translation) for part in parts]
+    if not any(carried):
+        warnings.append(f"robot {robot.name!r} has no shapes to draw; its links are drawn as lines")
+        carried = _skeleton(robot)
+    return LinkShapes(tuple(merged(parts) if parts else None for parts in carried), tuple(warnings))
+
+
+def _lines(origins: Sequence[FloatArray]) -> list[Mesh]:
+    """Rods from a link's origin to those of the links that it carries, in its axes."""
+    far = [origin for origin in origins if np.linalg.norm(origin) > 1e-6]
+    return [rod(np.zeros(3), origin, LINE_RADIUS, GREY) for origin in far]
+
+
+def _skeleton(robot: Robot) -> list[list[Mesh]]:
+    """Rods from each joint to those that it carries, and to the tool."""
+    model = robot.model
+    carried: list[list[Mesh]] = [[] for _ in range(model.njoints)]
+    ends = [
+        (model.parents[i], model.jointPlacements[i].translation) for i in range(1, model.njoints)
+    ]
+    if robot.tcp_frame_id is not None:
+        tool = model.frames[robot.tcp_frame_id]
+        ends.append((tool.parentJoint, tool.placement.translation))
+    for parent, end in ends:
+        carried[parent].append(sphere(1.6 * LINE_RADIUS, (0.9, 0.45, 0.1, 1.0)))
+        if np.linalg.norm(end) > 1e-6:
+            carried[parent].append(rod(np.zeros(3), end, LINE_RADIUS, GREY))
+    return carried
+
+
+class _Shapes:
+    """A URDF's links and materials."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        text = path.read_bytes()
+        root = expatbuilder.parseString(text, namespaces=False).documentElement
+        if root is None:
+            raise ValueError(f"{path} is empty")  # it has been read as a robot before
+        self.links = {e.getAttribute("name"): e for e in _children(root, "link")}
+        self.materials: dict[str, Colour] = {}
+        for material in root.getElementsByTagName("material"):
+            colour = _colour(material)
+            if colour is not None:
+                self.materials.setdefault(material.getAttribute("name"), colour)
+        self.carried: dict[str, list[FloatArray]] = {}
+        for joint in _children(root, "joint"):
+            for parent in _children(joint, "parent"):
+                origins = self.carried.setdefault(parent.getAttribute("link"), [])
+                origins.append(_origin(joint)[1])
+        self._read: dict[Path, Mesh] = {}
+
+    def shapes(self, element: Element, kind: str) -> tuple[list[Mesh], list[str]]:
+        """Shapes of a link in its axes, and what is missing of them."""
+        found: list[Mesh] = []
+        missing: list[str] = []
+        for item in _children(element, kind):
+            try:
+                mesh = self._shape(item)
+            except _MissingShapeError as error:
+                missing.append(str(error))
+                continue
+            if mesh is not None:
+                found.append(mesh.moved(*_origin(item)))
+        return found, missing
+
+    def _shape(self, item: Element) -> Mesh | None:
+        colour = None
+        for material in _children(item, "material"):
+            colour = _colour(material) or self.materials.get(material.getAttribute("name"))
+        plain = colour or GREY
+        for geometry in _children(item, "geometry"):
+            for shape in (node for node in geometry.childNodes if isinstance(node, Element)):
+                if shape.tagName == "mesh":
+                    return self._mesh(shape, colour)
+                sizes = {
+                    name: _numbers(shape.getAttribute(name))
+                    for name in ("size", "radius", "length")
+                    if shape.hasAttribute(name)
+                }
+                if shape.tagName == "box":
+                    return box([float(value) for value in sizes["size"]], plain)
+                radius = float(sizes["radius"][0])
+                if shape.tagName == "sphere":
+                    return sphere(radius, plain)
+                length = float(sizes["length"][0])
+                make = capsule if shape.tagName == "capsule" else cylinder
+                return make(radius, length, plain)
+        return None
+
+    def _mesh(self, shape: Element, colour: Colour | None) -> Mesh:
+        name = shape.getAttribute("filename")
+        path = find_mesh(name, self.path)
+        if path is None:
+            raise _MissingShapeError(f"there is no mesh {name}")
+        if path not in self._read:
+            self._read[path] = _read_mesh(path)
+        mesh = self._read[path]
+        if shape.hasAttribute("scale"):
+            mesh = mesh.scaled(_numbers(shape.getAttribute("scale")))
+        return mesh.painted(colour) if colour is not None else mesh
+
+
+def find_mesh(name: str, urdf: Path) -> Path | None:
+    """Find the file of a mesh: below the URDF's folders, or those that ROS looks in.
+
+    Args:
+        name: As the URDF gives it: a path, a `file://`, `package://` or `model://` address.
+        urdf: Path of the URDF.
+    """
+    for scheme in ("package://", "model://"):
+        if name.startswith(scheme):
+            rest = name.removeprefix(scheme)
+            inside = rest.partition("/")[2]
+            listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+            listed += [
+                f"{prefix}/share"
+                for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+                if prefix
+            ]
+            for folder in (*urdf.resolve().parents, *(Path(one) for one in listed if one)):
+                if (folder / rest).is_file():
+                    return folder / rest
+            package = rest.partition("/")[0]
+            for folder in urdf.resolve().parents:
+                if folder.name == package and (folder / inside).is_file():
+                    return folder / inside
+            return None
+    path = urdf.parent / name.removeprefix("file://")
+    return path if path.is_file() else None
+
+
+def _read_mesh(path: Path) -> Mesh:
+    try:
+        if path.suffix.lower() == ".dae":
+            return read_collada(path)
+        if path.suffix.lower() == ".stl":
+            return _read_stl(path)
+        return _read_other(path)
+    except (ColladaError, OSError, ValueError, RuntimeError) as error:
+        raise _MissingShapeError(f"mesh {path} can't be read: {error}") from error
+
+
+def _read_stl(path: Path) -> Mesh:
+    data = path.read_bytes()
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) >= 84 and len(data) == 84 + count * _STL.itemsize:
+        corners = np.frombuffer(data, _STL, count, 84)["corners"].astype(float)
+    else:
+        rows = [line.split()[1:] for line in data.splitlines() if line.split()[:1] == [b"vertex"]]
+        corners = np.array(rows, dtype=float).reshape(-1, 3, 3)
+    if not len(corners) or not np.isfinite(corners).all():
+        raise ValueError("it holds no triangles, or points that are not finite")
+    return from_triangles(corners, GREY)
+
+
+def _read_other(path: Path) -> Mesh:
+    """Read what Coal, which comes with Pinocchio, can read: without colours."""
+    import coal
+
+    loaded = coal.MeshLoader().load(str(path), np.ones(3))
+    points = np.array(loaded.vertices())
+    triangles = (loaded.tri_indices(i) for i in range(loaded.num_tris))
+    faces = np.array([[one[0], one[1], one[2]] for one in triangles], dtype=np.int64)
+    return from_triangles(points[faces], GREY)
+
+
+def _children(element: Element, tag: str) -> list[Element]:
+    nodes = element.childNodes
+    return [node for node in nodes if isinstance(node, Element) and node.tagName == tag]
+
+
+def _numbers(text: str) -> Sequence[float]:
+    return [float(part) for part in text.split()]
+
+
+def _colour(material: Element) -> Colour | None:
+    for colour in _children(material, "color"):
+        red, green, blue, opacity = (*_numbers(colour.getAttribute("rgba")), 1.0)[:4]
+        return (red, green, blue, opacity)
+    return None
+
+
+def _origin(element: Element) -> tuple[FloatArray, FloatArray]:
+    """Rotation and translation of an element's origin."""
+    for origin in _children(element, "origin"):
+        xyz = _numbers(origin.getAttribute("xyz") or "0 0 0")
+        rpy = _numbers(origin.getAttribute("rpy") or "0 0 0")
+        return np.asarray(pin.rpy.rpyToMatrix(np.array(rpy))), np.array(xyz)
+    return np.eye(3), np.zeros(3)

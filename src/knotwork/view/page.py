@@ -1,0 +1,141 @@
+"""A scene as one self-contained page, which any browser shows without a server or a network."""
+
+from __future__ import annotations
+
+import html
+import importlib.metadata
+import importlib.util
+import json
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from knotwork.errors import InputError
+from knotwork.storage import write_files
+from knotwork.view.scene import Scene
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+ASSETS = Path(__file__).parent / "assets"
+
+
+class Page:
+    """A page of HTML; a notebook shows it inline.
+
+    Attributes:
+        title: What it shows.
+        html: All of it, with everything it needs.
+        warnings: What could not be drawn as described.
+    """
+
+    def __init__(self, title: str, text: str, warnings: tuple[str, ...] = ()) -> None:
+        self.title, self.html, self.warnings = title, text, warnings
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to a file, whole or not at all; an existing one is replaced.
+
+        Raises:
+            InputError: The file can't be written, or is a folder.
+        """
+        path = Path(path)
+        if path.is_dir() or not path.name:
+            raise InputError(f"can't write a page to {path}: it is a folder; give a file's path")
+        return write_files(path.parent, {path.name: self.html})[0]
+
+    def _repr_html_(self) -> str:
+        return frame(self.html, height="520px")
+
+    def __repr__(self) -> str:
+        return f"<Page {self.title!r}: {len(self.html) / 1e6:.1f} MB of HTML>"
+
+
+def frame(text: str, *, height: str, name: str = "") -> str:
+    """Put a page into a frame of another page."""
+    source = html.escape(text, quote=True)
+    title = html.escape(name or "Knotwork scene", quote=True)
+    return (
+        f'<iframe title="{title}" srcdoc="{source}" '
+        f'style="width: 100%; height: {height}; border: 0"></iframe>'
+    )
+
+
+def scene_page(
+    scene: Scene, *, embedded: bool = False, autoplay: bool = True, ghosts: bool = True
+) -> Page:
+    """Put a scene on a page.
+
+    Args:
+        scene: What to show.
+        embedded: The page is a part of another, which has the title and the verdict.
+        autoplay: The motion starts by itself.
+        ghosts: Translucent copies of the arm at the waypoints are shown at first.
+
+    Raises:
+        InputError: The package `meshcat` is not installed.
+    """
+    from markupsafe import Markup
+
+    options = {"embedded": embedded, "autoplay": autoplay, "ghosts": ghosts}
+    text = (
+        environment()
+        .get_template("scene.html")
+        .render(
+            data=scene.data,
+            options=options,
+            options_json=Markup(json_in_html(options)),
+            json=Markup(json_in_html(scene.data)),
+            meshcat=Markup(meshcat_viewer()),
+            script=Markup(asset("scene.js")),
+            style=Markup(asset("scene.css")),
+            version=version(),
+        )
+    )
+    return Page(scene.title, text, scene.warnings)
+
+
+def json_in_html(data: Mapping[str, Any]) -> str:
+    """Write plain data as JSON that can't end the script element it stands in."""
+    text = json.dumps(data, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+@cache
+def environment() -> Environment:
+    """Jinja's environment: everything put into a page is escaped."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    return Environment(
+        loader=FileSystemLoader(ASSETS),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+
+
+def asset(name: str) -> str:
+    """Text of a file that pages are made of."""
+    return (ASSETS / name).read_text(encoding="utf-8")
+
+
+def meshcat_viewer() -> str:
+    """Meshcat's viewer in JavaScript; its Python package is found but not loaded.
+
+    Raises:
+        InputError: It is not installed, or has no viewer.
+    """
+    spec = importlib.util.find_spec("meshcat")
+    for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
+        path = Path(folder) / "viewer" / "dist" / "main.min.js"
+        if path.is_file():
+            return path.read_text(encoding="utf-8").replace("</script", "<\\/script")
+    raise InputError(
+        "the scene needs the package meshcat, which is not installed or lacks its viewer; install "
+        "it with `pip install meshcat`"
+    )
+
+
+def version() -> str:
+    """Version of Knotwork that is installed."""
+    return importlib.metadata.version("knotwork")

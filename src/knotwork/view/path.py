@@ -1,0 +1,117 @@
+"""Where a motion takes the tool, how fast, and where a limit is broken on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.joint_space import JointSpace
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+from knotwork.witness import Report
+
+SAMPLES = 1200
+ORDERS = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
+
+
+@dataclass(frozen=True, eq=False)
+class ToolPath:
+    """The tool centre point over time, in the axes of the URDF's root.
+
+    Attributes:
+        time: [s], shape (n,).
+        position: [m], shape (n, 3).
+        speed: [m/s], shape (n,).
+        broken: Where a joint limit is broken, shape (n,).
+    """
+
+    time: FloatArray
+    position: FloatArray
+    speed: FloatArray
+    broken: FloatArray
+
+
+def robot_curve(trajectory: JointTrajectory, robot: Robot) -> PiecewisePolynomial:
+    """Give a trajectory's curve with its joints in the order of the robot's.
+
+    Raises:
+        InputError: The trajectory's joints are not the robot's.
+    """
+    ours, theirs = robot.joint_names, trajectory.joint_names
+    if set(ours) != set(theirs):
+        raise InputError(
+            f"the trajectory moves the joints {', '.join(theirs)}; those of robot {robot.name!r} "
+            f"are {', '.join(ours)}: give the robot or the scenario that it was planned for"
+        )
+    for name, unit in zip(ours, robot.joint_units, strict=True):
+        stated = trajectory.joint_units[theirs.index(name)]
+        if stated != unit:
+            raise InputError(
+                f"the trajectory gives joint {name!r} in {stated}; robot {robot.name!r} has it in "
+                f"{unit}"
+            )
+    order = [theirs.index(name) for name in ours]
+    polynomial = trajectory.polynomial
+    return PiecewisePolynomial(polynomial.c[:, :, order], polynomial.x)
+
+
+def tool_path(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    space: JointSpace | None = None,
+    report: Report | None = None,
+    also: Sequence[float] = (),
+) -> ToolPath:
+    """Sample the tool's path evenly in time, and at every break.
+
+    Args:
+        robot: The arm, with a tool.
+        curve: Its motion, joints in the robot's order.
+        space: Its limits.
+        report: What the check found; where it found a limit broken, the path is looked at.
+        also: More times to look at [s].
+    """
+    failed = [use for use in report.limits if not use.ok] if report is not None else []
+    start, end = float(curve.x[0]), float(curve.x[-1])
+    inner = [time for time in (*also, *(use.time for use in failed)) if start <= time <= end]
+    breaks = curve.x if len(curve.x) <= SAMPLES else curve.x[:: len(curve.x) // SAMPLES + 1]
+    time = np.unique(np.concatenate([np.linspace(start, end, SAMPLES), breaks, inner]))
+    q, v = curve(time), curve(time, 1)
+    base = robot.base_placement
+    position = np.array([(base * robot.forward(row)).translation for row in q])
+    speed = tool_speed(robot, q, v)
+    broken = np.zeros(len(time), dtype=bool)
+    for use in failed:
+        broken |= np.isclose(time, use.time, rtol=0.0, atol=1e-12 * max(1.0, end - start))
+    if space is not None:
+        for quantity in {use.quantity for use in failed}:
+            broken |= _beyond(quantity, space, robot, curve, time)
+    return ToolPath(time, position, speed, broken)
+
+
+def tool_speed(robot: Robot, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Speed of the tool centre point [m/s], shape (n,), from q and v of shape (n, d)."""
+    rows = zip(q, v, strict=True)
+    return np.array([np.linalg.norm(robot.jacobian(a)[:3] @ b) for a, b in rows])
+
+
+def _beyond(
+    quantity: str, space: JointSpace, robot: Robot, curve: PiecewisePolynomial, time: FloatArray
+) -> FloatArray:
+    if quantity == "effort":
+        states = zip(curve(time), curve(time, 1), curve(time, 2), strict=True)
+        values = np.array([robot.torque(*state) for state in states])
+    else:
+        values = curve(time, ORDERS[quantity])
+    if quantity == "position":
+        lower, upper = space.lower_position_limit, space.upper_position_limit
+    else:
+        upper = space.limits[quantity]
+        lower = -upper
+    slack = 1e-9 * np.maximum(1.0, np.where(np.isfinite(upper), np.abs(upper), 1.0))
+    return np.asarray(((values < lower - slack) | (values > upper + slack)).any(axis=1))

@@ -1,0 +1,81 @@
+"""A page served to a browser on the same machine, until it is told to stop."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from knotwork.errors import InputError
+
+HOST = "127.0.0.1"
+"""Only this machine can reach the page."""
+
+
+class PageServer(ThreadingHTTPServer):
+    """Serves one page; no other process is started.
+
+    Attributes:
+        address: Where a browser finds the page.
+    """
+
+    daemon_threads = True
+    # Another program may be listening on the port: that must be an error, on every system.
+    allow_reuse_address = sys.platform != "win32"
+
+    def __init__(self, page: str, port: int = 0) -> None:
+        """Listen on a port, by default any that is free.
+
+        Raises:
+            InputError: The port is in use, or may not be listened on.
+        """
+        self.page = page.encode("utf-8")
+        try:
+            super().__init__((HOST, port), _Handler)
+        except OSError as error:
+            why = (
+                "is in use"
+                if error.errno == errno.EADDRINUSE
+                else f"can't be used: {error.strerror}"
+            )
+            raise InputError(
+                f"port {port} {why}; give another with --port, or leave it out for one that is free"
+            ) from error
+        self.address = f"http://{HOST}:{self.server_port}/"
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: PageServer
+
+    def do_GET(self) -> None:
+        if self.path.partition("?")[0] != "/":
+            self.send_error(HTTPStatus.NOT_FOUND)
+            return
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.send_header("Content-Length", str(len(self.server.page)))
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        self.wfile.write(self.server.page)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing: a log is no part of what was asked for."""
+
+
+def open_browser(address: str) -> bool:
+    """Open an address in the user's browser; whether there was one to open it in.
+
+    Without a display nothing is tried, so that no browser takes over the terminal.
+    """
+    import webbrowser
+
+    if sys.platform.startswith("linux") and not any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    ):
+        return False
+    try:
+        return webbrowser.open(address, new=2)
+    except webbrowser.Error:
+        return False

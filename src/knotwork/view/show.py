@@ -1,0 +1,73 @@
+"""From a plan, or a stored trajectory, to its page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from knotwork.errors import InputError
+from knotwork.joint_space import JointSpace
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.trajectory import JointTrajectory
+from knotwork.view.motions import PlanLike
+from knotwork.view.page import Page, scene_page
+from knotwork.view.scene import make_scene
+
+
+def view_plan(
+    plan: PlanLike,
+    others: Mapping[str, JointTrajectory] | None = None,
+    *,
+    ghosts: bool = True,
+    autoplay: bool = True,
+    embedded: bool = False,
+) -> Page:
+    """Show a plan: the arm in motion, the task, and what fails in the check.
+
+    Args:
+        plan: What to show.
+        others: Trajectories of other planners by name, shown as translucent arms over it.
+        ghosts: Translucent copies of the arm at the waypoints are shown at first.
+        autoplay: The motion starts by itself.
+        embedded: The page is a part of another, which has the title and the verdict.
+
+    Raises:
+        InputError: The scenario has no robot, or the motion can't be shown.
+    """
+    scene = make_scene(
+        needed_robot(plan.scenario, plan.space),
+        plan.trajectory,
+        scenario=plan.scenario,
+        space=plan.space,
+        report=plan.report,
+        others=others,
+    )
+    return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts)
+
+
+def needed_robot(scenario: Scenario, space: JointSpace) -> Robot:
+    """Return a scenario's robot.
+
+    Raises:
+        InputError: It names none.
+    """
+    if space.robot is None:
+        raise InputError(
+            f"scenario {scenario.name!r} names no robot, so there is no arm to show: only plots "
+            "can be drawn, with `knotwork plot`; or name a robot in the scenario"
+        )
+    return space.robot
+
+
+def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool = True) -> Page:
+    """Show a stored trajectory without its task.
+
+    Args:
+        robot: The arm that it moves.
+        trajectory: The motion.
+        ghosts: Translucent copies of the arm at the waypoints are shown at first.
+
+    Raises:
+        InputError: The trajectory is not of the robot's joints, or can't be shown.
+    """
+    return scene_page(make_scene(robot, trajectory), ghosts=ghosts)
