@@ -40,9 +40,12 @@ class _JointNumbers(click.ParamType[Any]):
             return value
         joint, _, number = str(value).rpartition("=")
         try:
-            return joint, float(number)
+            factor = float(number)
         except ValueError:
+            factor = None
+        if not joint or factor is None:
             self.fail(f"{value!r} is not accepted; give JOINT=NUMBER", param, ctx)
+        return joint, factor
 
 
 @click.command(epilog="\n".join(f"\b\n{part}\n" for part in _EPILOG.strip().split("\n\n")))

@@ -1,0 +1,264 @@
+"""`knotwork export` and back with `knotwork check`, from the command line."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import knotwork as kw
+from conftest import Command
+from knotwork.cli import export as command
+from knotwork.export import FORMATS, save
+
+ROOT = Path(__file__).parents[2]
+BROKEN = ROOT / "tests" / "failing" / "jerk_limit_broken.yaml"
+CURVED = ROOT / "tests" / "failing" / "cubic_planner_acceleration_jumps.yaml"
+SCENARIO = "paper_case"
+
+
+@pytest.fixture
+def stored(knotwork: Command, tmp_path: Path) -> Path:
+    folder = tmp_path / "planned"
+    assert knotwork("plan", SCENARIO, "-o", folder).code == 0
+    return folder
+
+
+def test_the_command_lists_every_format(knotwork: Command) -> None:
+    assert set(command.FORMATS) == set(FORMATS)
+    out = knotwork("export", "--help").out
+    for name in FORMATS:
+        assert name in out
+    assert "pp = mkpp(s.breaks, s.coefs, s.d);" in out
+
+
+@pytest.mark.parametrize("name", ["ros2", "pvt", "csv", "json"])
+def test_text_goes_to_standard_output_alone(knotwork: Command, name: str) -> None:
+    ran = knotwork("export", SCENARIO, "--format", name)
+    assert ran.code == 0
+    assert ran.out == kw.export.content(kw.plan(SCENARIO).trajectory, name)
+
+
+@pytest.mark.parametrize("name", ["ros2", "csv", "json", "npz", "mat", "scipy", "pvt"])
+def test_a_file_is_written_and_kept(knotwork: Command, tmp_path: Path, name: str) -> None:
+    file = tmp_path / "new" / f"motion{FORMATS[name].suffix}"
+    ran = knotwork("export", SCENARIO, "-f", name, "-o", file)
+    assert (ran.code, ran.err) == (0, "")
+    assert f"wrote {file}" in ran.out
+    written = file.read_bytes()
+    assert written
+    file.write_bytes(b"mine")
+    again = knotwork("export", SCENARIO, "-f", name, "-o", file)
+    assert again.code == 2
+    assert "exists and is kept" in again.err
+    assert "--force" in again.err
+    assert file.read_bytes() == b"mine"
+    assert knotwork("export", SCENARIO, "-f", name, "-o", file, "--force").code == 0
+    assert file.read_bytes() == written
+    assert list(file.parent.iterdir()) == [file]
+
+
+@pytest.mark.parametrize("name", ["csv", "json"])
+@pytest.mark.parametrize("extra", [[], ["--knots-only"], ["--knots-only", "--accelerations"]])
+def test_exports_pass_the_check_again(
+    knotwork: Command, tmp_path: Path, name: str, extra: list[str]
+) -> None:
+    file = tmp_path / f"m.{name}"
+    assert knotwork("export", "ur5_deburring", "-f", name, "-o", file, *extra).code == 0
+    ran = knotwork("check", file, "-s", "ur5_deburring", "--json")
+    assert ran.code == 0, ran.out
+    assert json.loads(ran.out)["ok"]
+
+
+@pytest.mark.parametrize("extra", [[], ["--degrees"], ["--goal"]])
+def test_drives_and_controllers_pass_the_check_again(
+    knotwork: Command, tmp_path: Path, extra: list[str]
+) -> None:
+    form = "pvt" if "--degrees" in extra else "ros2"
+    file = tmp_path / f"m{FORMATS[form].suffix}"
+    assert knotwork("export", "ur5_deburring", "-f", form, "-o", file, *extra).code == 0
+    assert knotwork("check", file, "-s", "ur5_deburring").code == 0
+
+
+def test_a_changed_point_fails_the_check(knotwork: Command, tmp_path: Path) -> None:
+    file = tmp_path / "m.yaml"
+    data = yaml.safe_load(knotwork("export", "ur5_deburring", "-f", "ros2").out)
+    data["points"][4]["positions"][2] += 1e-3
+    file.write_text(yaml.safe_dump(data))
+    ran = knotwork("check", file, "-s", "ur5_deburring")
+    assert ran.code == 1
+    assert "FAILED ur5_deburring" in ran.out
+    assert "joined by cubics" in ran.out
+
+
+def test_positions_alone_fail_the_check(knotwork: Command, tmp_path: Path) -> None:
+    file = tmp_path / "m.csv"
+    rows = list(csv.reader(knotwork("export", SCENARIO, "-f", "csv").out.splitlines()))
+    wanted = [i for i, head in enumerate(rows[0]) if "time" in head or "position" in head]
+    file.write_text("\n".join(",".join(row[i] for i in wanted) for row in rows))
+    ran = knotwork("check", file, "-s", SCENARIO)
+    assert ran.code == 1
+    assert "velocity jumps" in ran.out
+
+
+def test_a_stored_trajectory_is_exported(knotwork: Command, stored: Path) -> None:
+    planned = knotwork("export", SCENARIO, "-f", "ros2").out
+    for what in (stored, stored / "trajectory.json"):
+        assert knotwork("export", what, "-f", "ros2").out == planned
+        assert knotwork("export", what, "-f", "ros2", "-s", SCENARIO).out == planned
+
+
+def test_the_tool_comes_with_the_scenario(knotwork: Command, tmp_path: Path) -> None:
+    folder = tmp_path / "p"
+    knotwork("plan", "ur5_deburring", "-o", folder)
+    alone = knotwork("export", folder, "-f", "csv", "--rate", "10").out
+    whole = knotwork("export", folder, "-f", "csv", "--rate", "10", "-s", "ur5_deburring").out
+    assert "tool." not in alone
+    assert "tool.position_x_m" in whole
+    assert whole == knotwork("export", "ur5_deburring", "-f", "csv", "--rate", "10").out
+
+
+def test_what_fails_its_check_is_not_exported(knotwork: Command, tmp_path: Path) -> None:
+    file = tmp_path / "m.yaml"
+    ran = knotwork("export", BROKEN, "-f", "ros2", "-o", file)
+    assert ran.code == 1
+    assert "jerk reaches" in ran.err
+    assert "--allow-failed" in ran.err
+    assert not file.exists()
+    assert not knotwork("export", BROKEN, "-f", "ros2").out
+    ran = knotwork("export", BROKEN, "-f", "ros2", "-o", file, "--allow-failed")
+    assert ran.code == 0
+    assert "exported all the same" in ran.err
+    assert file.exists()
+
+
+def test_a_stored_trajectory_is_checked_if_told_against_what(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    knotwork("plan", BROKEN, "-o", tmp_path / "p")
+    assert knotwork("export", tmp_path / "p", "-f", "ros2").code == 0
+    ran = knotwork("export", tmp_path / "p", "-f", "ros2", "-s", BROKEN)
+    assert (ran.code, ran.out) == (1, "")
+
+
+def test_a_tampered_trajectory_is_refused(knotwork: Command, stored: Path) -> None:
+    file = stored / "trajectory.json"
+    data = json.loads(file.read_text())
+    data["knots"]["position"][1][0] += 0.1
+    file.write_text(json.dumps(data))
+    ran = knotwork("export", stored, "-f", "ros2")
+    assert ran.code == 2
+    assert "knots.position[1][0]" in ran.err
+
+
+def test_a_quintic_is_refused_or_fitted(knotwork: Command, tmp_path: Path) -> None:
+    line = ["export", SCENARIO, "--planner", "quintic", "--allow-failed", "-f", "pvt"]
+    ran = knotwork(*line)
+    assert (ran.code, ran.out) == (2, "")
+    for word in ("degree 5", "--fit", "would be off by up to"):
+        assert word in ran.err
+    ran = knotwork(*line, "--fit", "1e-4")
+    assert ran.code == 0
+    rows = [line for line in ran.out.splitlines() if line[0].isdigit()]
+    assert f"{len(rows)} points of position and velocity" in ran.err
+    assert "inserted" in ran.err
+    file = tmp_path / "m.csv"
+    ran = knotwork(*line, "--fit", "1e-4", "-o", file)
+    assert f"wrote {file}; {len(rows)} points" in ran.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["-f", "ros"], "unknown format 'ros'; did you mean 'ros2'"),
+        (["-f", "drake"], "to_drake()"),
+        (["-f", "npz"], "binary"),
+        (["-f", "ros2", "--rate", "10"], "takes no option 'rate'; formats that do: csv, json"),
+        (["-f", "csv", "--goal"], "takes no option 'goal'; formats that do: ros2"),
+        (["-f", "mat", "--fit", "1"], "takes no option 'fit'"),
+        (["-f", "csv", "--fit", "1e-3"], "--knots-only"),
+        (["-f", "csv", "--rate", "0"], "--rate"),
+        (["-f", "csv", "--rate", "1e12"], "samples"),
+        (["-f", "pvt", "--fit", "-1"], "positive"),
+        (["-f", "pvt", "--fit", "nan"], "positive"),
+        (["-f", "pvt", "--scale", "nobody=3"], "unknown joint 'nobody'"),
+        (["-f", "pvt", "--scale", "3"], "JOINT=NUMBER"),
+        (["-f", "ros2", "-s", SCENARIO], "is a scenario itself"),
+        (["-f", "ros2", "--planner", "qubic"], "did you mean 'cubic'"),
+        ([], "--format"),
+    ],
+)
+def test_what_is_refused(knotwork: Command, arguments: list[str], said: str) -> None:
+    ran = knotwork("export", SCENARIO, *arguments)
+    assert (ran.code, ran.out) == (2, "")
+    assert said in ran.err
+    assert "internal" not in ran.err
+
+
+def test_a_joint_scaled_twice(knotwork: Command) -> None:
+    joint = kw.plan(SCENARIO).trajectory.joint_names[0]
+    ran = knotwork(
+        "export", SCENARIO, "-f", "pvt", "--scale", f"{joint}=1", "--scale", f"{joint}=2"
+    )
+    assert ran.code == 2
+    assert "twice" in ran.err
+
+
+def test_paths_that_can_not_be_written(knotwork: Command, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    for path in (tmp_path, tmp_path / "file" / "below.csv", Path("/dev/null")):
+        ran = knotwork("export", SCENARIO, "-f", "csv", "-o", path, "--force")
+        assert ran.code == 2, path
+        assert "can't write to" in ran.err
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+    assert Path("/dev/null").is_char_device()
+
+
+def test_links_are_followed(tmp_path: Path) -> None:
+    target, link = tmp_path / "target.csv", tmp_path / "link.csv"
+    target.write_text("old")
+    link.symlink_to(target)
+    trajectory = kw.plan(SCENARIO).trajectory
+    save(trajectory, "csv", link, force=True, rate=5.0)
+    assert link.is_symlink()
+    assert target.read_text() == trajectory.to_csv(rate=5.0)
+
+
+def test_nothing_is_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import os
+
+    file = tmp_path / "m.csv"
+    file.write_text("mine")
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(kw.InputError, match="No space left"):
+        kw.plan(SCENARIO).trajectory.save_as("csv", file, force=True)
+    assert file.read_text() == "mine"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_every_method_gives_what_its_function_gives(deburring: object) -> None:
+    trajectory = kw.plan(SCENARIO).trajectory
+    for name in ("ros2", "pvt", "csv", "json", "npz", "mat"):
+        made = getattr(trajectory, f"to_{name}")()
+        assert made == kw.export.export(trajectory, name) == kw.export.content(trajectory, name)
+    curve = kw.export.export(trajectory, "scipy")
+    at = np.linspace(trajectory.start_time, trajectory.end_time, 7)
+    assert (curve(at) == trajectory.to_scipy()(at)).all()
+
+
+def test_bad_files_are_said_in_a_line(knotwork: Command, tmp_path: Path) -> None:
+    file = tmp_path / "m.csv"
+    text = knotwork("export", SCENARIO, "-f", "csv").out.splitlines()
+    text[5] = text[5].replace(text[5].split(",")[1], "nan", 1)
+    file.write_text("\n".join(text))
+    ran = knotwork("check", file, "-s", SCENARIO)
+    assert (ran.code, ran.out) == (2, "")
+    assert f"{file}: line 6: column 2" in ran.err

@@ -1,0 +1,363 @@
+"""Trajectories of other tools: what is read from them, and what is refused and where."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from knotwork.errors import DocumentError
+from knotwork.foreign import read_trajectory
+from knotwork.trajectory import JointTrajectory
+
+NAMES, UNITS = ("joint_1", "joint_10", "slide"), ("rad", "rad", "m")
+TIME = [0.0, 0.5, 1.25]
+Q = [[0.0, 1.0, 0.1], [0.5, -1.0, 0.2], [1.0, 0.0, 0.3]]
+V = [[0.0, 0.1, 0.0], [0.2, 0.3, 0.1], [0.0, 0.0, 0.0]]
+A = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.5], [0.0, -1.0, 0.0]]
+AT = np.linspace(0.0, 1.25, 101)
+
+
+def read(path: Path, **options: object) -> JointTrajectory:
+    trajectory, faults = read_trajectory(path, NAMES, UNITS, **options)  # type: ignore[arg-type]
+    assert not faults
+    assert trajectory.joint_names == NAMES
+    assert trajectory.joint_units == UNITS
+    return trajectory
+
+
+def expected(order: int, at: np.ndarray = AT, nu: int = 0) -> np.ndarray:
+    """The curve through the points, from the conditions at both ends of each piece."""
+    from numpy.polynomial import Polynomial
+
+    data = [np.array(Q), np.array(V), np.array(A)][:order]
+    out = np.empty((at.size, 3))
+    for i in range(2):
+        h = TIME[i + 1] - TIME[i]
+        matrix = []
+        for end in (0.0, h):
+            for k in range(order):
+                basis = [
+                    Polynomial.basis(p).deriv(k)(end) if k <= p else 0.0 for p in range(2 * order)
+                ]
+                matrix.append(basis)
+        inside = (at >= TIME[i]) & ((at < TIME[i + 1]) | (i == 1))
+        for joint in range(3):
+            right = [data[k][i + e][joint] for e in (0, 1) for k in range(order)]
+            curve = Polynomial(np.linalg.solve(matrix, right))
+            out[inside, joint] = (curve.deriv(nu) if nu else curve)(at[inside] - TIME[i])
+    return out
+
+
+def csv_text(head: list[str], columns: list[np.ndarray], delimiter: str = ",") -> str:
+    rows = [delimiter.join(repr(float(v)) for v in row) for row in np.column_stack(columns)]
+    return delimiter.join(head) + "\n" + "\n".join(rows) + "\n"
+
+
+def csv_of(order: int, **names: str) -> str:
+    head, columns = ["time"], [np.array(TIME)]
+    labels = ("", ".velocity", ".acceleration")
+    for k, data in enumerate((Q, V, A)[:order]):
+        for j, name in enumerate(NAMES):
+            head.append(name + labels[k])
+            columns.append(np.array(data)[:, j])
+    return csv_text([names.get(h.replace(".", "_"), h) for h in head], columns)
+
+
+def message(order: int, **extra: object) -> dict:
+    keys = ("positions", "velocities", "accelerations")
+    points = []
+    for i, t in enumerate(TIME):
+        point: dict = {key: data[i] for key, data in zip(keys[:order], (Q, V, A), strict=False)}
+        point["time_from_start"] = {"sec": int(t), "nanosec": round((t - int(t)) * 1e9)}
+        points.append(point)
+    return copy.deepcopy({"joint_names": list(NAMES), "points": points, **extra})
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+@pytest.mark.parametrize("kind", ["csv", "json", "points.json", "yaml"])
+def test_the_curve_is_what_a_controller_makes(tmp_path: Path, order: int, kind: str) -> None:
+    file = tmp_path / f"motion.{kind}"
+    keys = ("positions", "velocities", "accelerations")
+    if kind == "csv":
+        file.write_text(csv_of(order))
+    elif kind == "json":
+        data = dict(zip(keys[:order], (Q, V, A), strict=False))
+        file.write_text(json.dumps({"joint_names": NAMES, "time": TIME, **data}))
+    elif kind == "points.json":
+        file.write_text(json.dumps(message(order)))
+    else:
+        file.write_text(yaml.safe_dump(message(order)))
+    trajectory = read(file)
+    assert trajectory(AT) == pytest.approx(expected(order), abs=1e-12)
+    assert trajectory(AT, 1) == pytest.approx(expected(order, nu=1), abs=1e-11)
+    assert trajectory.polynomial.degree == 2 * order - 1
+    assert ("straight lines", "cubics", "quintics")[order - 1] in trajectory.planner
+
+
+def test_points_of_different_kinds_are_joined_by_what_both_ends_have(tmp_path: Path) -> None:
+    data = message(2)
+    del data["points"][0]["velocities"]
+    file = tmp_path / "m.yaml"
+    file.write_text(yaml.safe_dump(data))
+    trajectory = read(file)
+    first, second = AT[AT < 0.5], AT[AT >= 0.5]
+    assert trajectory(first) == pytest.approx(expected(1, first), abs=1e-14)
+    assert trajectory(second) == pytest.approx(expected(2, second), abs=1e-14)
+
+
+@given(st.permutations(range(3)), st.permutations(range(7)))
+@settings(
+    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_joints_in_any_order(tmp_path: Path, joints: list[int], columns: list[int]) -> None:
+    data = message(2)
+    data["joint_names"] = [NAMES[j] for j in joints]
+    for point in data["points"]:
+        for key in ("positions", "velocities"):
+            point[key] = [point[key][j] for j in joints]
+    file = tmp_path / "m.yml"
+    file.write_text(yaml.safe_dump(data))
+    assert (read(file)(AT) == read_trajectory(file, NAMES, UNITS)[0](AT)).all()
+    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
+    rows = [line.split(",") for line in csv_of(2).splitlines()]
+    file = tmp_path / "m.csv"
+    file.write_text("\n".join(",".join(row[c] for c in columns) for row in rows))
+    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("time", "position", "velocity"),
+    [
+        ("t", "{}", "{}_vel"),
+        ("Time [s]", "{} [rad]", "{} [rad/s]"),
+        ("time_s", "{}.position_rad", "{}.velocity_rad_per_s"),
+        ("timestamp", "pos_{}", "vel_{}"),
+        ("time (s)", "{} position (rad)", "{} velocity (rad/s)"),
+        ("time_from_start", "q.{}", "qd.{}"),
+        ("SEC", "position[{}]", "velocity[{}]"),
+        ("seconds", "{}/pos", "{}/vel"),
+    ],
+)
+def test_headings_that_are_understood(
+    tmp_path: Path, time: str, position: str, velocity: str
+) -> None:
+    def metres(text: str) -> str:
+        return text.replace("rad", "m")
+
+    head = [time]
+    head += [position.format(n) for n in NAMES[:2]] + [metres(position).format("slide")]
+    head += [velocity.format(n) for n in NAMES[:2]] + [metres(velocity).format("slide")]
+    columns = [np.array(TIME), *np.array(Q).T, *np.array(V).T]
+    for delimiter in (",", ";", "\t"):
+        file = tmp_path / "m.csv"
+        file.write_text(csv_text(head, columns, delimiter))
+        assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
+
+
+def test_units_are_converted(tmp_path: Path) -> None:
+    head = ["time_ms", "joint_1 [deg]", "joint_10.position_rad", "slide.position_mm"]
+    head += ["joint_1.velocity_deg_per_s", "joint_10 [rad/s]", "slide [mm/s]"]
+    q, v = np.array(Q), np.array(V)
+    columns = [np.array(TIME) * 1e3, np.degrees(q[:, 0]), q[:, 1], q[:, 2] * 1e3]
+    columns += [np.degrees(v[:, 0]), v[:, 1], v[:, 2] * 1e3]
+    file = tmp_path / "m.csv"
+    file.write_text(csv_text(head, columns))
+    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-12)
+
+
+def test_comments_blank_lines_and_byte_order_mark(tmp_path: Path) -> None:
+    head, *rows = csv_of(2).splitlines()
+    file = tmp_path / "m.csv"
+    file.write_text("\ufeff# made by hand\n\n" + head + "\n\n" + "\n# half way\n".join(rows))
+    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
+    file.write_text("# numpy.savetxt\n# " + head + "\n" + "\n".join(rows))
+    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
+
+
+@pytest.mark.parametrize("wrap", ["trajectory", "joint_trajectory", "goal"])
+def test_messages_inside_others(tmp_path: Path, wrap: str) -> None:
+    data = {wrap: message(2, header={"frame_id": ""})}
+    if wrap == "goal":
+        data = {"goal": {"trajectory": data["goal"], "goal_tolerance": []}}
+    file = tmp_path / "m.yaml"
+    file.write_text(yaml.safe_dump(data) + "---\n")
+    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
+
+
+def test_times_of_a_message_count_from_the_start_of_the_task(tmp_path: Path) -> None:
+    file = tmp_path / "m.yaml"
+    file.write_text(yaml.safe_dump(message(2)))
+    trajectory = read(file, span=(7.0, 8.25 + 4e-10))
+    assert (trajectory.start_time, trajectory.end_time) == (7.0, 8.25 + 4e-10)
+    assert trajectory(7.0 + AT) == pytest.approx(expected(2), abs=1e-13)
+    assert read(file, span=(7.0, 8.26)).end_time == 8.25
+
+
+# refusals
+
+
+def refused(path: Path) -> DocumentError:
+    with pytest.raises(DocumentError) as caught:
+        read(path)
+    assert str(path) in str(caught.value)
+    return caught.value
+
+
+def replaced(text: str, line: int, column: int, value: str) -> str:
+    rows = [row.split(",") for row in text.splitlines()]
+    rows[line - 1][column - 1] = value
+    return "\n".join(",".join(row) for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "value", "said"),
+    [
+        (3, 3, "nan", "line 3: column 3 (joint_10): the position of joint 'joint_10' is nan"),
+        (4, 5, "inf", "line 4: column 5 (joint_1.velocity): the velocity of joint"),
+        (2, 1, "nan", "line 2: column 1 (time): the time is nan"),
+        (3, 1, "0.0", "line 3: column 1 (time): the time 0 s is not after 0 s"),
+        (4, 1, "0.25", "line 4: column 1 (time): the time 0.25 s is not after 0.5 s"),
+        (3, 2, "fast", "line 3: column 2 (joint_1): 'fast' is no number"),
+        (3, 2, "", "line 3: column 2 (joint_1): '' is no number"),
+        (3, 2, "1,2", "line 3: has 8 values (7, as headings)"),
+        (1, 3, "joint_1", "line 1: column 3: the position of joint 'joint_1' is given twice"),
+        (1, 3, "time", "line 1: column 3: time is given twice"),
+        (1, 3, "joint_11", "line 1: column 3: the column 'joint_11' is neither time nor a joint"),
+        (1, 3, "tool.x", "line 1: the position of joint 'joint_10' is missing"),
+        (1, 5, "joint_1.jerk", "line 1: the velocity of joint 'joint_1' is missing"),
+        (1, 1, "tool.t", "line 1: the time is missing"),
+        (1, 4, "slide [deg]", "line 1: column 4: the column 'slide [deg]' is in deg, but joint"),
+        (1, 2, "joint_1 [mm]", "line 1: column 2: the column 'joint_1 [mm]' is in mm"),
+        (1, 2, "joint_1.positon", "has 'positon', which is not understood"),
+        (1, 2, "joint_1.position_drive", "has 'drive', which is not understood"),
+        (1, 5, "joint_1.velocity_rad_per_s2", "with the unit of another quantity"),
+    ],
+)
+def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str, said: str) -> None:
+    file = tmp_path / "bad.csv"
+    file.write_text(replaced(csv_of(2), line, column, value))
+    assert said in str(refused(file))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "holds no rows"),
+        ("# only\n\n# comments\n", "holds no rows"),
+        ("0,1,2,3\n1,2,3,4\n", "neither time nor a joint"),
+        ("time,joint_1,joint_10,slide\n", "holds 0 points"),
+        ("time,joint_1,joint_10,slide\n0,0,0,0\n", "holds 1 points"),
+        ('time,"joint_1,joint_10,slide\n0,0,0,0\n', "is not valid CSV"),
+    ],
+)
+def test_csv_of_no_motion(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "bad.csv"
+    file.write_text(text)
+    assert said in str(refused(file))
+
+
+def test_files_that_are_no_text(tmp_path: Path) -> None:
+    for name in ("a.csv", "a.yaml", "a.json"):
+        assert "can't be read" in str(refused(tmp_path / name))
+        (tmp_path / name).write_bytes(b"\xff\xfe\x00")
+        assert "is not UTF-8" in str(refused(tmp_path / name))
+
+
+def change(data: dict, where: tuple, value: object) -> dict:
+    inner = data
+    for key in where[:-1]:
+        inner = inner[key]
+    if value is KeyError:
+        del inner[where[-1]]
+    else:
+        inner[where[-1]] = value
+    return data
+
+
+POINT_FAULTS = [
+    (("joint_names", 1), "joint_1", "joint_names[1]: joint 'joint_1' is given twice"),
+    (("joint_names", 1), "joint_2", "joint_names[1]: the scenario has no joint 'joint_2'"),
+    (("joint_names", 1), 3, "joint_names[1]: 3 is no joint name"),
+    (("joint_names",), ["joint_1", "slide"], "joint_names: joint 'joint_10' is missing"),
+    (("joint_names",), KeyError, "joint_names: is missing"),
+    (("points", 1, "positions", 2), math.nan, "points[1].positions[2]: the position of joint"),
+    (("points", 1, "velocities", 0), math.inf, "points[1].velocities[0]: the velocity of joint"),
+    (("points", 1, "positions", 2), "0.1x", "points[1].positions[2]: '0.1x' is no number"),
+    (("points", 1, "positions", 2), True, "points[1].positions[2]: True is no number"),
+    (("points", 1, "positions"), [1.0], "points[1].positions: has 1 values (3, as joint names)"),
+    (("points", 1, "positions"), KeyError, "points[1].positions: is missing"),
+    (("points", 1, "positions"), [], "points[1].positions: is missing"),
+    (("points", 1, "velocties"), [1.0], "points[1].velocties: unknown key (did you mean"),
+    (("points", 1, "velocities"), KeyError, "points[1].accelerations: is given without"),
+    (("points", 1, "time_from_start"), KeyError, "points[1].time_from_start: is missing"),
+    (("points", 2, "time_from_start", "sec"), 0, "points[2].time_from_start: the time 0.25 s is"),
+    (("points", 2, "time_from_start", "sec"), 0.5, "time_from_start.sec: 0.5 is no number of sec"),
+    (("points", 2, "time_from_start", "ns"), 0, "time_from_start.ns: unknown key"),
+    (("points", 2), 7, "points[2]: is 7 (a mapping)"),
+    (("points",), 7, "points: is 7 (a list of points)"),
+    (("points",), [], "points: holds 0 points"),
+    (("pionts",), [], "pionts: unknown key (did you mean 'points'"),
+    (("units",), {"joints": ["deg", "deg", "m"]}, "units.joints: joint 'joint_1' is in 'deg'"),
+]
+
+
+@pytest.mark.parametrize(("where", "value", "said"), POINT_FAULTS)
+def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, said: str) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(yaml.safe_dump(change(message(3), where, value), sort_keys=False))
+    error = refused(file)
+    assert said in str(error)
+    line = error.problems[0].line
+    assert line is not None
+    if isinstance(value, int | float | str) and "sec" not in where:
+        assert yaml.safe_dump(value).split("\n")[0] in file.read_text().splitlines()[line - 1]
+
+
+@pytest.mark.parametrize(
+    ("where", "value", "said"),
+    [
+        (("time",), [0.0, 0.5], "positions: has 3 rows (2, as times)"),
+        (("time",), 3, "time: is 3 (a list of times in s)"),
+        (("time", 2), 0.5, "time[2]: the time 0.5 s is not after 0.5 s"),
+        (("time",), KeyError, "time: is missing"),
+        (("positions", 1), [1.0, 2.0], "positions[1]: has 2 values (3, as joint names)"),
+        (("positions", 1), 4.0, "positions[1]: is 4.0 (a list of 3 numbers)"),
+        (("positions", 1, 2), None, "positions[1][2]: None is no number"),
+        (("velocities", 1), [1.0], "velocities[1]: has 1 values"),
+        (("position",), [[0.0]], "position: is given beside 'positions'"),
+        (("joint_names", 0), "slide", "joint_names[2]: joint 'slide' is given twice"),
+    ],
+)
+def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, said: str) -> None:
+    data: dict = {"joint_names": list(NAMES), "time": list(TIME)}
+    data |= {"positions": [list(row) for row in Q], "velocities": [list(row) for row in V]}
+    file = tmp_path / "bad.json"
+    file.write_text(json.dumps(change(data, where, value)))
+    assert said in str(refused(file))
+
+
+def test_json_with_no_numbers_but_nan(tmp_path: Path) -> None:
+    file = tmp_path / "bad.json"
+    file.write_text(json.dumps(message(2)).replace("0.5,", "NaN,", 1))
+    assert "NaN is no finite number" in str(refused(file))
+
+
+@pytest.mark.parametrize("text", ["[1, 2]", "3", "null", '"text"'])
+def test_yaml_that_is_no_mapping(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(text)
+    assert "mapping" in str(refused(file))
+
+
+def test_points_too_close_for_floats(tmp_path: Path) -> None:
+    file = tmp_path / "m.csv"
+    file.write_text("time,joint_1,joint_10,slide\n0,0,0,0\n1e-320,1e300,0,0\n")
+    assert "exceeds the range" in str(refused(file))
