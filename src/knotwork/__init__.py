@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         PlannerOptions,
         get_planner,
     )
-    from knotwork.kinematics import solve_all, solve_pose_ik, solve_velocity_ik
+    from knotwork.kinematics import solve_all, solve_many, solve_pose_ik, solve_velocity_ik
     from knotwork.pipeline import Plan, plan
     from knotwork.polynomial import PiecewisePolynomial
     from knotwork.robot import Robot, load_robot, robot_names
@@ -45,7 +45,7 @@ _HOME = {
         "PlannerOptions",
         "get_planner",
     ),
-    "kinematics": ("solve_all", "solve_pose_ik", "solve_velocity_ik"),
+    "kinematics": ("solve_all", "solve_many", "solve_pose_ik", "solve_velocity_ik"),
     "pipeline": ("Plan", "plan"),
     "polynomial": ("PiecewisePolynomial",),
     "robot": ("Robot", "load_robot", "robot_names"),
@@ -81,6 +81,7 @@ __all__ = [
     "plan",
     "robot_names",
     "solve_all",
+    "solve_many",
     "solve_pose_ik",
     "solve_velocity_ik",
 ]

@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from knotwork.errors import OutsideLimitsError, UnreachablePoseError
+from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
 from knotwork.kinematics.enumeration import joint_axes
 from knotwork.kinematics.joint_axes import pose_errors
 from knotwork.kinematics.words import branch_signs, geometry
@@ -203,3 +203,47 @@ def test_words_say_what_the_arm_looks_like(spherical: Robot) -> None:
     assert "elbow up" in words(spherical, [0.0, -0.7, -1.5, 0.2, 0.5, 0.1])
     assert "elbow up" in words(UR5, list(UR5.configuration("home")))
     assert "shoulder left" in words(UR5, list(UR5.configuration("home")))
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_many_poses_are_solved_at_once(name: str) -> None:
+    robot, generator = ROBOTS[name], np.random.default_rng(6)
+    lower = np.maximum(robot.lower_position_limit, -np.pi)
+    upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
+    q = generator.uniform(lower, upper, (25, robot.dof))
+    poses = [robot.forward(one) for one in q]
+    beside = np.clip(q + generator.uniform(-0.02, 0.02, q.shape), lower, upper)
+    for start in (np.array(robot.configuration("home")), beside):
+        found = kw.solve_many(robot, poses, start)
+        assert found.converged.all()
+        assert (found.q >= robot.lower_position_limit).all()
+        assert (found.q <= robot.upper_position_limit).all()
+        for pose, one in zip(poses, found.q, strict=True):
+            error = robot.forward(one).actInv(pose)
+            assert np.linalg.norm(error.translation) <= 1e-8
+            assert np.linalg.norm(pin.log3(error.rotation)) <= 1e-8
+
+
+def test_many_poses_say_which_are_out_of_reach() -> None:
+    away = pin.SE3(np.eye(3), np.array([3.0, 0, 0]))
+    home = UR5.configuration("home")
+    found = kw.solve_many(UR5, [away, UR5.forward(home)], home, max_restarts=3)
+    assert found.converged.tolist() == [False, True]
+    assert found.position_error[0] > 1.9
+    with pytest.raises(WaypointDataError):
+        kw.solve_many(UR5, [away], np.zeros((2, 6)))
+    with pytest.raises(WaypointDataError):
+        kw.solve_many(UR5, [away], home, tolerance=0.0)
+
+
+@pytest.mark.parametrize("name", ["ur5", "panda"])
+def test_the_first_solution_may_do(name: str) -> None:
+    robot, generator = ROBOTS[name], np.random.default_rng(8)
+    home = np.array(robot.configuration("home"))
+    for _ in range(20):
+        q = home + generator.uniform(-0.4, 0.4, robot.dof)
+        found = kw.solve_pose_ik(robot, robot.forward(q), q + 0.02, nearest=False)
+        assert found.converged
+        assert found.restarts == 0
+        assert max(found.position_error, found.orientation_error) <= 1e-8
+        assert found.distance < 0.2

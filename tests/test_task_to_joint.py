@@ -1,0 +1,226 @@
+"""Solutions chosen over the whole sequence: turns, branches, speeds, and what is said of them."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from conftest import Command
+from knotwork.errors import BranchError, DocumentError
+from knotwork.joint_space import joint_space
+from knotwork.task_to_joint import TaskSolution, solve_task
+
+UR5 = kw.load_robot("ur5")
+HOME = UR5.configuration("home")
+
+
+def pose_of(robot: kw.Robot, q: Any) -> dict[str, list]:
+    pose = robot.forward(np.array(q, dtype=float))
+    return {
+        "position": pose.translation.tolist(),
+        "rotation_matrix": pose.rotation.tolist(),
+    }
+
+
+def joints(q: Any) -> dict[str, float]:
+    return dict(zip(UR5.joint_names, map(float, q), strict=True))
+
+
+def solved(task: dict) -> TaskSolution:
+    scenario = kw.load_scenario(task)
+    return solve_task(scenario, joint_space(scenario))
+
+
+def stops(poses: list[dict], seconds: float = 2.0) -> list[dict]:
+    return [{"pose": pose, "after": seconds, "stop": True} for pose in poses]
+
+
+def test_a_naive_choice_fails_where_the_sequence_succeeds() -> None:
+    """The nearest solution of the first pose leads into a corner: there is no time to get out."""
+    first = np.array([0.4, -1.2, 1.1, -0.8, 0.3, 0.3])
+    mirrored = min(
+        (b for b in kw.solve_all(UR5, UR5.forward(first)) if np.abs(b.q - first).max() > 0.1),
+        key=lambda b: np.abs(b.q - first).max(),
+    )
+    last = mirrored.q + np.array([0.05, 0.05, -0.05, 0.0, 0.0, 0.0])
+    task = {
+        "robot": "ur5",
+        "start": joints(first + 0.05),
+        "waypoints": [
+            {"pose": pose_of(UR5, first), "after": 3.0, "stop": True},
+            {"joints": joints(last), "after": 0.5},
+        ],
+    }
+    nearest = kw.solve_pose_ik(UR5, UR5.forward(first), first + 0.05).q
+    assert (np.abs(last - nearest) / 0.5 > UR5.velocity_limit).any()
+    chosen = solved(task)
+    assert not chosen.obstacles
+    np.testing.assert_allclose(chosen.waypoints.position[1], mirrored.q, atol=1e-7)
+
+
+def test_a_whole_turn_is_taken_where_it_is_less_travel() -> None:
+    """After the first waypoint at 3.1 rad the next, at -3.1, is 0.08 rad further on."""
+    first, second = HOME.copy(), HOME.copy()
+    first[5], second[5] = 3.1, -3.1
+    chosen = solved(
+        {
+            "robot": "ur5",
+            "start": joints(first),
+            "waypoints": stops([pose_of(UR5, second)]),
+        }
+    )
+    assert chosen.waypoints.position[1, 5] == pytest.approx(2 * np.pi - 3.1)
+    assert chosen.choices[0].turns == (("wrist_3_joint", 1),)
+
+
+def test_turns_are_taken_with_the_end_in_view() -> None:
+    """Where the end is given a turn away, the waypoints before it wind up to it."""
+    start, end = HOME.copy(), HOME.copy()
+    start[5], end[5] = -3.0, 3.0
+    between = [HOME + np.array([0, 0, 0, 0, 0, angle]) for angle in (-1.5, 0.0, 1.5)]
+    chosen = solved(
+        {
+            "robot": "ur5",
+            "start": joints(start),
+            "waypoints": [
+                *stops([pose_of(UR5, q) for q in between]),
+                {"joints": joints(end), "after": 2.0},
+            ],
+        }
+    )
+    np.testing.assert_allclose(chosen.waypoints.position[1:-1], between, atol=1e-7)
+
+
+def test_no_other_sequence_is_shorter() -> None:
+    generator = np.random.default_rng(5)
+    q = [HOME + generator.uniform(-0.8, 0.8, 6) for _ in range(3)]
+    chosen = solved(
+        {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, x) for x in q], 9.0)}
+    )
+    all_of = [np.concatenate([b.turns for b in kw.solve_all(UR5, UR5.forward(x))]) for x in q]
+
+    def travel(path: tuple[np.ndarray, ...]) -> float:
+        return sum(
+            float(np.linalg.norm((b - a) / UR5.velocity_limit)) for a, b in itertools.pairwise(path)
+        )
+
+    best = travel(tuple(chosen.waypoints.position))
+    # Every candidate within reach of a travel as short, the weight being at most three.
+    near = [c[np.linalg.norm((c - HOME) / UR5.velocity_limit, axis=1) <= best] for c in all_of]
+    others = [travel((HOME, *path)) for path in itertools.product(*near)]
+    assert len(others) >= 1
+    assert best <= min(others) * 3 + 1e-9
+    clear = [x for x in chosen.waypoints.position if abs(np.sin(x[4])) > 0.3]
+    if len(clear) == len(chosen.waypoints.position):
+        assert best == pytest.approx(min(others), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "word", [{"elbow": "down"}, {"wrist": "no flip"}, {"shoulder": "right", "elbow": "up"}]
+)
+def test_the_branch_asked_for_is_taken(word: dict[str, str]) -> None:
+    q = [HOME + 0.1, HOME + 0.2]
+    chosen = solved(
+        {"robot": "ur5", "branch": word, "waypoints": stops([pose_of(UR5, x) for x in q])}
+    )
+    for choice in chosen.choices:
+        for joint, value in word.items():
+            assert (value if joint == "wrist" else f"{joint} {value}") in choice.branch.split(", ")
+        assert "branch as asked" in choice.reason
+        assert choice.branches == 8
+
+
+def test_a_branch_that_is_not_there_is_an_error() -> None:
+    narrow = {"position": {"elbow_joint": [0.1, 3.0]}}
+    q = HOME + 0.1
+    task = {
+        "robot": "ur5",
+        "limits": narrow,
+        "waypoints": stops([pose_of(UR5, q), pose_of(UR5, q + 0.1)]),
+    }
+    reached = {choice.branch for choice in solved(task).choices}
+    up = next(iter(reached)).split(", ")[:2]
+    other = {"shoulder": up[0].split()[1], "elbow": "down" if "up" in up[1] else "up"}
+    with pytest.raises(BranchError, match="is reached in: ") as caught:
+        solved({**task, "branch": other})
+    assert caught.value.branches
+
+
+def test_a_fixed_branch_is_not_left_and_a_kept_one_only_for_speed() -> None:
+    first = np.array([0.4, -1.2, 1.1, -0.8, 0.3, 0.3])
+    mirrored = next(
+        b.q for b in kw.solve_all(UR5, UR5.forward(first)) if np.sign(b.q[4]) != np.sign(first[4])
+    )
+    poses = stops([pose_of(UR5, first)], 3.0)
+    task = {
+        "robot": "ur5",
+        "start": joints(first),
+        "waypoints": [*poses, {"joints": joints(mirrored), "after": 3}],
+    }
+    assert solved(task).choices
+    assert solved({**task, "branch": "keep"}).choices[0].branch == solved(task).choices[0].branch
+    with pytest.raises(BranchError, match="the branch of the waypoints before it"):
+        solved({**task, "branch": "fixed"})
+
+
+def test_what_no_choice_can_make_slow_enough_is_named() -> None:
+    far = HOME + np.array([2.0, 0, 0, 0, 0, 0])
+    task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, far)], 0.5)}
+    (said,) = solved(task).obstacles
+    assert "from 'start' to 'waypoint 1' shoulder_pan_joint needs 4 rad/s" in said
+    assert float(re.findall(r"([\d.]+) s or more", said)[0]) == pytest.approx(2.0 / 3.15, rel=1e-3)
+    assert not kw.plan(task).report.ok
+
+
+def test_a_redundant_arm_goes_no_farther_than_from_nearest_to_nearest() -> None:
+    scenario = kw.load_scenario("panda_pick_place")
+    space = joint_space(scenario)
+    robot = space.robot
+    assert robot is not None
+    chosen = solve_task(scenario, space).waypoints.position
+    before, naive = robot.configuration("home"), []
+    for waypoint in scenario.waypoints:
+        before = kw.solve_pose_ik(robot, waypoint.pose, before).q
+        naive.append(before)
+
+    def travel(path: Any) -> float:
+        steps = np.diff(np.vstack([robot.configuration("home"), path]), axis=0)
+        return float(np.linalg.norm(steps / robot.velocity_limit, axis=1).sum())
+
+    assert travel(chosen) <= travel(naive) + 1e-6
+
+
+@pytest.mark.parametrize(
+    "name", ["ur5_deburring", "kinova_dispense", "ur10_spray", "panda_pick_place"]
+)
+def test_scenarios_say_which_solutions_were_taken(name: str, knotwork: Command) -> None:
+    ran = knotwork("plan", name)
+    assert ran.code == 0
+    assert "Solutions chosen" in ran.out
+    plan = kw.plan(name)
+    assert plan.solution is not None
+    for choice in plan.solution.choices:
+        assert choice.waypoint in ran.out
+        assert choice.reason in ran.out
+        assert choice.solutions >= choice.branches >= 1
+        assert choice.sampled == (name == "panda_pick_place")
+
+
+@pytest.mark.parametrize(
+    ("branch", "message"),
+    [("any", "free"), ({}, "names no branch"), ({"elbow": "left"}, "up"), (3, "free, keep, fixed")],
+)
+def test_what_branch_accepts(branch: object, message: str) -> None:
+    with pytest.raises(DocumentError, match=message):
+        kw.load_scenario(
+            {
+                "robot": "ur5",
+                "branch": branch,
+                "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}],
+            }
+        )
