@@ -282,3 +282,25 @@ def test_near_does_not_wind_back_a_joint_that_turns_without_limit() -> None:
     turned.report.raise_if_failed()
     steps = np.abs(np.diff(turned.joint_waypoints.position, axis=0))
     assert steps.max() < np.pi
+
+
+def test_without_a_robot_joints_may_slide() -> None:
+    task: dict[str, Any] = {
+        "units": {"length": "mm", "angle": "deg"},
+        "joint_units": {"slide": "m"},
+        "limits": {"velocity": {"slide": 200, "turn": 90}},
+        "waypoints": [
+            {"joints": {"slide": 0, "turn": 0}},
+            {"joints": {"slide": 100, "turn": 45}, "time": 1},
+        ],
+    }
+    plan = kw.plan(task)
+    assert plan.trajectory.joint_units == ("m", "rad")
+    np.testing.assert_allclose(plan.trajectory.position(1.0), [0.1, np.pi / 4])
+    peak = {(item.joint, item.quantity): item for item in plan.report.limits}
+    assert peak["slide", "velocity"].limit == pytest.approx(0.2)
+    assert peak["slide", "velocity"].unit == "m/s"
+    with pytest.raises(KnotworkError, match=r"joint_units\.slid: unknown joint 'slid'.*'slide'"):
+        kw.plan({**task, "joint_units": {"slid": "m"}})
+    with pytest.raises(KnotworkError, match="without a robot"):
+        kw.plan({**task, "robot": "ur5"})

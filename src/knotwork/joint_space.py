@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.errors import UnknownNameError
 from knotwork.scenario import JointValues, LimitOverrides, Scenario
 from knotwork.waypoints import FloatArray
 
@@ -84,7 +85,11 @@ def joint_space(scenario: Scenario) -> JointSpace:
 
 def _bare_joints(scenario: Scenario) -> JointSpace:
     names = scenario.joint_names
-    units = ("rad",) * len(names)
+    for name in scenario.joint_units:
+        if name not in names:
+            with scenario.blaming("joint_units", name):
+                raise UnknownNameError("joint", name, names)
+    units = tuple(scenario.joint_units.get(name, "rad") for name in names)
     none = np.full(len(names), np.inf)
     lower, upper = -none, none.copy()
     for name, bounds in _position_overrides(scenario.limits, names, units).items():

@@ -14,6 +14,7 @@ import click
 from knotwork import __version__
 from knotwork.cli.compare import compare, planners
 from knotwork.cli.export import export
+from knotwork.cli.listing import robots, scenarios, schema
 from knotwork.cli.parameters import Knots
 from knotwork.cli.plot import plot
 from knotwork.cli.report import report as report_command
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 # No schema here is for pydantic's plugins, and looking for some takes time at every start.
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
-PASSED, FAILED, WRONG_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
+PASSED, FAILED, WRONG_INPUT, INTERNAL, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
 
 _EXIT_CODES = """
 Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
@@ -48,12 +49,15 @@ def main() -> NoReturn:
         click.echo("interrupted", err=True)
         code = INTERRUPTED
     except KnotworkError as error:
+        if "--json" in sys.argv:
+            fault = {"type": type(error).__name__, "message": str(error)}
+            click.echo(json.dumps({"ok": False, "error": fault}, indent=1))
         click.echo(f"error: {error}", err=True)
         code = WRONG_INPUT
     except BrokenPipeError:
         # Whoever read our output has stopped reading; Python would complain when it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = PASSED
+        code = UNREAD
     except Exception as error:
         if os.environ.get("KNOTWORK_TRACEBACK"):
             raise
@@ -68,7 +72,8 @@ def main() -> NoReturn:
 
 @click.group(
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Start with: knotwork plan ur5_deburring",
+    epilog="Start with `knotwork plan ur5_deburring`. Exit codes: 0 every check passes, 1 a check "
+    "fails, 2 the input is wrong.",
 )
 @click.version_option(__version__, "-V", "--version", message="%(prog)s %(version)s")
 def cli() -> None:
@@ -80,7 +85,7 @@ _json = click.option(
 )
 
 
-@cli.command(epilog=_EXIT_CODES)
+@click.command(epilog=_EXIT_CODES)
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True)
 @click.option(
     "--out",
@@ -116,7 +121,7 @@ def plan(
     """Plan each SCENARIO, check the result, and print the verdict.
 
     SCENARIO is the name of a shipped scenario (`knotwork scenarios` lists them) or the path of a
-    file.
+    YAML file: `knotwork schema` says what one may hold, and the shipped ones are examples.
     """
     from knotwork import pipeline
 
@@ -207,7 +212,7 @@ def _plan_to_dict(
     }
 
 
-@cli.command(epilog=_EXIT_CODES)
+@click.command(epilog=_EXIT_CODES)
 @click.argument("trajectory", type=click.Path(path_type=Path))
 @click.option(
     "--scenario",
@@ -246,51 +251,18 @@ def check(trajectory: Path, reference: str, as_json: bool) -> int:
     return PASSED if report.ok else FAILED
 
 
-@cli.command()
-@click.argument("name", required=False)
-@_json
-def robots(name: str | None, as_json: bool) -> int:
-    """List the shipped robots, or show one: joints, limits, frames and configurations.
-
-    NAME is a shipped robot's name or the path of a robot file or URDF.
-    """
-    from knotwork.cli import tables
-    from knotwork.robot import load_robot, robot_names
-
-    shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
-    if as_json:
-        rows = [tables.robot_to_dict(robot) for robot in shown]
-        click.echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
-    elif name is not None:
-        tables.print_robot(shown[0])
-    else:
-        tables.print_robots(shown)
-    return PASSED
-
-
-@cli.command()
-def scenarios() -> int:
-    """List the shipped scenarios."""
-    from knotwork import resources
-    from knotwork.cli import tables
-    from knotwork.scenario import load_scenario
-
-    tables.print_scenarios([load_scenario(name) for name in resources.names("scenarios")])
-    return PASSED
-
-
-@cli.command()
-def schema() -> int:
-    """Print the JSON Schema of scenario files."""
-    from knotwork.scenario.schema import ScenarioFile
-
-    click.echo(json.dumps(ScenarioFile.model_json_schema(), indent=2))
-    return PASSED
-
-
-cli.add_command(compare)
-cli.add_command(export)
-cli.add_command(planners)
-cli.add_command(plot)
-cli.add_command(report_command)
-cli.add_command(view)
+for _command, _summary in (
+    (plan, "Plan scenarios, check the result, print the verdict."),
+    (check, "Check a stored trajectory against a scenario."),
+    (compare, "Plan a scenario with every planner, side by side."),
+    (plot, "Draw joints and tool over time."),
+    (view, "Show the arm make the move in a browser, or in a file."),
+    (report_command, "Write one page to print or to send."),
+    (export, "Hand a motion over: ROS 2, PVT, CSV, MATLAB, ..."),
+    (robots, "List the robots, or show one."),
+    (scenarios, "List the shipped scenarios."),
+    (planners, "List the planners and what each gives up."),
+    (schema, "Print the JSON Schema of scenario files."),
+):
+    _command.short_help = _summary
+    cli.add_command(_command)

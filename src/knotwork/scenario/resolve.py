@@ -82,6 +82,10 @@ class _Resolver:
         file, source = self.file, self.document.file
         if file.robot is None:
             self._check_joints_alone()
+        elif file.joint_units:
+            raise self.document.error(
+                ("joint_units",), "is for scenarios without a robot, which knows its joints"
+            )
         if isinstance(file.robot, dict):
             self._check_description_in_si(file.robot)
         if file.frame is not None or file.frames:
@@ -92,6 +96,7 @@ class _Resolver:
             waypoints=self._waypoints(),
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
+            joint_units=file.joint_units,
             frames={name: self.frames[name].copy() for name in file.frames},
             tool=self._tool(),
             near=self._joints(file.near, ("near",)) if file.near is not None else None,

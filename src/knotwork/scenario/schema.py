@@ -328,6 +328,10 @@ class ScenarioFile(StrictModel):
         description="A shipped robot's name, the path of a robot file or URDF (relative to this "
         "file), or a robot description in place",
     )
+    joint_units: dict[str, Literal["rad", "m"]] = Field(
+        default_factory=dict,
+        description="Without a robot: which joints slide (m); those left out turn (rad)",
+    )
     tool: Tool | None = None
     frames: dict[str, Frame] = Field(default_factory=dict)
     frame: Text | None = Field(None, description="Frame of poses that name none; left out: base")

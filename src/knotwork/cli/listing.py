@@ -1,0 +1,70 @@
+"""Commands that list what is shipped: robots, scenarios and the schema of scenario files."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+PASSED = 0
+_json = click.option(
+    "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
+)
+
+
+@click.command()
+@click.argument("name", required=False)
+@_json
+def robots(name: str | None, as_json: bool) -> int:
+    """List the shipped robots, or show one: joints, limits, frames and configurations.
+
+    NAME is a shipped robot's name or the path of a robot file or URDF.
+    """
+    from knotwork.cli import tables
+    from knotwork.robot import load_robot, robot_names
+
+    shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
+    if as_json:
+        rows = [tables.robot_to_dict(robot) for robot in shown]
+        click.echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
+    elif name is not None:
+        tables.print_robot(shown[0])
+    else:
+        tables.print_robots(shown)
+    return PASSED
+
+
+@click.command()
+@_json
+def scenarios(as_json: bool) -> int:
+    """List the shipped scenarios."""
+    from knotwork import resources
+    from knotwork.cli import tables
+    from knotwork.scenario import load_scenario
+
+    shown = [load_scenario(name) for name in resources.names("scenarios")]
+    if as_json:
+        rows = [
+            {
+                "name": scenario.name,
+                "description": scenario.description.strip(),
+                "robot": scenario.robot if isinstance(scenario.robot, str) else None,
+                "waypoints": len(scenario.waypoints),
+                "duration": float(scenario.times[-1] - scenario.times[0]),
+                "file": str(scenario.source),
+            }
+            for scenario in shown
+        ]
+        click.echo(json.dumps(rows, indent=1))
+    else:
+        tables.print_scenarios(shown)
+    return PASSED
+
+
+@click.command()
+def schema() -> int:
+    """Print the JSON Schema of scenario files."""
+    from knotwork.scenario.schema import ScenarioFile
+
+    click.echo(json.dumps(ScenarioFile.model_json_schema(), indent=2))
+    return PASSED
