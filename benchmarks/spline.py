@@ -168,7 +168,7 @@ def main(max_n: int, samples: int, repeats: int) -> None:
 
     6 joints; waypoints from 4 to --max-n in powers of ten.
     """
-    console = Console()
+    console = Console(width=160)  # columns are not cut short where the output is piped
     if os.environ.get("OPENBLAS_NUM_THREADS") != "1":
         console.print("OPENBLAS_NUM_THREADS is not 1: the libraries may use several threads")
     sizes = [n for n in (4, 10, 100, 1_000, 10_000, 100_000, 1_000_000) if n < max_n] + [max_n]
