@@ -118,7 +118,7 @@ def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: floa
     count = min(max(POINTS // pieces, LEAST_POINTS), MOST_POINTS) if degree > 1 else 2
     regular = np.broadcast_to(np.linspace(0.0, 1.0, count)[:, None], (count, pieces))
     fraction = np.sort(np.concatenate((regular, critical_points(unit))), axis=0)
-    time = curve.x[:-1] + fraction * span
+    time = np.minimum(curve.x[:-1] + fraction * span, curve.x[1:])
     time[-1] = curve.x[1:]
     value = horner(unit, fraction)
     return Strokes(time.T, value.T, jump_breaks(curve, component, order), unit, fraction.T)

@@ -18,7 +18,6 @@ from knotwork.view.style import (
     WRONG,
     colour,
     dashes,
-    panel_width,
     printable,
     shortened,
 )
@@ -28,10 +27,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
-MOST_LETTERS, MOST_LEGEND_LETTERS = 16, 26
+    from knotwork.view.panels import Panel
+
+MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS = 16, 26, 50
 # Free room between names, in points.
 GAP = 4.0
+# With more waypoints, names that can't fit are not even tried.
+MOST_NAMES = 200
 MARGIN = 0.012
+# Least height of a panel in inches, three quarters of it where there are many rows.
+LEAST_HEIGHT, MANY_ROWS = 1.7, 4
 
 
 def frame_times(
@@ -41,6 +46,8 @@ def frame_times(
     titles: Sequence[str] = (),
 ) -> None:
     """Set the range of times; write names of waypoints and titles above the columns of panels.
+
+    All else must have been drawn: what fits above the panels depends on their width.
 
     Args:
         tops: The first panel of each column.
@@ -53,18 +60,23 @@ def frame_times(
     marks = motions[0].marks
     if marks is not None:
         start, end = min(start, float(marks.time[0])), max(end, float(marks.time[-1]))
-    for column, (top, bottom) in enumerate(zip(tops, bottoms, strict=True)):
-        _set_times(top, start, end)
+    room = MARGIN * (end - start)
+    for top, bottom in zip(tops, bottoms, strict=True):
+        top.set_xlim(start - room, end + room)
+        bottom.set_xlabel("time [s]")
+    figure: Any = tops[0].figure
+    figure.draw_without_rendering()
+    for column, top in enumerate(tops):
         written = name_waypoints(top, marks) if marks is not None else []
         if titles:
             title_column(top, shortened([titles[column]], MOST_LEGEND_LETTERS)[0], written)
-        bottom.set_xlabel("time [s]")
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:
     """Scenario, planner if there is but one, and whether the check failed."""
     first = motions[0]
     name = first.scenario.name if first.scenario is not None else ""
+    (name,) = shortened([name], MOST_TITLE_LETTERS)
     parts = [part for part in (name, first.label if len(motions) == 1 else "") if part]
     failed = [motion.label for motion in motions if motion.ok is False]
     if failed:
@@ -86,17 +98,11 @@ def motion_legend(figure: Figure, motions: Sequence[Motion], title: str) -> None
     add_legend(figure, handles, names, "upper", title)
 
 
-def _set_times(axis: Axes, start: float, end: float) -> None:
-    """Set the range of times, with a little room at both ends."""
-    room = MARGIN * (end - start)
-    axis.set_xlim(start - room, end + room)
-
-
 def name_waypoints(axis: Axes, marks: Marks) -> list[Text]:
     """Write the waypoints' names above a panel; where they are too many, some are left out.
 
     Args:
-        axis: The panel; its range of times has been set.
+        axis: The panel, laid out, with its range of times set.
         marks: The waypoints.
 
     Returns:
@@ -104,9 +110,13 @@ def name_waypoints(axis: Axes, marks: Marks) -> list[Text]:
     """
     figure: Any = axis.figure
     start, end = axis.get_xlim()
-    width = panel_width(axis)
+    renderer = figure.canvas.get_renderer()
+    points = 72.0 / figure.dpi
+    width = axis.get_window_extent(renderer).width * points
     at = (marks.time - start) / (end - start) * width
     names = shortened(marks.names, MOST_LETTERS)
+    some = sorted(_thinned(at, SMALL)) if len(at) > MOST_NAMES else range(len(at))
+    at = at[list(some)]
     texts = [
         axis.text(
             time,
@@ -120,12 +130,11 @@ def name_waypoints(axis: Axes, marks: Marks) -> list[Text]:
             parse_math=False,
             gid="waypoint-name",
         )
-        for time, name in zip(marks.time, names, strict=True)
+        for time, name in ((marks.time[i], names[i]) for i in some)
     ]
-    renderer = figure.canvas.get_renderer()
     boxes = [text.get_window_extent(renderer) for text in texts]
-    widths = np.array([box.width for box in boxes]) * 72.0 / figure.dpi
-    height = max(box.height for box in boxes) * 72.0 / figure.dpi
+    widths = np.array([box.width for box in boxes]) * points
+    height = max(box.height for box in boxes) * points
     level = np.all(np.diff(at) >= 0.5 * (widths[1:] + widths[:-1]) + GAP)
     if level:
         return texts
@@ -250,3 +259,34 @@ def _knot_handle(shown: set[str]) -> Any:
     if "knot-dot" not in shown:
         return tick
     return (Line2D([], [], ls="", marker="D", color=DARK, ms=4), tick)
+
+
+def settle(figure: Figure, rows: Sequence[Sequence[Panel]]) -> None:
+    """Lay the figure out; let it grow if names and legends left its panels too low for their notes.
+
+    Args:
+        figure: All but the notes has been drawn.
+        rows: The panels; those of a row keep a common scale if they have one.
+    """
+    figure.draw_without_rendering()
+    box = rows[0][0].axis.get_window_extent()
+    width, height = box.width / figure.dpi, box.height / figure.dpi
+    least = LEAST_HEIGHT if len(rows) <= MANY_ROWS else 0.75 * LEAST_HEIGHT
+    if height < least:
+        figure.set_figheight(figure.get_figheight() + len(rows) * (least - height))
+        height = least
+    for row in rows:
+        shared = len({panel.axis.get_ylim() for panel in row}) == 1
+        for panel in row:
+            panel.make_room(width, height)
+        if shared:
+            top = max(panel.axis.get_ylim()[1] for panel in row)
+            for panel in row:
+                panel.axis.set_ylim(top=top)
+    freeze(figure)
+
+
+def freeze(figure: Figure) -> None:
+    """Lay the figure out for the last time, so that drawing it again gives the same."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")

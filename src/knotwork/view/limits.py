@@ -8,12 +8,13 @@ import numpy as np
 
 from knotwork.view.curves import Strokes
 from knotwork.view.notes import nearest
+from knotwork.view.series import Series
 from knotwork.view.style import DARK, LIMIT_DASHES, WRONG, colour
 from knotwork.waypoints import FloatArray
 from knotwork.witness.motion import LIMIT_SLACK
 
 if TYPE_CHECKING:
-    from knotwork.view.panels import Panel, Series
+    from knotwork.view.panels import Panel
 
 # A limit further off the curves than this, in parts of their range, is a note and no line: it
 # would squash them.
@@ -103,15 +104,20 @@ def draw_limits(panel: Panel, low: float, high: float) -> tuple[float, float]:
 
 
 def draw_bands(panel: Panel, bottom: float, top: float) -> None:
-    """Shade what is beyond the limits of a panel's only joint.
+    """Shade what is beyond those limits of a panel's only joint that it shows.
 
     Args:
         panel: Where.
         bottom: Least value that the panel shows.
-        top: Greatest of them.
+        top: Greatest of them. The band goes on far above, for the top to be raised.
     """
     one = panel.series[0]
     lower, upper = (panel.factor * bound for bound in one.motion.bounds(one.joint, panel.quantity))
-    for start, end in ((bottom, min(lower, top)), (max(upper, bottom), top)):
-        if start < end:
-            panel.axis.axhspan(start, end, color=WRONG, alpha=0.07, lw=0, zorder=0, gid="band")
+    far = 10.0 * (top - bottom)
+    bands = []
+    if bottom < lower:
+        bands.append((bottom - far, lower))
+    if upper < top:
+        bands.append((upper, top + far))
+    for start, end in bands:
+        panel.axis.axhspan(start, end, color=WRONG, alpha=0.07, lw=0, zorder=0, gid="band")

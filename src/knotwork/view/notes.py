@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.view.series import Series
 from knotwork.view.style import rounded
 from knotwork.witness import LimitUse
-
-if TYPE_CHECKING:
-    from knotwork.view.panels import Series
 
 
 @dataclass(frozen=True)

@@ -3,70 +3,44 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.trajectory import QUANTITIES
 from knotwork.view.curves import Strokes, strokes
 from knotwork.view.limits import draw_bands, draw_broken, draw_limits
-from knotwork.view.motions import Motion
 from knotwork.view.notes import limit_note
+from knotwork.view.series import Series
 from knotwork.view.style import (
     DARK,
-    FAINT,
     SMALL,
     WRONG,
     colour,
     dashes,
     dress,
+    mark_waypoints,
     rate_unit,
     shown_unit,
-    wrapped,
+    wrap,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.text import Text
 
 # A range below this, relative to the values or to 1, is rounding of a curve that stands still; it
 # is shown this wide, again relative to the values or to 1.
 STILL, STILL_RANGE = 1e-9, 0.2
-# Room below the curves for the knots, above them, and for a line of the note, in parts of the
-# range.
-FOOT, HEAD, LINE = 0.12, 0.07, 0.13
+# Room below the curves for the knots, and above them, in parts of the range.
+FOOT, HEAD = 0.12, 0.07
+# Room around a note, and the most that it may take, in parts of the panel's height.
+NOTE_ROOM, MOST_TAKEN = 0.06, 0.7
 # More of these would hide the curve.
+MOST_WAYPOINT_LINES = 400
 MOST_KNOT_TICKS, MOST_KNOT_DOTS, MOST_JUMP_DOTS, MOST_LARGE_DOTS = 400, 40, 60, 60
 # Motions whose knots have a row of ticks each, so high in parts of the panel.
 MOST_KNOT_ROWS, KNOT_TICK = 3, 0.035
-
-
-@dataclass(frozen=True)
-class Series:
-    """One joint of one motion in a panel, and how it is drawn.
-
-    Attributes:
-        motion: The motion.
-        joint: Its joint.
-        index: Which colour.
-        dashed: Which line style.
-        who: What tells it from others in the panel.
-    """
-
-    motion: Motion
-    joint: str
-    index: int
-    dashed: int
-    who: str
-
-    @property
-    def component(self) -> int:
-        """Index of the joint in the motion."""
-        return self.motion.joint_names.index(self.joint)
-
-    @property
-    def unit(self) -> str:
-        """Unit of the joint, `"rad"` or `"m"`."""
-        return self.motion.joint_units[self.component]
 
 
 @dataclass
@@ -80,6 +54,8 @@ class Panel:
         degrees: Show angles in degrees.
         shown: What of the legend's entries occurs in it: see `heads.explain_marks`.
         low, high: Range of values to show.
+        ceiling: The highest that a note may not hide.
+        note: What it says of limits.
     """
 
     axis: Axes
@@ -89,6 +65,8 @@ class Panel:
     shown: set[str] = field(default_factory=set)
     low: float = np.inf
     high: float = -np.inf
+    ceiling: float = 0.0
+    note: Text | None = None
 
     @property
     def order(self) -> int:
@@ -174,9 +152,9 @@ class Panel:
         marks = self.series[0].motion.marks
         if marks is None:
             return
-        for time in marks.time:
-            self.axis.axvline(time, color=FAINT, linewidth=0.8, zorder=1, gid="waypoint")
-        self.shown.add("waypoint")
+        if len(marks.time) <= MOST_WAYPOINT_LINES:
+            mark_waypoints(self.axis, marks.time)
+            self.shown.add("waypoint")
         if self.order > 1:
             return
         seen: set[str] = set()
@@ -261,16 +239,15 @@ class Panel:
         span = high - low
         note = limit_note(self.series, self.quantity, self.factor, self.unit)
         bottom = low - FOOT * span
-        text = wrapped(self.axis, note.text, SMALL, bold=note.broken) if note else ""
-        top = high + (HEAD + (LINE * (text.count("\n") + 1) if note else 0.0)) * span
+        self.ceiling = high
         if self.one_joint:
-            draw_bands(self, bottom, top)
-        self.axis.set_ylim(bottom, top)
+            draw_bands(self, bottom, high + HEAD * span)
+        self.axis.set_ylim(bottom, high + HEAD * span)
         if note:
-            words = self.axis.text(
+            self.note = self.axis.text(
                 0.995,
                 0.97,
-                text,
+                note.text,
                 transform=self.axis.transAxes,
                 ha="right",
                 va="top",
@@ -282,4 +259,20 @@ class Panel:
                 zorder=6,
                 bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
             )
-            words.set_in_layout(False)
+            self.note.set_in_layout(False)
+
+    def make_room(self, width: float, height: float) -> None:
+        """Break the note into lines that fit, and raise the top so that they hide no curve.
+
+        Args:
+            width: Of the panel, as laid out [in].
+            height: Likewise.
+        """
+        if self.note is None:
+            return
+        figure: Any = self.axis.figure
+        wrap(self.note, width)
+        box = self.note.get_window_extent(figure.canvas.get_renderer())
+        taken = min(box.height / figure.dpi / height + NOTE_ROOM, MOST_TAKEN)
+        bottom, _ = self.axis.get_ylim()
+        self.axis.set_ylim(bottom, bottom + (self.ceiling - bottom) / (1.0 - taken))

@@ -13,9 +13,11 @@ from knotwork.view.heads import (
     explain_marks,
     frame_times,
     picture_title,
+    settle,
 )
 from knotwork.view.motions import Drawable, Motion, chosen, chosen_quantities, motions_of
-from knotwork.view.panels import Panel, Series
+from knotwork.view.panels import Panel
+from knotwork.view.series import Series
 from knotwork.view.style import (
     DASHES,
     colour,
@@ -85,8 +87,8 @@ def plot_joints(
         ]
         for line in panels:
             _draw_row(line, shared=not _overlaid(panels))
-        _frame(figure, panels, found, names)
         _legends(figure, panels, found, title)
+        _frame(figure, panels, found, names)
     return figure
 
 
@@ -166,8 +168,9 @@ def _frame(
     if len(motions) > 1:
         titles = list(names) if _overlaid(panels) else [motion.label for motion in motions]
     tops, bottoms = ([panel.axis for panel in panels[i]] for i in (0, -1))
-    frame_times(tops, bottoms, motions, titles)
     figure.align_ylabels()
+    frame_times(tops, bottoms, motions, titles)
+    settle(figure, panels)
 
 
 def _legends(

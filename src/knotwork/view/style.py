@@ -7,9 +7,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from knotwork.waypoints import FloatArray
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 # Okabe and Ito's colours, but for yellow, which is too light for a line on white, and for
 # vermillion, which is kept for what is wrong. Grey makes it seven.
@@ -31,14 +34,17 @@ LIMIT_DASHES = (0, (7, 4))
 
 # Points, for a picture 10 inches wide: 8 points and more where it fills the width of A4 paper.
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
-# What a panel's numbers and labels take beside it.
-BESIDE = 80.0
 # Inches.
 WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
 
+# DejaVu Sans comes with Matplotlib and lacks Chinese, Japanese and Korean; the first of these that
+# is installed serves for them.
+_MORE_FONTS = (
+    *("Noto Sans CJK SC", "Noto Sans CJK JP", "Source Han Sans SC", "WenQuanYi Zen Hei"),
+    *("Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans", "Yu Gothic", "Malgun Gothic"),
+)
 _SETTINGS: dict[Any, Any] = {
     "font.family": ["sans-serif"],
-    "font.sans-serif": ["DejaVu Sans"],
     "font.size": NORMAL,
     "axes.unicode_minus": True,
     "axes.labelsize": NORMAL,
@@ -57,10 +63,13 @@ _SETTINGS: dict[Any, Any] = {
 def settings() -> Iterator[None]:
     """Draw with Knotwork's settings over Matplotlib's own defaults, then put the user's back."""
     import matplotlib as mpl
+    from matplotlib.font_manager import fontManager
 
+    installed = {font.name for font in fontManager.ttflist}
+    more = [name for name in _MORE_FONTS if name in installed][:1]
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_SETTINGS)
+        mpl.rcParams.update(_SETTINGS | {"font.sans-serif": ["DejaVu Sans", *more]})
         yield
 
 
@@ -138,27 +147,30 @@ def dress(axis: Axes) -> None:
         one.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
 
 
-def panel_width(axis: Axes) -> float:
-    """Width of a panel in points, estimated before the figure is laid out."""
-    figure: Any = axis.figure
-    grid: Any = axis.get_gridspec()
-    return float(72.0 * figure.get_figwidth() / grid.ncols - BESIDE)
+def mark_waypoints(axis: Axes, times: FloatArray) -> None:
+    """Draw an upright line at each waypoint."""
+    axis.vlines(
+        times,
+        0.0,
+        1.0,
+        transform=axis.get_xaxis_transform(),
+        color=FAINT,
+        linewidth=0.8,
+        zorder=1,
+        gid="waypoint",
+    )
 
 
-def wrapped(axis: Axes, text: str, size: float, *, bold: bool) -> str:
-    """Break text into lines no wider than a panel."""
-    figure: Any = axis.figure
+def wrap(text: Text, width: float) -> None:
+    """Break a text into lines no wider than so many inches."""
+    figure: Any = text.figure
     renderer = figure.canvas.get_renderer()
-    room = panel_width(axis) * figure.dpi / 72.0
-    probe = axis.text(0, 0, "", fontsize=size, weight="bold" if bold else "normal")
-    probe.set_parse_math(False)
     lines = [""]
-    for word in text.split(" "):
+    for word in text.get_text().split():
         longer = f"{lines[-1]} {word}".strip()
-        probe.set_text(longer)
-        if lines[-1] and probe.get_window_extent(renderer).width > room:
+        text.set_text(longer)
+        if lines[-1] and text.get_window_extent(renderer).width > width * figure.dpi:
             lines.append(word)
         else:
             lines[-1] = longer
-    probe.remove()
-    return "\n".join(lines)
+    text.set_text("\n".join(lines))

@@ -15,15 +15,15 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.tool_path import deviation_from_line
 from knotwork.view.curves import jump_breaks, piecewise_values
-from knotwork.view.heads import explain_marks, frame_times, motion_legend, picture_title
+from knotwork.view.heads import explain_marks, frame_times, freeze, motion_legend, picture_title
 from knotwork.view.motions import Drawable, Motion, motions_of
 from knotwork.view.style import (
     DARK,
     DASHES,
-    FAINT,
     colour,
     dashes,
     dress,
+    mark_waypoints,
     new_figure,
     settings,
     shown_unit,
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 # Times looked at over all, at least in a piece, and between two poses.
 POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
 MILLIMETRES = 1e3
+MOST_WAYPOINT_LINES = 400
 # Room above and below the curves, in parts of their range.
 ROOM = 0.07
 
@@ -110,11 +111,12 @@ def plot_tool(
                         gid=f"tool:{motion.label}:{rows[row].label.partition(' [')[0]}",
                     )
         shown = _dress(axes, rows, found[0])
-        frame_times([axes[0]], axes[-1:], found)
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
         motion_legend(figure, found, heading)
         explain_marks(figure, shown, 1)
+        frame_times([axes[0]], axes[-1:], found)
+        freeze(figure)
     return figure
 
 
@@ -200,8 +202,8 @@ def _dress(axes: list[Axes], rows: list[_Row], first: Motion) -> set[str]:
     for axis, row in zip(axes, rows, strict=True):
         dress(axis)
         axis.set_ylabel(row.label)
-        for waypoint in waypoints:
-            axis.axvline(waypoint.time, color=FAINT, linewidth=0.8, zorder=1, gid="waypoint")
+        if 0 < len(waypoints) <= MOST_WAYPOINT_LINES:
+            mark_waypoints(axis, np.array([one.time for one in waypoints]))
             shown.add("waypoint")
         if row.asked and poses:
             asked = [row.factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]

@@ -1,0 +1,156 @@
+"""What is drawn of a curve, against the trajectory itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.view.curves import jump_breaks, piecewise_values, strokes
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def random_curve(
+    seed: int, degree: int = 3, pieces: int = 5, joints: int = 2
+) -> PiecewisePolynomial:
+    """A curve that jumps at every break in every derivative."""
+    rng = np.random.default_rng(seed)
+    breaks = np.cumsum(rng.uniform(0.1, 2.0, pieces + 1))
+    return PiecewisePolynomial(rng.normal(size=(degree + 1, pieces, joints)), breaks)
+
+
+def left_value(curve: PiecewisePolynomial, piece: int, order: int, joint: int) -> float:
+    """Value at the end of a piece, from the piece before the break, by NumPy."""
+    polynomial = np.poly1d(curve.c[:, piece, joint]).deriv(order)
+    return float(polynomial(curve.x[piece + 1] - curve.x[piece]))
+
+
+@settings(deadline=None, max_examples=50)
+@given(seeds, st.integers(0, 3), st.integers(1, 9))
+def test_points_lie_on_the_curve_with_both_sides_of_every_break(
+    seed: int, order: int, degree: int
+) -> None:
+    curve = random_curve(seed, degree)
+    drawn = strokes(curve, 1, order, 2.5)
+    assert (np.diff(drawn.time, axis=1) >= 0).all()
+    inner = drawn.time < curve.x[1:, None]
+    np.testing.assert_allclose(
+        drawn.value[inner], 2.5 * curve(drawn.time[inner], order)[:, 1], rtol=1e-9, atol=1e-9
+    )
+    np.testing.assert_array_equal(drawn.time[:, 0], curve.x[:-1])
+    np.testing.assert_array_equal(drawn.time[:, -1], curve.x[1:])
+    for piece in range(len(curve.x) - 1):
+        expected = 2.5 * left_value(curve, piece, order, 1)
+        assert drawn.value[piece, -1] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+@settings(deadline=None, max_examples=50)
+@given(seeds, st.integers(0, 3), st.integers(1, 7))
+def test_the_exact_extrema_are_among_the_points(seed: int, order: int, degree: int) -> None:
+    curve = random_curve(seed, degree)
+    drawn = strokes(curve, 0, order, 1.0)
+    extrema = curve.extrema(order)
+    scale = max(1.0, float(extrema.peak[0]))
+    assert float(drawn.value.max()) == pytest.approx(float(extrema.maximum[0]), abs=1e-9 * scale)
+    assert float(drawn.value.min()) == pytest.approx(float(extrema.minimum[0]), abs=1e-9 * scale)
+
+
+def test_a_jump_parts_the_line_and_is_drawn_upright() -> None:
+    curve = PiecewisePolynomial([[[1.0], [-1.0]], [[0.0], [1.0]]], [0.0, 1.0, 2.0])
+    drawn = strokes(curve, 0, 1, 1.0)
+    time, value = drawn.line()
+    np.testing.assert_array_equal(time, [0, 1, 1, 1, 2])
+    np.testing.assert_array_equal(value, [1, 1, np.nan, -1, -1])
+    time, value = drawn.jump_lines()
+    np.testing.assert_array_equal(time, [1, 1, 1])
+    np.testing.assert_array_equal(value, [1, -1, np.nan])
+    time, value = drawn.line(steps=True)
+    np.testing.assert_array_equal(time, [0, 1, 1, 2])
+    np.testing.assert_array_equal(value, [1, 1, -1, -1])
+
+
+def test_no_slanted_line_leads_from_one_piece_to_the_next() -> None:
+    """Acceleration and jerk of a cubic are straight in a piece, so is what is drawn, everywhere."""
+    curve = random_curve(3)
+    for order, steps in ((2, False), (3, False), (3, True)):
+        time, value = strokes(curve, 0, order, 1.0).line(steps=steps)
+        drawn = np.isfinite(value[:-1]) & np.isfinite(value[1:]) & (time[:-1] < time[1:])
+        middle = 0.5 * (time[:-1] + time[1:])[drawn]
+        np.testing.assert_allclose(
+            0.5 * (value[:-1] + value[1:])[drawn], curve(middle, order)[:, 0], atol=1e-12
+        )
+        assert drawn.sum() == 5  # one line a piece
+
+
+@settings(deadline=None, max_examples=50)
+@given(seeds, st.integers(0, 2))
+def test_jumps_are_those_measured(seed: int, order: int) -> None:
+    curve = random_curve(seed)
+    assert jump_breaks(curve, 0, order).tolist() == [1, 2, 3, 4]
+    whole = PiecewisePolynomial(np.random.default_rng(seed).normal(size=(4, 1, 1)), [0.0, 2.0])
+    assert jump_breaks(whole, 0, order).size == 0
+
+
+def test_rounding_makes_no_jump() -> None:
+    """One cubic, cut into pieces, continues at the cuts but for rounding."""
+    cubic = np.poly1d([0.3, -1.0, 2.0, 1e3])
+    breaks = np.linspace(0.0, 3.0, 8)
+    c = [[cubic.deriv(k)(t) / [1, 1, 2, 6][k] for t in breaks[:-1]] for k in (3, 2, 1, 0)]
+    curve = PiecewisePolynomial(np.array(c)[:, :, None], breaks)
+    assert [jump_breaks(curve, 0, order).size for order in range(4)] == [0, 0, 0, 0]
+
+
+@settings(deadline=None, max_examples=50)
+@given(seeds, st.integers(0, 2), st.floats(0.05, 0.95))
+def test_stretches_beyond_a_limit_are_where_the_curve_is_beyond_it(
+    seed: int, order: int, part: float
+) -> None:
+    curve = random_curve(seed, 4)
+    extrema = curve.extrema(order)
+    low, high = float(extrema.minimum[0]), float(extrema.maximum[0])
+    upper = low + part * (high - low)
+    stretches = strokes(curve, 0, order, 1.0).beyond(-np.inf, upper)
+    scale = max(abs(low), abs(high), 1.0)
+    assert stretches
+    for time, value in stretches:
+        assert (value >= upper - 1e-9 * scale).all()
+        for end in (0, -1):
+            crossing = abs(value[end] - upper) <= 1e-9 * scale
+            assert crossing or np.isclose(curve.x, time[end], rtol=0, atol=1e-12).any()
+    # Nowhere else: an independent look at many times finds the same.
+    times = np.linspace(curve.x[0], curve.x[-1], 4001)
+    values = curve(times, order)[:, 0]
+    inside = np.zeros(times.shape, dtype=bool)
+    for time, _ in stretches:
+        inside |= (times >= time[0]) & (times <= time[-1])
+    clear = np.abs(values - upper) > 1e-6 * scale
+    clear &= ~np.isclose(times[:, None], curve.x, rtol=0, atol=1e-9).any(axis=1)
+    np.testing.assert_array_equal(inside[clear], (values > upper)[clear])
+
+
+def test_nothing_is_beyond_a_limit_that_is_just_reached() -> None:
+    curve = PiecewisePolynomial([[[-4.0]], [[4.0]], [[0.0]]], [0.0, 1.0])  # peak 1 at 0.5
+    drawn = strokes(curve, 0, 0, 1.0)
+    assert drawn.beyond(-1.0, 1.0) == []
+    ((time, value),) = drawn.beyond(-1.0, 0.75)
+    assert time[[0, -1]] == pytest.approx([0.25, 0.75], abs=1e-12)
+    assert value[[0, -1]] == pytest.approx([0.75, 0.75])
+    assert value.max() == 1.0
+
+
+@settings(deadline=None, max_examples=50)
+@given(seeds, st.integers(0, 2))
+def test_values_of_all_joints_piece_by_piece(seed: int, order: int) -> None:
+    curve = random_curve(seed, joints=3)
+    time, value = piecewise_values(curve, order, 4)
+    assert time.shape == (20,)
+    assert value.shape == (20, 3)
+    starts = slice(0, None, 4)
+    np.testing.assert_array_equal(time[starts], curve.x[:-1])
+    np.testing.assert_allclose(value[starts], curve(curve.x[:-1], order), rtol=1e-12, atol=1e-12)
+    for piece in range(5):
+        expected = left_value(curve, piece, order, 2)
+        assert value[4 * piece + 3, 2] == pytest.approx(expected, rel=1e-9, abs=1e-9)

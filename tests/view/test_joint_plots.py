@@ -1,0 +1,336 @@
+"""Pictures of joints: what the figure holds, against the plan it shows."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from figures import collections, data, heading, legend_words, lines, notes, waypoint_names
+
+import knotwork as kw
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.interpolation import PLANNERS
+from knotwork.pipeline import Plan
+from knotwork.trajectory import QUANTITIES
+from knotwork.view import plot_joints
+from knotwork.view.style import COLOURS, DASHES
+
+FAILING = Path(__file__).parents[1] / "failing"
+
+
+@pytest.fixture(scope="module")
+def cubic() -> Plan:
+    return kw.plan("paper_case", planner="cubic")
+
+
+@pytest.fixture(scope="module")
+def broken() -> Plan:
+    return kw.plan(FAILING / "velocity_limit_broken.yaml")
+
+
+def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
+    figure = plot_joints(deburring)
+    assert len(figure.axes) == 4
+    units = ("rad", "rad/s", "rad/s²", "rad/s³")
+    for axis, quantity, unit in zip(figure.axes, QUANTITIES, units, strict=True):
+        assert axis.get_ylabel() == f"{quantity} [{unit}]"
+        drawn = [str(line.get_gid()).split(":")[2] for line in lines(axis, "curve")]
+        assert drawn == list(deburring.trajectory.joint_names)
+        assert len({str(line.get_color()) for line in lines(axis, "curve")}) == 6
+    assert figure.axes[-1].get_xlabel() == "time [s]"
+    assert set(deburring.trajectory.joint_names) <= set(legend_words(figure))
+    assert {"waypoint", "asked for", "knot"} <= set(legend_words(figure))
+    assert heading(figure) == "ur5_deburring · modified-hermite"
+
+
+@pytest.mark.parametrize("degrees", [False, True])
+def test_curves_are_the_trajectory(deburring: Plan, degrees: bool) -> None:
+    factor = math.degrees(1) if degrees else 1.0
+    figure = plot_joints(deburring, degrees=degrees)
+    for order, axis in enumerate(figure.axes[:3]):
+        for joint, line in enumerate(lines(axis, "curve")):
+            time, value = data(line)
+            assert np.isfinite(value).all()  # C2: nothing jumps
+            expected = factor * deburring.trajectory(time, order)[:, joint]
+            np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-9 * factor)
+            assert time[0] == deburring.trajectory.start_time
+            assert time[-1] == deburring.trajectory.end_time
+    assert figure.axes[1].get_ylabel() == ("velocity [deg/s]" if degrees else "velocity [rad/s]")
+
+
+def test_jerk_is_drawn_as_steps(paper_case: Plan) -> None:
+    (axis,) = plot_joints(paper_case, quantities=["jerk"]).axes
+    time, value = data(lines(axis, "curve")[0])
+    breaks = paper_case.trajectory.breaks
+    np.testing.assert_array_equal(time, np.repeat(breaks, 2)[1:-1])
+    expected = np.repeat(paper_case.trajectory.jerk(breaks[:-1])[:, 0], 2)
+    np.testing.assert_allclose(value, expected, rtol=1e-12)
+
+
+def test_jumps_of_acceleration_are_drawn_at_both_values(cubic: Plan) -> None:
+    (axis,) = plot_joints(cubic, quantities=["acceleration"], degrees=True).axes
+    time, value = data(lines(axis, "curve")[0])
+    gaps = np.flatnonzero(np.isnan(value))
+    np.testing.assert_array_equal(time[gaps], [5.0, 15.0])
+    # By hand, Eq. (6): at B -0.8 and -1.2, at C 1.2 and 2.2 deg/s².
+    np.testing.assert_allclose(value[gaps - 1], [-0.8, 1.2], atol=1e-9)
+    np.testing.assert_allclose(value[gaps + 1], [-1.2, 2.2], atol=1e-9)
+    jump_time, jump = data(lines(axis, "jump")[0])
+    np.testing.assert_array_equal(jump_time[[0, 1, 3, 4]], [5, 5, 15, 15])
+    np.testing.assert_allclose(jump[[0, 1, 3, 4]], [-0.8, -1.2, 1.2, 2.2], atol=1e-9)
+    figure = plot_joints(cubic)
+    assert "jump" in legend_words(figure)
+    assert not lines(figure.axes[0], "jump")
+    assert not lines(figure.axes[1], "jump")
+
+
+def test_a_motion_without_jumps_shows_none(paper_case: Plan) -> None:
+    figure = plot_joints(paper_case)
+    assert not any(lines(axis, "jump") for axis in figure.axes)
+    assert "jump" not in legend_words(figure)
+
+
+def test_waypoints_and_knots_are_marked(paper_case: Plan) -> None:
+    figure = plot_joints(paper_case, degrees=True)
+    for axis in figure.axes:
+        (uprights,) = collections(axis, "waypoint")
+        assert [segment[0][0] for segment in uprights.get_segments()] == [0, 5, 15, 25]
+        (ticks,) = collections(axis, "knots")
+        assert [segment[0][0] for segment in ticks.get_segments()] == [0, 3, 8, 13, 19, 25]
+    assert [text.get_text() for text in waypoint_names(figure.axes[0])] == list("ABCD")
+    assert not waypoint_names(figure.axes[1])
+    for axis, asked in zip(figure.axes, ([0, 30, 90, 180], [0, 8, 8, 0]), strict=False):
+        time, value = data(lines(axis, "asked")[0])
+        np.testing.assert_array_equal(time, [0, 5, 15, 25])
+        np.testing.assert_allclose(value, asked, atol=1e-12)
+    assert not lines(figure.axes[2], "asked")
+    time, value = data(lines(figure.axes[0], "knot-dots")[0])
+    np.testing.assert_allclose(value[1:-1], [14.21, 51.75, 76.15, 129.44], atol=0.005)  # Table 4
+
+
+def test_what_a_planner_misses_is_seen_at_the_waypoints() -> None:
+    """The trapezoidal profile stops at each waypoint; asked for is 8 deg/s at B and C."""
+    plan = kw.plan("paper_case", planner="trapezoidal")
+    (axis,) = plot_joints(plan, quantities=["velocity"], degrees=True).axes
+    asked = data(lines(axis, "asked")[0])[1]
+    np.testing.assert_allclose(asked, [0, 8, 8, 0], atol=1e-12)
+    assert axis.get_ylim()[1] > 8
+
+
+def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: Plan) -> None:
+    figure = plot_joints(broken)
+    for axis, quantity in zip(figure.axes, QUANTITIES, strict=True):
+        found = [str(line.get_gid()) for line in lines(axis, "broken")]
+        only = "broken:modified-hermite:shoulder_pan_joint:velocity"
+        assert found == ([only] if quantity == "velocity" else [])
+    line = lines(figure.axes[1], "broken")[0]
+    time, value = data(line)
+    time, value = time[np.isfinite(value)], value[np.isfinite(value)]
+    # Rest to rest over pi in 0.5 s: v = 24 pi t (1 - 2 t); it is 3.15 at two times.
+    roots = np.sort(np.roots([-48 * np.pi, 24 * np.pi, -3.15]))
+    np.testing.assert_allclose(time[[0, -1]], roots, atol=1e-8)
+    assert (value >= 3.15).all()
+    assert float(line.get_linewidth()) >= 2 * float(
+        lines(figure.axes[1], "curve")[0].get_linewidth()
+    )
+    assert line.get_color() not in COLOURS
+    worst_time, worst = data(lines(figure.axes[1], "worst")[0])
+    assert (worst_time[0], worst[0]) == pytest.approx((0.25, 3 * np.pi))
+    assert {"limit broken", "worst", "limit"} <= set(legend_words(figure))
+    assert heading(figure).endswith("check FAILED")
+    assert "shoulder_pan_joint: 9.42 at 0.25 s breaks limit ±3.15 rad/s" in notes(figure)
+
+
+@pytest.mark.parametrize("kind", ["acceleration", "jerk", "velocity"])
+@pytest.mark.parametrize("part", [0.999, 1.0, 1.001])
+def test_highlights_agree_with_the_check(kind: str, part: float) -> None:
+    """Limits just below, at and above the exact peak: drawn as broken if the check says so."""
+    task: dict[str, Any] = {
+        "waypoints": [
+            {"joints": {"a": 0.0, "b": 0.0}},
+            {"joints": {"a": 1.0, "b": 0.2}, "velocity": {"a": 2.0}, "after": 1},
+            {"joints": {"a": 2.0, "b": -0.2}, "after": 1.5},
+        ]
+    }
+    peak = float(kw.plan(task).trajectory.extrema(kind).peak[0])
+    plan = kw.plan({**task, "limits": {kind: {"a": peak * part}}})
+    (axis,) = plot_joints(plan, quantities=[kind]).axes
+    assert plan.report.ok == (part >= 1.0)
+    assert bool(lines(axis, "broken")) == (part < 1.0)
+    shown = {float(data(line)[1][0]) for line in lines(axis, "limit")}
+    assert peak * part in shown or -peak * part in shown
+
+
+def test_limits_near_the_curve_are_lines_and_far_ones_are_words(broken: Plan) -> None:
+    figure = plot_joints(broken, joints=["shoulder_pan_joint"], degrees=True)
+    position, velocity = figure.axes[:2]
+    assert not lines(position, "limit")  # ±360 degrees, the curve reaches 180
+    assert position.get_ylim()[1] < 300
+    assert notes(figure)[0] == "180 deg inside limit ±360 deg"
+    levels = [float(data(line)[1][0]) for line in lines(velocity, "limit")]
+    assert sorted(levels) == pytest.approx([-math.degrees(3.15), math.degrees(3.15)])
+    bands = [patch for patch in velocity.patches if patch.get_gid() == "band"]
+    assert len(bands) == 2
+
+
+def test_a_far_limit_does_not_squash_the_curve(deburring: Plan) -> None:
+    figure = plot_joints(deburring)
+    low, high = figure.axes[1].get_ylim()
+    extrema = deburring.trajectory.extrema("velocity")
+    assert high - low < 1.6 * float(extrema.maximum.max() - extrema.minimum.min())
+    assert "shoulder_pan_joint: 20 % of limit ±3.15 rad/s" in notes(figure)
+    assert len(notes(figure)) == 2  # no limits of acceleration and jerk are given
+
+
+def test_notes_hide_no_curve() -> None:
+    plan = kw.plan("panda_pick_place")
+    figure = plot_joints(plan)
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    found = 0
+    for axis in figure.axes:
+        for note in (text for text in axis.texts if text.get_gid() == "note"):
+            found += 1
+            bottom = axis.transData.inverted().transform(note.get_window_extent(renderer).p0)[1]
+            assert all(np.nanmax(data(line)[1]) < bottom for line in lines(axis, "curve"))
+    assert found == 4
+
+
+def test_one_joint_overlays_planners_told_apart_without_colour(
+    paper_case: Plan, cubic: Plan
+) -> None:
+    quintic = kw.plan("paper_case", planner="quintic")
+    figure = plot_joints([paper_case, cubic, quintic], quantities=["acceleration"])
+    (axis,) = figure.axes
+    curves = lines(axis, "curve")
+    assert [str(line.get_gid()).split(":")[1] for line in curves] == [
+        "modified-hermite",
+        "cubic",
+        "quintic",
+    ]
+    styles = {str(line._unscaled_dash_pattern) for line in curves}  # type: ignore[attr-defined]
+    assert len(styles) == 3
+    assert legend_words(figure).count("cubic") == 1
+    assert len(collections(axis, "knots")) == 3
+    assert "check of cubic FAILED" in heading(figure)
+
+
+def test_many_joints_give_each_planner_a_column_on_one_scale() -> None:
+    plans = [kw.plan("ur10_spray"), kw.plan("ur10_spray", planner="trapezoidal")]
+    figure = plot_joints(plans, quantities=["velocity", "acceleration"])
+    assert len(figure.axes) == 4
+    for left, right in (figure.axes[:2], figure.axes[2:]):
+        assert left.get_ylim() == right.get_ylim()
+        assert len(lines(left, "curve")) == len(lines(right, "curve")) == 6
+    assert [axis.get_title() for axis in figure.axes[:2]] == ["modified-hermite", "trapezoidal"]
+
+
+def test_two_joints_have_a_column_each(deburring: Plan) -> None:
+    other = kw.plan("ur5_deburring", planner="cubic")
+    joints = ["elbow_joint", "wrist_1_joint"]
+    figure = plot_joints([deburring, other], joints=joints, quantities=["velocity"])
+    assert [axis.get_title() for axis in figure.axes] == joints
+    assert [len(lines(axis, "curve")) for axis in figure.axes] == [2, 2]
+
+
+def test_angles_and_lengths_do_not_share_a_panel() -> None:
+    trajectory = kw.JointTrajectory.from_knots(
+        ("turn", "slide"),
+        [0.0, 1.0, 2.0],
+        [[0, 0], [1, 0.1], [2, 0.3]],
+        [[0, 0], [1, 0.1], [0, 0]],
+        joint_units=("rad", "m"),
+    )
+    figure = plot_joints(trajectory, quantities=["position", "velocity"], degrees=True)
+    labels = [axis.get_ylabel() for axis in figure.axes]
+    assert labels == ["position [deg]", "position [m]", "velocity [deg/s]", "velocity [m/s]"]
+    assert data(lines(figure.axes[0], "curve")[0])[1][-1] == pytest.approx(math.degrees(2))
+    assert data(lines(figure.axes[1], "curve")[0])[1][-1] == pytest.approx(0.3)
+
+
+def test_a_trajectory_alone_has_numbered_waypoints_if_it_knows_them(deburring: Plan) -> None:
+    figure = plot_joints(deburring.trajectory)
+    assert [text.get_text() for text in waypoint_names(figure.axes[0])] == [
+        str(i) for i in range(10)
+    ]
+    assert not notes(figure)
+    assert not lines(figure.axes[0], "asked")
+
+
+def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:
+    figure = plot_joints(deburring.trajectory, scenario=deburring.scenario)
+    assert "edge 3" in [text.get_text() for text in waypoint_names(figure.axes[0])]
+    assert "shoulder_pan_joint: 20 % of limit ±3.15 rad/s" in notes(figure)
+    # of the poses it is not known which solution was meant; the start is given by joint values
+    assert [len(data(line)[0]) for line in lines(figure.axes[0], "asked")] == [1] * 6
+
+
+def test_a_joint_that_stands_still_shows_no_noise(deburring: Plan) -> None:
+    plan = kw.plan({"waypoints": [{"joints": {"a": 1.2}}, {"joints": {"a": 1.2}, "after": 2}]})
+    for axis, level in zip(plot_joints(plan).axes, (1.2, 0, 0, 0), strict=True):
+        low, high = axis.get_ylim()
+        assert low < level < high
+        assert high - low > 0.1
+
+
+def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
+    with mpl.rc_context({"font.size": 33, "lines.linewidth": 9, "axes.facecolor": "black"}):
+        before = dict(mpl.rcParams)
+        figure = plot_joints(deburring)
+        assert dict(mpl.rcParams) == before
+    assert figure.axes[0].yaxis.label.get_fontsize() < 15
+    assert figure.axes[0].get_facecolor() == (1.0, 1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_every_planner_can_be_drawn(name: str) -> None:
+    plan = kw.plan("paper_case", planner=name)
+    figure = plot_joints(plan, quantities=["velocity", "jerk"])
+    assert [len(lines(axis, "curve")) for axis in figure.axes] == [1, 1]
+    assert name in heading(figure)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"joints": ["elbow_join"]}, "did you mean 'elbow_joint'"),
+        ({"quantities": ["speed"]}, "unknown quantity 'speed'"),
+        ({"quantities": ["velocitiy"]}, "did you mean 'velocity'"),
+        ({"joints": []}, "no joint is chosen"),
+        ({"labels": ["a", "b"]}, "one for each of 1"),
+    ],
+)
+def test_what_can_not_be_drawn_is_an_error(
+    deburring: Plan, options: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(InputError, match=says):
+        plot_joints(deburring, **options)
+
+
+def test_motions_that_do_not_belong_together_are_an_error(
+    deburring: Plan, paper_case: Plan
+) -> None:
+    with pytest.raises(InputError, match="same joints"):
+        plot_joints([deburring, paper_case])
+    with pytest.raises(InputError, match="at least one"):
+        plot_joints([])
+    with pytest.raises(InputError, match="can't draw dict"):
+        plot_joints({"a": 1})  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="the scenario's joints are"):
+        plot_joints(paper_case.trajectory, scenario=deburring.scenario)
+    with pytest.raises(InputError, match="at most 4 motions"):
+        plot_joints([deburring] * 5)
+    with pytest.raises(InputError, match=f"at most {len(DASHES)}"):
+        plot_joints([paper_case] * (len(DASHES) + 1))
+    with pytest.raises(UnknownNameError):
+        plot_joints(deburring, joints=["joint_1"])
+
+
+def test_the_same_planner_twice_is_numbered(paper_case: Plan) -> None:
+    figure = plot_joints([paper_case, kw.plan("paper_case", knots="balanced")])
+    assert {"modified-hermite (1)", "modified-hermite (2)"} <= set(legend_words(figure))
+    figure = plot_joints([paper_case, paper_case], labels=["paper", "balanced"])
+    assert {"paper", "balanced"} <= set(legend_words(figure))

@@ -1,0 +1,164 @@
+"""`knotwork plot`: files, words and exit codes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from conftest import Command
+from knotwork.pipeline import Plan
+
+FAILING = Path(__file__).parents[1] / "failing"
+PNG = b"\x89PNG"
+
+
+def commands_of_the_figures(help_text: str) -> list[list[str]]:
+    """The commands that the help gives for the paper's figures."""
+    joined = help_text.replace("\\\n", " ")
+    return [
+        line.split("knotwork plot ")[1].split()
+        for line in joined.splitlines()
+        if "knotwork plot paper_case" in line
+    ]
+
+
+def test_the_papers_figures_come_out_of_the_commands_in_the_help(
+    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    commands = commands_of_the_figures(knotwork("plot", "--help").out)
+    assert len(commands) == 4
+    for arguments in commands:
+        ran = knotwork("plot", *arguments)
+        assert ran.code == 0, ran.err
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {f"figure{number}.png" for number in (12, 13, 14, 15)}
+
+
+def test_a_scenario_is_drawn_to_a_file_named_after_it(
+    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = knotwork("plot", "paper_case")
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out == "wrote paper_case.png\n"
+    assert (tmp_path / "paper_case.png").read_bytes().startswith(PNG)
+    ran = knotwork("plot", "planar2_closed_form", "--tool")
+    assert ran.out == "wrote planar2_closed_form_tool.png\n"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_motion_that_fails_its_check_is_drawn_and_said_to_fail(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    out = tmp_path / "a.svg"
+    ran = knotwork("plot", FAILING / "velocity_limit_broken.yaml", "-o", out)
+    assert ran.code == 0
+    assert out.exists()
+    assert "the check FAILS" in ran.err
+    assert "velocity reaches 9.42478 rad/s at 0.25 s, limit 3.15 rad/s" in ran.err
+
+
+def test_a_stored_trajectory_is_drawn(
+    knotwork: Command, tmp_path: Path, deburring: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "run"
+    deburring.save(folder)
+    monkeypatch.chdir(tmp_path)
+    assert knotwork("plot", folder).out == "wrote run.png\n"
+    ran = knotwork("plot", "run/trajectory.json", "-s", "ur5_deburring", "-o", "b.pdf", "--tool")
+    assert (ran.code, ran.err, ran.out) == (0, "", "wrote b.pdf\n")
+    ran = knotwork("plot", "run", "--scenario", "kinova_dispense", "-o", "c.png")
+    assert ran.code == 2
+    assert "joint" in ran.err
+    assert not (tmp_path / "c.png").exists()
+
+
+def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
+    knotwork: Command, tmp_path: Path, paper_case: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paper_case.save(tmp_path / "paper_case")
+    monkeypatch.chdir(tmp_path)
+    assert knotwork("plot", "paper_case", "--compare", "cubic").code == 0  # the scenario
+    ran = knotwork("plot", "./paper_case", "--compare", "cubic")
+    assert ran.code == 2
+    assert "leave out --compare" in ran.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["ur5_deburring", "--joints", "elbow"], "unknown joint 'elbow'"),
+        (["ur5_deburring", "--joints", "elbow_jiont"], "did you mean 'elbow_joint'"),
+        (["ur5_deburring", "--joints", "a,,b"], "divided by commas"),
+        (["paper_case", "--quantities", "speed"], "unknown quantity 'speed'"),
+        (["paper_case", "--quantities", "acceleratoin"], "did you mean 'acceleration'"),
+        (["paper_case", "--planner", "cubik"], "did you mean 'cubic'"),
+        (["paper_case", "--compare", "quintc"], "did you mean 'quintic'"),
+        (["paper_case", "--knots", "even"], "balanced"),
+        (["paper_case", "-o", "a.gif"], "give .png, .svg, .pdf"),
+        (["paper_case", "-o", "a"], "it has no suffix"),
+        (["paper_case", "-o", "nowhere/a.png"], "there is no folder nowhere"),
+        (["paper_case", "--tool"], "without a robot"),
+        (["paper_case", "--tool", "--joints", "joint_1"], "leave out --joints"),
+        (["paper_case", "--scenario", "paper_case"], "leave out --scenario"),
+        (["paper_cas"], "did you mean 'paper_case'"),
+        (["nowhere/trajectory.json"], "can't be read"),
+        (["empty"], "trajectory.json: can't be read"),
+        (["ur5_deburring", "--compare", "cubic,quintic,septic,nonic"], "at most 4 motions"),
+        (["ur5_deburring", "--compare", "3-5-3,4-3-4", "--planner", "no"], "unknown planner"),
+    ],
+)
+def test_wrong_input_is_exit_code_2_and_writes_nothing(
+    arguments: list[str],
+    says: str,
+    knotwork: Command,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path)
+    ran = knotwork("plot", *arguments)
+    assert ran.code == 2
+    assert says in ran.err
+    assert not ran.out
+    assert [path.name for path in tmp_path.rglob("*")] == ["empty"]
+
+
+def test_a_planner_that_can_not_do_the_task_is_named(knotwork: Command, tmp_path: Path) -> None:
+    task = FAILING / "cubic_planner_acceleration_jumps.yaml"  # three waypoints
+    ran = knotwork("plot", task, "--compare", "3-5-3", "-o", tmp_path / "a.png")
+    assert ran.code == 2
+    assert "planner '3-5-3' can't be compared here" in ran.err
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["plot", "--help"], ["plan", "paper_case"]])
+def test_matplotlib_is_loaded_only_for_a_picture(arguments: list[str]) -> None:
+    code = (
+        f"import sys; sys.argv = ['knotwork', *{arguments!r}]\n"
+        "from knotwork.cli.main import main\n"
+        "try: main()\n"
+        "except SystemExit as stopped: assert not stopped.code\n"
+        "assert not {'matplotlib', 'PIL'} & set(sys.modules)"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert ran.returncode == 0, ran.stderr
+
+
+def test_drawing_never_loads_pyplot(tmp_path: Path) -> None:
+    code = (
+        "import sys, knotwork as kw\n"
+        "from knotwork import view\n"
+        "assert 'matplotlib' not in sys.modules\n"
+        f"view.save_figure(view.plot_joints(kw.plan('paper_case')), {str(tmp_path / 'a.png')!r})\n"
+        "assert 'matplotlib' in sys.modules and 'matplotlib.pyplot' not in sys.modules"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert ran.returncode == 0, ran.stderr

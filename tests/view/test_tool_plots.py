@@ -1,0 +1,85 @@
+"""Pictures of the tool, against forward kinematics."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from figures import data, lines
+
+import knotwork as kw
+from knotwork.errors import InputError
+from knotwork.pipeline import Plan
+from knotwork.tool_path import straight_path_deviation
+from knotwork.view import plot_tool
+
+
+def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring: Plan) -> None:
+    figure = plot_tool(deburring)
+    labels = [axis.get_ylabel() for axis in figure.axes]
+    assert labels == [
+        "tool speed [mm/s]",
+        "turning speed [rad/s]",
+        "off straight path [mm]",
+        "turned from it [rad]",
+    ]
+    time, speed = data(lines(figure.axes[0], "tool")[0])
+    robot = deburring.space.robot
+    assert robot is not None
+    for i in range(0, len(time), 97):
+        near = [
+            robot.forward(deburring.trajectory(time[i] + dt)).translation
+            for dt in (-1e-5, 1e-5)
+            if deburring.trajectory.start_time <= time[i] + dt <= deburring.trajectory.end_time
+        ]
+        if len(near) == 2:
+            by_differences = 1e3 * float(np.linalg.norm(near[1] - near[0])) / 2e-5
+            assert speed[i] == pytest.approx(by_differences, abs=0.01)
+    asked_time, asked = data(lines(figure.axes[0], "asked")[0])
+    np.testing.assert_allclose(asked, [0, *[50] * 7, 0], atol=1e-9)
+    np.testing.assert_array_equal(asked_time, deburring.scenario.times[1:])
+
+
+def test_deviation_is_that_of_the_comparison(deburring: Plan) -> None:
+    figure = plot_tool(deburring, degrees=True)
+    robot = deburring.space.robot
+    assert robot is not None
+    worst = straight_path_deviation(robot, deburring.trajectory, deburring.scenario.waypoints)
+    assert worst is not None
+    off, turned = (data(lines(axis, "tool")[0]) for axis in figure.axes[2:])
+    assert np.nanmax(off[1]) == pytest.approx(1e3 * worst.position, rel=0.01)
+    assert np.nanmax(turned[1]) == pytest.approx(math.degrees(worst.orientation), rel=0.01)
+    # from the start, which is given by joint values, there is no straight path
+    assert np.isnan(off[1][off[0] < 3]).all()
+    assert np.isfinite(off[1][off[0] >= 3]).all()
+
+
+def test_planners_lie_over_each_other(deburring: Plan) -> None:
+    figure = plot_tool([deburring, kw.plan("ur5_deburring", planner="trapezoidal")])
+    for axis in figure.axes:
+        assert [str(line.get_gid()).split(":")[1] for line in lines(axis, "tool")] == [
+            "modified-hermite",
+            "trapezoidal",
+        ]
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == ["modified-hermite", "trapezoidal"]
+
+
+def test_a_trajectory_needs_its_scenario(deburring: Plan, paper_case: Plan) -> None:
+    figure = plot_tool(deburring.trajectory, scenario=deburring.scenario)
+    assert len(figure.axes) == 4
+    with pytest.raises(InputError, match="without a robot"):
+        plot_tool(deburring.trajectory)
+    with pytest.raises(InputError, match="without a robot"):
+        plot_tool(paper_case)
+
+
+def test_without_poses_there_is_no_straight_path() -> None:
+    plan = kw.plan(
+        {
+            "robot": "ur5",
+            "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}],
+        }
+    )
+    assert len(plot_tool(plan).axes) == 2
