@@ -116,7 +116,7 @@ SINGULAR: dict[str, dict[str, dict[int, float]]] = {
         "full stretch": {1: -np.pi / 2, 2: 0.0, 3: 0.0, 4: 0.0},
     },
     "panda": {"shoulder and wrist": {1: 0.0, 5: 0.0}, "straight": {1: 0.0, 2: 0.0, 5: 0.0}},
-    "kinova": {"elbow": {2: np.pi}, "wrist": {4: 0.0}},
+    "kinova": {"elbow": {2: np.pi}, "wrist": {4: np.pi}},
 }
 
 
