@@ -23,7 +23,7 @@ from knotwork.view.animation import frames, joint_tree
 from knotwork.view.camera import first_view
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import RED, Target, marks, targets
-from knotwork.view.mesh import Mesh, merged, rod, sphere, triad, tube
+from knotwork.view.mesh import Mesh, coarse, merged, rod, sphere, triad, tube
 from knotwork.view.path import ToolPath, robot_curve, tool_path, tool_speed
 from knotwork.waypoints import FloatArray
 from knotwork.witness import Report
@@ -32,6 +32,8 @@ MOST_STOPS = 200
 # Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
 GHOST_DISTANCE = 0.12
 MOST_GHOSTS = 12
+# They are faint and need no detail finer than this, relative to the scene's size.
+GHOST_DETAIL = 0.007
 MOST_SPEEDS = 30_000
 # Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
 SPEED_COLOURS = np.array(
@@ -104,15 +106,19 @@ def make_scene(
     things, labels, legend = _things(robot, curve, path, asked, scenario, report, motions, size)
     for part in things:
         if part["name"] == "tool":
-            part["carrier"] = _tool_joint(robot)
+            part["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     moved = {trajectory.planner or "trajectory": curve, **motions}
     data = {
         "joints": joint_tree(robot),
         "shapes": [packed(shape) for shape in shapes.shapes],
+        "coarse": [packed(coarse(s, GHOST_DETAIL * size)) if s else None for s in shapes.shapes],
         "arms": [_arm(name, motion, robot, has_tool) for name, motion in moved.items()],
         "ghosts": stops[_distinct(outlines, GHOST_DISTANCE * size)].tolist(),
         "things": things,
         "labels": labels,
+        "tip": robot.model.frames[robot.tcp_frame_id].placement.translation.tolist()
+        if has_tool
+        else None,
         "legend": legend,
         "size": size,
         "floor": float(min(outline[:, 2].min(), 0.0)),
@@ -251,10 +257,6 @@ def _tool(robot: Robot, size: float) -> Mesh:
         steel = (0.35, 0.36, 0.4, 1.0)
         parts.append(rod(flange.translation, tip.translation, 0.006 * size, steel))
     return merged(parts)
-
-
-def _tool_joint(robot: Robot) -> int:
-    return int(robot.model.frames[robot.tcp_frame_id].parentJoint)
 
 
 def _arm(name: str, curve: PiecewisePolynomial, robot: Robot, has_tool: bool) -> dict[str, Any]:

@@ -43,6 +43,8 @@ function showScene(data, options) {
 
   const shapes = data.shapes.map((mesh) => mesh && { mesh, geometry: geometry(mesh) });
 
+  const coarse = data.coarse.map((mesh) => mesh && { mesh, geometry: geometry(mesh) });
+
   // Arms: nested groups, one a joint
 
   function placeJoint(object, joint, q) {
@@ -103,7 +105,7 @@ function showScene(data, options) {
       groups[joint.parent].add(group);
       groups.push(group);
     });
-    shapes.forEach((shape, joint) => {
+    coarse.forEach((shape, joint) => {
       if (!shape || joint === 0) return;
       const copy = translucent(shape, 0.2, [105, 140, 185], 10 + 2 * number);
       for (const mesh of copy.children) {
