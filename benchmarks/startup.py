@@ -109,8 +109,8 @@ def main(scenario: str, runs: int, stages_only: bool) -> None:
     for _ in range(runs):
         output = subprocess.run(line, check=True, capture_output=True, text=True).stdout
         for row in output.splitlines():
-            stage, took = row.split("\t")
-            found.setdefault(stage, []).append(float(took))
+            label, text = row.split("\t")
+            found.setdefault(label, []).append(float(text))
     table = Table(title=f"Where it goes, in order, median of {runs}", title_justify="left")
     table.add_column("stage")
     table.add_column("ms", justify="right")
