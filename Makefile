@@ -10,7 +10,7 @@ INSTALL := $(PIP) install --quiet --constraint constraints.txt --no-build-isolat
 # Tests are spread over the processors there are; `make test JOBS=0` runs them in one process.
 JOBS ?= auto
 
-.PHONY: demo test lint types suite picture clean
+.PHONY: demo test lint types suite picture scene clean
 
 demo: $(VENV)/run
 	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
@@ -29,6 +29,10 @@ suite: $(VENV)/dev
 
 picture: $(VENV)/dev
 	$(BIN)/python docs/picture.py
+
+# Needs Chromium.
+scene: $(VENV)/dev
+	$(BIN)/python docs/scene_picture.py
 
 $(VENV)/base: constraints.txt pyproject.toml
 	@test -n "$(PYTHON)" || { echo "Python 3.10 or newer is needed; set PYTHON=/path/to/python3" >&2; exit 2; }
