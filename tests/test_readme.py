@@ -71,7 +71,7 @@ def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
 
 @pytest.mark.parametrize("scenario", ["paper_case", "ur5_deburring"])
 def test_the_comparison_is_what_the_command_shows(scenario: str) -> None:
-    from knotwork.compare import compare
+    from knotwork.comparison import compare
 
     part = README.split(f"`knotwork compare {scenario}`", 1)[1]
     table = re.findall(r"^\| `(.+?)` \| (.+) \|$", part.split("\n\n")[1], re.MULTILINE)

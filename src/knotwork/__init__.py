@@ -16,6 +16,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from knotwork.comparison import Comparison, compare
     from knotwork.errors import CheckFailedError, InputError, KnotworkError
     from knotwork.interpolation import (
         PLANNERS,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "comparison": ("Comparison", "compare"),
     "errors": ("CheckFailedError", "InputError", "KnotworkError"),
     "interpolation": (
         "PLANNERS",
@@ -62,6 +64,7 @@ __all__ = [
     "BalancedKnots",
     "CartesianWaypoint",
     "CheckFailedError",
+    "Comparison",
     "InputError",
     "JointTrajectory",
     "JointWaypoints",
@@ -74,6 +77,7 @@ __all__ = [
     "Robot",
     "Scenario",
     "check",
+    "compare",
     "get_planner",
     "load_robot",
     "load_scenario",

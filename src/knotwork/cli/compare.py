@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from knotwork.compare import Comparison, Score
+    from knotwork.comparison import Comparison, Score
 
 PASSED = 0
 # Headings and how each column is shown.
@@ -56,7 +56,7 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
     joint. Where the acceleration jumps, no bound holds for the jerk. The tool is compared with
     straight lines between the poses. The best of each column is marked with a star.
     """
-    from knotwork.compare import compare as compare_planners
+    from knotwork.comparison import compare as compare_planners
 
     names = [name.strip() for name in planners.split(",")] if planners is not None else None
     comparison = compare_planners(scenario, names)
@@ -110,7 +110,7 @@ def print_comparison(comparison: Comparison) -> None:
     from rich.markup import escape
 
     from knotwork.cli import tables
-    from knotwork.compare import Refusal, best
+    from knotwork.comparison import Refusal, best
 
     scores = comparison.scores
     shown = [

@@ -14,7 +14,7 @@ import pytest
 
 import knotwork as kw
 from knotwork import resources
-from knotwork.compare import Comparison, Refusal, Score, best, compare
+from knotwork.comparison import Comparison, Refusal, Score, best, compare
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.interpolation import PLANNERS, RECORDS
 
@@ -24,6 +24,11 @@ SCENARIOS = resources.names("scenarios")
 @pytest.fixture(scope="module")
 def paper() -> Comparison:
     return compare("paper_case")
+
+
+def test_it_is_there_by_its_name() -> None:
+    assert kw.compare is compare
+    assert isinstance(kw.compare("paper_case", ["cubic"]), kw.Comparison)
 
 
 def score(comparison: Comparison, planner: str) -> Score:
