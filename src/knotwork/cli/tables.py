@@ -108,10 +108,11 @@ def print_report(
     for obstacle in solution.obstacles if solution is not None else ():
         out.print(f"[bold red]too fast[/] {escape(obstacle)}", soft_wrap=True)
     for jump in report.jumps:
+        size = f"{jump.relative:.1e} of its peak" if jump.relative else "within rounding"
         state = "" if jump.required else " (not required)"
         out.print(
             f"{_mark(jump.ok)} {jump.quantity} continuity: largest jump {jump.value:.2e} "
-            f"{jump.unit}, {jump.relative:.1e} of its peak{state}"
+            f"{jump.unit}, {size}{state}"
         )
     if report.singularity is not None:
         near = report.singularity
