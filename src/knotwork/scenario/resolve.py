@@ -5,38 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from knotwork import documents, resources
 from knotwork.documents import Document, Location
 from knotwork.scenario.model import (
-    JointTarget,
     JointValues,
     LimitOverrides,
     Presets,
     Scenario,
-    ScenarioWaypoint,
     ToleranceSet,
     ToolPlacement,
 )
 from knotwork.scenario.schema import (
     Balanced,
     EndAcceleration,
-    JointWaypoint,
     PoseWaypoint,
     ScenarioFile,
-    Velocity,
 )
-from knotwork.waypoints import CartesianWaypoint, FloatArray
-
-if TYPE_CHECKING:
-    import pinocchio as pin
-
-    from knotwork.scenario.geometry import Frames
-
-START = "start"
+from knotwork.scenario.waypoint_reader import WaypointReader
+from knotwork.waypoints import FloatArray
 
 
 def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
@@ -77,6 +67,7 @@ class _Resolver:
         self.file = documents.validate(ScenarioFile, document)
         self.length = 1.0 if self.file.units.length == "m" else 1e-3
         self.angle = 1.0 if self.file.units.angle == "rad" else math.pi / 180
+        self.reader = WaypointReader(self.file, document, self.length, self.angle)
 
     def scenario(self) -> Scenario:
         file, source = self.file, self.document.file
@@ -89,17 +80,17 @@ class _Resolver:
         if isinstance(file.robot, dict):
             self._check_description_in_si(file.robot)
         if file.frame is not None or file.frames:
-            self.frames.find(file.frame or "base", ("frame",))
+            self.reader.frames.find(file.frame or "base", ("frame",))
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
-            waypoints=self._waypoints(),
+            waypoints=self.reader.waypoints(),
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
             joint_units=file.joint_units,
-            frames={name: self.frames[name].copy() for name in file.frames},
+            frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),
-            near=self._joints(file.near, ("near",)) if file.near is not None else None,
+            near=self.reader.joint_values(file.near, ("near",)) if file.near is not None else None,
             branch=self._branch(),
             planner=file.planner,
             knots=self._knots(),
@@ -139,188 +130,6 @@ class _Resolver:
             if getattr(self.file, key) not in (None, "free"):
                 raise self.document.error((key,), "needs a robot, and the file names none")
 
-    def _joints(self, values: Mapping[str, float] | float | str, location: Location) -> JointValues:
-        return JointValues(values, self.length, self.angle, self.document, location)
-
-    # Waypoints
-
-    def _waypoints(self) -> tuple[ScenarioWaypoint, ...]:
-        given = self.file.waypoints
-        names, times = self._names(), self._times()
-        offset = 1 if self.file.start is not None else 0
-        if len(given) + offset < 2:
-            raise self.document.error(
-                ("waypoints",),
-                "a motion needs at least two waypoints, and there is one",
-                "two or more, or one with start: where the motion begins",
-            )
-        poses = self._poses()
-        waypoints: list[ScenarioWaypoint] = []
-        if self.file.start is not None:
-            joints = self._joints(self.file.start, ("start",))
-            where = self.document.where(("start",))
-            waypoints.append(JointTarget(START, 0.0, joints, None, where))
-        for i, waypoint in enumerate(given):
-            where = self.document.where(("waypoints", i))
-            inner = 0 < i + offset < len(given) + offset - 1
-            if isinstance(waypoint, JointWaypoint):
-                velocity = self._joint_velocity(i, waypoint, inner)
-                joints = self._joints(waypoint.joints, ("waypoints", i, "joints"))
-                waypoints.append(JointTarget(names[i], times[i], joints, velocity, where))
-                continue
-            pose = poses[i]
-            linear, angular = self._velocity(i, waypoint, inner, poses)
-            waypoints.append(
-                CartesianWaypoint(
-                    names[i], times[i], pose.translation, pose.rotation, linear, angular, where
-                )
-            )
-        return tuple(waypoints)
-
-    def _names(self) -> list[str]:
-        names: list[str] = []
-        taken = {START} if self.file.start is not None else set()
-        for i, waypoint in enumerate(self.file.waypoints):
-            name = waypoint.name or f"waypoint {i + 1}"
-            if name in taken:
-                raise self.document.error(
-                    ("waypoints", i, "name"),
-                    f"{name!r} is the name of another waypoint",
-                    "a name of its own",
-                )
-            taken.add(name)
-            names.append(name)
-        return names
-
-    def _times(self) -> list[float]:
-        times: list[float] = []
-        before: float | None = 0.0 if self.file.start is not None else None
-        for i, waypoint in enumerate(self.file.waypoints):
-            location: Location = ("waypoints", i)
-            if waypoint.time is not None:
-                time = waypoint.time
-                location = (*location, "time")
-            elif waypoint.after is not None:
-                time = (before or 0.0) + waypoint.after
-                location = (*location, "after")
-            elif before is None:
-                time = 0.0
-            else:
-                raise self.document.error(
-                    location, "has no time", "time (since 0) or after (since the one before) [s]"
-                )
-            if before is not None and time <= before:
-                earlier = "start" if i == 0 else "the waypoint before it"
-                raise self.document.error(
-                    location,
-                    f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
-                    f"a time greater than {before:g} s",
-                )
-            times.append(time)
-            before = time
-        return times
-
-    def _poses(self) -> dict[int, pin.SE3]:
-        """Poses in the base frame of those waypoints that are given by one."""
-        if not any(isinstance(waypoint, PoseWaypoint) for waypoint in self.file.waypoints):
-            return {}
-        from knotwork.scenario.geometry import placement_in_si
-
-        poses: dict[int, pin.SE3] = {}
-        for i, waypoint in enumerate(self.file.waypoints):
-            if isinstance(waypoint, PoseWaypoint):
-                location: Location = ("waypoints", i, "pose")
-                own = placement_in_si(
-                    waypoint.pose, self.length, self.angle, self.document, location
-                )
-                poses[i] = self.frames[self._frame(i, waypoint)] * own
-        return poses
-
-    @property
-    def frames(self) -> Frames:
-        if not hasattr(self, "_frames"):
-            from knotwork.scenario.geometry import Frames
-
-            self._frames = Frames(self.file.frames, self.length, self.angle, self.document)
-        return self._frames
-
-    def _frame(self, i: int, waypoint: PoseWaypoint) -> str:
-        if waypoint.frame is not None:
-            return self.frames.find(waypoint.frame, ("waypoints", i, "frame"))
-        if self.file.frame is not None:
-            return self.frames.find(self.file.frame, ("frame",))
-        return "base"
-
-    def _velocity(
-        self, i: int, waypoint: PoseWaypoint, inner: bool, poses: Mapping[int, pin.SE3]
-    ) -> tuple[FloatArray, FloatArray]:
-        if waypoint.velocity is not None:
-            return self._given_velocity(i, waypoint, waypoint.velocity, poses[i])
-        if waypoint.speed is not None:
-            return self._passing_velocity(i, waypoint.speed, poses)
-        if inner and waypoint.stop is None:
-            raise self.document.error(
-                ("waypoints", i),
-                "is passed on the way and says no speed",
-                "velocity: {linear, angular}, speed: along the path, or stop: true",
-            )
-        return np.zeros(3), np.zeros(3)
-
-    def _given_velocity(
-        self, i: int, waypoint: PoseWaypoint, velocity: Velocity, pose: pin.SE3
-    ) -> tuple[FloatArray, FloatArray]:
-        axes = velocity.axes or self._frame(i, waypoint)
-        self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
-        turn = pose.rotation if axes == "tool" else self.frames[axes].rotation
-        linear = self.length * np.array(velocity.linear)
-        return turn @ linear, turn @ (self.angle * np.array(velocity.angular))
-
-    def _passing_velocity(
-        self, i: int, speed: float, poses: Mapping[int, pin.SE3]
-    ) -> tuple[FloatArray, FloatArray]:
-        from knotwork.scenario.speed import NoDirectionError, passing_velocity
-
-        location: Location = ("waypoints", i, "speed")
-        first = i
-        while first - 1 in poses and first > i - 2:
-            first -= 1
-        last = i
-        while last + 1 in poses and last < i + 2:
-            last += 1
-        # The neighbours decide; one further on is needed only at the two ends of the motion.
-        at_start = i == 0 and self.file.start is None
-        at_end = i == len(self.file.waypoints) - 1
-        if (first == i and not at_start) or (last == i and not at_end) or first == last:
-            raise self.document.error(
-                location,
-                "the path's direction is not known, because a neighbouring waypoint is given by "
-                "joint values",
-                "velocity: {linear, angular} instead",
-            )
-        if not at_start and not at_end:
-            first, last = i - 1, i + 1
-        try:
-            return passing_velocity(
-                [poses[k] for k in range(first, last + 1)], i - first, self.length * speed
-            )
-        except NoDirectionError as error:
-            raise self.document.error(
-                location, str(error), "velocity: {linear, angular} or stop: true instead"
-            ) from error
-
-    def _joint_velocity(self, i: int, waypoint: JointWaypoint, inner: bool) -> JointValues | None:
-        if waypoint.velocity is not None:
-            return self._joints(waypoint.velocity, ("waypoints", i, "velocity"))
-        if inner and waypoint.stop is None:
-            raise self.document.error(
-                ("waypoints", i),
-                "is passed on the way and says no speed",
-                "velocity: by joint name, or stop: true",
-            )
-        return None
-
-    # The rest
-
     def _tool(self) -> ToolPlacement:
         tool = self.file.tool
         if tool is None:
@@ -351,8 +160,8 @@ class _Resolver:
         given = self.file.end_acceleration
         if isinstance(given, EndAcceleration):
             return (
-                self._joints(given.start, ("end_acceleration", "start")),
-                self._joints(given.end, ("end_acceleration", "end")),
+                self.reader.joint_values(given.start, ("end_acceleration", "start")),
+                self.reader.joint_values(given.end, ("end_acceleration", "end")),
             )
         return given
 
@@ -375,7 +184,7 @@ class _Resolver:
             if values is None:
                 return None
             return tuple(
-                self._joints(value, ("planner_options", name, i))
+                self.reader.joint_values(value, ("planner_options", name, i))
                 for i, value in enumerate(counted(name, values))
             )
 
@@ -392,14 +201,14 @@ class _Resolver:
     def _limits(self) -> LimitOverrides:
         limits = self.file.limits
         values: dict[str, JointValues] = {
-            kind: self._joints(given, ("limits", kind))
+            kind: self.reader.joint_values(given, ("limits", kind))
             for kind in ("velocity", "acceleration", "jerk", "effort")
             if (given := getattr(limits, kind)) is not None
         }
         for side, name in enumerate(("position_lower", "position_upper")):
             if limits.position is not None:
                 bounds = {joint: pair[side] for joint, pair in limits.position.items()}
-                values[name] = self._joints(bounds, ("limits", "position"))
+                values[name] = self.reader.joint_values(bounds, ("limits", "position"))
         return LimitOverrides(**values)
 
     def _tolerances(self) -> ToleranceSet:

@@ -1,0 +1,221 @@
+"""The waypoints of a scenario file: names, times, poses and velocities in SI in the base frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.documents import Document, Location
+from knotwork.scenario.model import JointTarget, JointValues, ScenarioWaypoint
+from knotwork.scenario.schema import JointWaypoint, PoseWaypoint, ScenarioFile, Velocity
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from knotwork.scenario.geometry import Frames
+
+START = "start"
+
+
+class WaypointReader:
+    """Reads the waypoints of one scenario file, and the frames they stand in.
+
+    Args:
+        file: What the file says.
+        document: Where it says it, for errors.
+        length: The file's unit of length [m].
+        angle: The file's unit of angle [rad].
+    """
+
+    def __init__(self, file: ScenarioFile, document: Document, length: float, angle: float) -> None:
+        self.file, self.document, self.length, self.angle = file, document, length, angle
+
+    def joint_values(
+        self, values: Mapping[str, float] | float | str, location: Location
+    ) -> JointValues:
+        """Joint values of the file, to be read once the joints are known."""
+        return JointValues(values, self.length, self.angle, self.document, location)
+
+    def waypoints(self) -> tuple[ScenarioWaypoint, ...]:
+        """All waypoints in order, the start first if there is one.
+
+        Raises:
+            DocumentError: A time, frame, pose or velocity is missing or wrong.
+        """
+        given = self.file.waypoints
+        names, times = self._names(), self._times()
+        offset = 1 if self.file.start is not None else 0
+        if len(given) + offset < 2:
+            raise self.document.error(
+                ("waypoints",),
+                "a motion needs at least two waypoints, and there is one",
+                "two or more, or one with start: where the motion begins",
+            )
+        poses = self._poses()
+        waypoints: list[ScenarioWaypoint] = []
+        if self.file.start is not None:
+            joints = self.joint_values(self.file.start, ("start",))
+            where = self.document.where(("start",))
+            waypoints.append(JointTarget(START, 0.0, joints, None, where))
+        for i, waypoint in enumerate(given):
+            where = self.document.where(("waypoints", i))
+            inner = 0 < i + offset < len(given) + offset - 1
+            if isinstance(waypoint, JointWaypoint):
+                velocity = self._joint_velocity(i, waypoint, inner)
+                joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
+                waypoints.append(JointTarget(names[i], times[i], joints, velocity, where))
+                continue
+            pose = poses[i]
+            linear, angular = self._velocity(i, waypoint, inner, poses)
+            waypoints.append(
+                CartesianWaypoint(
+                    names[i], times[i], pose.translation, pose.rotation, linear, angular, where
+                )
+            )
+        return tuple(waypoints)
+
+    def _names(self) -> list[str]:
+        names: list[str] = []
+        taken = {START} if self.file.start is not None else set()
+        for i, waypoint in enumerate(self.file.waypoints):
+            name = waypoint.name or f"waypoint {i + 1}"
+            if name in taken:
+                raise self.document.error(
+                    ("waypoints", i, "name"),
+                    f"{name!r} is the name of another waypoint",
+                    "a name of its own",
+                )
+            taken.add(name)
+            names.append(name)
+        return names
+
+    def _times(self) -> list[float]:
+        times: list[float] = []
+        before: float | None = 0.0 if self.file.start is not None else None
+        for i, waypoint in enumerate(self.file.waypoints):
+            location: Location = ("waypoints", i)
+            if waypoint.time is not None:
+                time = waypoint.time
+                location = (*location, "time")
+            elif waypoint.after is not None:
+                time = (before or 0.0) + waypoint.after
+                location = (*location, "after")
+            elif before is None:
+                time = 0.0
+            else:
+                raise self.document.error(
+                    location, "has no time", "time (since 0) or after (since the one before) [s]"
+                )
+            if before is not None and time <= before:
+                earlier = "start" if i == 0 else "the waypoint before it"
+                raise self.document.error(
+                    location,
+                    f"time {time:g} s is not later than {before:g} s, the time of {earlier}",
+                    f"a time greater than {before:g} s",
+                )
+            times.append(time)
+            before = time
+        return times
+
+    def _poses(self) -> dict[int, pin.SE3]:
+        """Poses in the base frame of those waypoints that are given by one."""
+        if not any(isinstance(waypoint, PoseWaypoint) for waypoint in self.file.waypoints):
+            return {}
+        from knotwork.scenario.geometry import placement_in_si
+
+        poses: dict[int, pin.SE3] = {}
+        for i, waypoint in enumerate(self.file.waypoints):
+            if isinstance(waypoint, PoseWaypoint):
+                location: Location = ("waypoints", i, "pose")
+                own = placement_in_si(
+                    waypoint.pose, self.length, self.angle, self.document, location
+                )
+                poses[i] = self.frames[self._frame(i, waypoint)] * own
+        return poses
+
+    @property
+    def frames(self) -> Frames:
+        """The named frames, placed in the base."""
+        if not hasattr(self, "_frames"):
+            from knotwork.scenario.geometry import Frames
+
+            self._frames = Frames(self.file.frames, self.length, self.angle, self.document)
+        return self._frames
+
+    def _frame(self, i: int, waypoint: PoseWaypoint) -> str:
+        if waypoint.frame is not None:
+            return self.frames.find(waypoint.frame, ("waypoints", i, "frame"))
+        if self.file.frame is not None:
+            return self.frames.find(self.file.frame, ("frame",))
+        return "base"
+
+    def _velocity(
+        self, i: int, waypoint: PoseWaypoint, inner: bool, poses: Mapping[int, pin.SE3]
+    ) -> tuple[FloatArray, FloatArray]:
+        if waypoint.velocity is not None:
+            return self._given_velocity(i, waypoint, waypoint.velocity, poses[i])
+        if waypoint.speed is not None:
+            return self._passing_velocity(i, waypoint.speed, poses)
+        if inner and waypoint.stop is None:
+            raise self.document.error(
+                ("waypoints", i),
+                "is passed on the way and says no speed",
+                "velocity: {linear, angular}, speed: along the path, or stop: true",
+            )
+        return np.zeros(3), np.zeros(3)
+
+    def _given_velocity(
+        self, i: int, waypoint: PoseWaypoint, velocity: Velocity, pose: pin.SE3
+    ) -> tuple[FloatArray, FloatArray]:
+        axes = velocity.axes or self._frame(i, waypoint)
+        self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
+        turn = pose.rotation if axes == "tool" else self.frames[axes].rotation
+        linear = self.length * np.array(velocity.linear)
+        return turn @ linear, turn @ (self.angle * np.array(velocity.angular))
+
+    def _passing_velocity(
+        self, i: int, speed: float, poses: Mapping[int, pin.SE3]
+    ) -> tuple[FloatArray, FloatArray]:
+        from knotwork.scenario.speed import NoDirectionError, passing_velocity
+
+        location: Location = ("waypoints", i, "speed")
+        first = i
+        while first - 1 in poses and first > i - 2:
+            first -= 1
+        last = i
+        while last + 1 in poses and last < i + 2:
+            last += 1
+        # The neighbours decide; one further on is needed only at the two ends of the motion.
+        at_start = i == 0 and self.file.start is None
+        at_end = i == len(self.file.waypoints) - 1
+        if (first == i and not at_start) or (last == i and not at_end) or first == last:
+            raise self.document.error(
+                location,
+                "the path's direction is not known, because a neighbouring waypoint is given by "
+                "joint values",
+                "velocity: {linear, angular} instead",
+            )
+        if not at_start and not at_end:
+            first, last = i - 1, i + 1
+        try:
+            return passing_velocity(
+                [poses[k] for k in range(first, last + 1)], i - first, self.length * speed
+            )
+        except NoDirectionError as error:
+            raise self.document.error(
+                location, str(error), "velocity: {linear, angular} or stop: true instead"
+            ) from error
+
+    def _joint_velocity(self, i: int, waypoint: JointWaypoint, inner: bool) -> JointValues | None:
+        if waypoint.velocity is not None:
+            return self.joint_values(waypoint.velocity, ("waypoints", i, "velocity"))
+        if inner and waypoint.stop is None:
+            raise self.document.error(
+                ("waypoints", i),
+                "is passed on the way and says no speed",
+                "velocity: by joint name, or stop: true",
+            )
+        return None
