@@ -24,6 +24,12 @@ def test_the_report_reads_on_screen_phone_and_paper(tab: Any, tmp_path: Path) ->
     assert "Planar two-link arm through points" in tab.inner_text("#appendix pre")
     tab.set_viewport_size({"width": 390, "height": 800})
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    # what matters lies on the screen, not beside it
+    for selector in ("td[data-label=error]", "td[data-label=margin]", "tr td:last-child"):
+        for section in ("#requirements", "#limits"):
+            for box in tab.locator(f"{section} {selector}").all()[:6]:
+                place = box.bounding_box()
+                assert place is None or place["x"] + place["width"] <= 390
     tab.wait_for_function("document.getElementById('still').src.startsWith('data:image/png')")
     tab.emulate_media(media="print")
     assert tab.locator("#still").is_visible()
