@@ -166,6 +166,9 @@ def test_a_missed_waypoint_says_by_how_much(tab: Any, tmp_path: Path) -> None:
 def test_a_second_planner_is_a_second_arm(tab: Any, tmp_path: Path) -> None:
     page = kw.plan("planar2_closed_form").view(compare=["trapezoidal"])
     open_page(tab, page, tmp_path, "#t=1.2")
+    said = tab.inner_text("#head .other")
+    assert "trapezoidal" in said
+    assert "FAILED" in said  # it stops where a speed is asked for
     both = picture(tab)
     tab.click("#shown summary")
     tab.uncheck("input[name='arm: trapezoidal']")

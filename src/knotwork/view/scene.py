@@ -26,7 +26,7 @@ from knotwork.view.marks import RED, Target, marks, targets
 from knotwork.view.mesh import Mesh, coarse, merged, rod, sphere, triad, tube
 from knotwork.view.path import ToolPath, robot_curve, tool_path, tool_speed
 from knotwork.waypoints import FloatArray
-from knotwork.witness import Report
+from knotwork.witness import Report, check
 
 MOST_STOPS = 200
 # Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
@@ -127,6 +127,10 @@ def make_scene(
         ),
         "ok": report.ok if report is not None else None,
         "failures": [str(item) for item in report.failures] if report is not None else [],
+        "others": [
+            {"name": name, "failures": _failures(other, scenario, space)}
+            for name, other in (others or {}).items()
+        ],
         "warnings": list(shapes.warnings),
         "robot": robot.name,
         "planner": trajectory.planner,
@@ -134,6 +138,15 @@ def make_scene(
     }
     title = scenario.name if scenario is not None else f"{robot.name}: stored trajectory"
     return Scene(title, {"title": title, **data}, shapes.warnings)
+
+
+def _failures(
+    trajectory: JointTrajectory, scenario: Scenario | None, space: JointSpace | None
+) -> list[str] | None:
+    """What another planner's motion fails in, or `None` where there is nothing to check it by."""
+    if scenario is None:
+        return None
+    return [str(item) for item in check(trajectory, scenario, space=space).failures]
 
 
 def _stops(
