@@ -313,7 +313,8 @@ function showScene(data, options) {
       if (visible) {
         const choices = [label.place, ...places.keys()].filter((choice) => choice >= 0);
         place = choices.find((choice) => free(at(choice)));
-        if (place === undefined) place = -1;
+        // what fails is said even where there is no free place for it
+        if (place === undefined) place = label.kind === "miss" ? 0 : -1;
       }
       const shown = place >= 0;
       label.place = place;
