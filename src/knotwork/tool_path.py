@@ -14,6 +14,8 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 SAMPLES = 40
+# Poses nearer than this to each other are at one place, where the tool only turns [m].
+SMALLEST_LINE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[fl
     line: FloatArray = end.translation - start.translation
     turn = pin.log3(start.rotation.T @ end.rotation)
     length = float(line @ line)
-    if length > 0:
+    if length > SMALLEST_LINE**2:
         along = float((pose.translation - start.translation) @ line) / length
     else:  # the tool only turns: how far it has come shows in its rotation
         done = pin.log3(start.rotation.T @ pose.rotation)
