@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from knotwork.cli.parameters import json_option
+
 if TYPE_CHECKING:
     from knotwork.comparison import Comparison, Score
 
@@ -46,7 +48,7 @@ _FACTORS = {"path_deviation": 1e3, "path_turn": 57.29577951308232, "time_to_plan
     type=click.Path(path_type=Path),
     help="Write comparison.json and comparison.csv there.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON alone on standard output.")
+@json_option
 def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool) -> int:
     """Plan SCENARIO with several planners and show what each makes of it.
 
@@ -71,7 +73,7 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
 
 
 @click.command()
-@click.option("--json", "as_json", is_flag=True, help="Print JSON alone on standard output.")
+@json_option
 def planners(as_json: bool) -> int:
     """List the planners: what each guarantees, what it gives up, and its options."""
     from dataclasses import asdict

@@ -6,15 +6,14 @@ import json
 
 import click
 
+from knotwork.cli.parameters import json_option
+
 PASSED = 0
-_json = click.option(
-    "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
-)
 
 
 @click.command()
 @click.argument("name", required=False)
-@_json
+@json_option
 def robots(name: str | None, as_json: bool) -> int:
     """List the shipped robots, or show one: joints, limits, frames and configurations.
 
@@ -35,7 +34,7 @@ def robots(name: str | None, as_json: bool) -> int:
 
 
 @click.command()
-@_json
+@json_option
 def scenarios(as_json: bool) -> int:
     """List the shipped scenarios."""
     from knotwork import resources

@@ -15,7 +15,7 @@ from knotwork import __version__
 from knotwork.cli.compare import compare, planners
 from knotwork.cli.export import export
 from knotwork.cli.listing import robots, scenarios, schema
-from knotwork.cli.parameters import Knots
+from knotwork.cli.parameters import json_option, knots_option, planner_option
 from knotwork.cli.plot import plot
 from knotwork.cli.report import report as report_command
 from knotwork.cli.view import view
@@ -80,11 +80,6 @@ def cli() -> None:
     """Tool poses and speeds in, a verified C² joint trajectory out."""
 
 
-_json = click.option(
-    "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
-)
-
-
 @click.command(epilog=_EXIT_CODES)
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True)
 @click.option(
@@ -95,21 +90,15 @@ _json = click.option(
     help="Write trajectory.json, samples.csv and report.json there; with several scenarios, in a "
     "folder for each below it.",
 )
-@click.option("--planner", metavar="NAME", help="Planner, in place of the scenario's.")
-@click.option(
-    "--knots",
-    type=Knots(),
-    metavar="KNOTS",
-    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
-    "scenario's.",
-)
+@planner_option
+@knots_option
 @click.option(
     "--rate",
     metavar="HZ",
     type=click.FloatRange(min=0, min_open=True),
     help="Samples per second in samples.csv, in place of the scenario's.",
 )
-@_json
+@json_option
 def plan(
     scenarios: tuple[str, ...],
     out: Path | None,
@@ -222,7 +211,7 @@ def _plan_to_dict(
     metavar="SCENARIO",
     help="What the trajectory is to do: a shipped scenario's name or the path of a file.",
 )
-@_json
+@json_option
 def check(trajectory: Path, reference: str, as_json: bool) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 

@@ -42,3 +42,18 @@ class Names(click.ParamType[Any]):
         if not all(names):
             self.fail(f"{value!r} is not accepted; give names divided by commas", param, ctx)
         return names
+
+
+planner_option = click.option(
+    "--planner", metavar="NAME", help="Planner, in place of the scenario's."
+)
+knots_option = click.option(
+    "--knots",
+    type=Knots(),
+    metavar="KNOTS",
+    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
+    "scenario's.",
+)
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
+)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import Knots, Names
+from knotwork.cli.parameters import Names, knots_option, planner_option
 from knotwork.cli.sources import is_trajectory, planned, refuse, report_failure
 from knotwork.errors import InputError
 
@@ -56,14 +56,8 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     help="Of position, velocity, acceleration and jerk; all by default.",
 )
 @click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to draw beside it.")
-@click.option("--planner", metavar="NAME", help="Planner, in place of the scenario's.")
-@click.option(
-    "--knots",
-    type=Knots(),
-    metavar="KNOTS",
-    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
-    "scenario's.",
-)
+@planner_option
+@knots_option
 @click.option(
     "--tool", is_flag=True, help="Draw the tool: its speed and how far it is off straight paths."
 )

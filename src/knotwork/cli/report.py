@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from knotwork.cli.parameters import Knots
+from knotwork.cli.parameters import knots_option, planner_option
 
 PASSED, FAILED = 0, 1
 
@@ -26,14 +26,8 @@ Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 
     type=click.Path(path_type=Path),
     help="Page to write; an existing one is replaced.",
 )
-@click.option("--planner", metavar="NAME", help="Planner, in place of the scenario's.")
-@click.option(
-    "--knots",
-    type=Knots(),
-    metavar="KNOTS",
-    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
-    "scenario's.",
-)
+@planner_option
+@knots_option
 def report(scenario: str, out: Path, planner: str | None, knots: Any) -> int:
     """Plan SCENARIO and write a page about it to print or send: verdict, tables, plots, 3D view.
 

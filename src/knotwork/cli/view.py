@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import Knots, Names
+from knotwork.cli.parameters import Names, knots_option, planner_option
 from knotwork.cli.sources import is_trajectory, planned, refuse, report_failure
 from knotwork.errors import InputError
 
@@ -36,14 +36,8 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     "network. An existing file is replaced.",
 )
 @click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to show over it.")
-@click.option("--planner", metavar="NAME", help="Planner, in place of the scenario's.")
-@click.option(
-    "--knots",
-    type=Knots(),
-    metavar="KNOTS",
-    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
-    "scenario's.",
-)
+@planner_option
+@knots_option
 @click.option("--no-ghosts", is_flag=True, help="No translucent copies of the arm at waypoints.")
 @click.option("--no-open", is_flag=True, help="Open no browser; only say the address.")
 @click.option(
