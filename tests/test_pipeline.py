@@ -218,7 +218,7 @@ def test_times_so_close_that_nothing_fits_between_are_an_error() -> None:
         ("planner", "modified_hermite", r"line 2: planner: .*did you mean 'modified-hermite'"),
         ("tool", "{frame: tool1}", r"line 3: tool.frame: .*'tool1'"),
         ("knots", "[0, 1, 2]", r"line 4: knots: at waypoint .*last knot"),
-        ("planner", "cubic", r"line 2: planner: .*end accelerations"),
+        ("planner", "cubic", r"line 5: end_acceleration: .*'cubic'.*end accelerations"),
     ],
 )
 def test_whatever_is_wrong_in_a_file_is_named_with_its_line_and_field(

@@ -6,22 +6,22 @@ import csv
 import io
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from knotwork import metrics, storage
-from knotwork.errors import InputError, UnknownNameError
-from knotwork.interpolation import PLANNERS, RECORDS, PlannerOptions, get_planner
-from knotwork.interpolation.knots import KNOT_RULES
-from knotwork.interpolation.options import ACCELERATION_RULES
+from knotwork.errors import InputError
+from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.pipeline import honoured, planner_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
-from knotwork.witness import LimitUse, check
+from knotwork.witness import check
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,9 @@ class Score:
         planner: Name of the planner.
         position_miss: Largest error of a joint at a waypoint.
         velocity_miss: Largest error of a joint's velocity at a waypoint.
-        acceleration_jump: Largest jump of a joint's acceleration.
+        acceleration_jump: Largest jump of a joint's acceleration between start and end.
+        end_acceleration: Largest magnitude of a joint's acceleration at start and end: the step
+            that an arm makes there from rest and to rest.
         peak_velocity: Greatest magnitude: of the joint nearest its limit, or the largest of all.
         peak_acceleration: Likewise.
         peak_jerk: Likewise; `None` where the acceleration jumps, because no bound holds there.
@@ -43,7 +45,7 @@ class Score:
             without poses.
         path_turn: Of the tool's orientation, likewise [rad].
         duration: [s]
-        limits_broken: How many limits of joints are broken.
+        limits_broken: How many limits of joints are broken; `None` where there is none.
         time_to_plan: Time that the planner took, the best of a few runs [s].
     """
 
@@ -51,6 +53,7 @@ class Score:
     position_miss: float
     velocity_miss: float
     acceleration_jump: float
+    end_acceleration: float
     peak_velocity: metrics.Peak
     peak_acceleration: metrics.Peak
     peak_jerk: metrics.Peak | None
@@ -60,7 +63,7 @@ class Score:
     path_deviation: float | None
     path_turn: float | None
     duration: float
-    limits_broken: int
+    limits_broken: int | None
     time_to_plan: float
 
 
@@ -102,8 +105,13 @@ class Comparison:
 
     def to_csv(self) -> str:
         """Write the comparison as CSV, a row a planner; a peak takes four columns."""
-        rows = [_flat(asdict(row)) for row in self.rows]
-        names = list(dict.fromkeys(name for row in rows for name in row))
+        rows = [_flat(row) for row in self.rows]
+        names: list[str] = []
+        for item in fields(Score):
+            names += (
+                [f"{item.name}.{part}" for part in _PARTS] if item.name in _PEAKS else [item.name]
+            )
+        names.append("reason")
         text = io.StringIO()
         writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
         writer.writeheader()
@@ -122,14 +130,27 @@ class Comparison:
         )
 
 
-def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+_PEAKS = ("peak_velocity", "peak_acceleration", "peak_jerk")
+_PARTS = tuple(item.name for item in fields(metrics.Peak))
+
+
+def _flat(row: Score | Refusal) -> dict[str, Any]:
     flat: dict[str, Any] = {}
-    for name, value in row.items():
-        if isinstance(value, Mapping):
-            flat.update({f"{name}.{part}": inner for part, inner in value.items()})
-        else:
+    for name, value in asdict(row).items():
+        if name not in _PEAKS:
             flat[name] = value
+        elif value is not None:
+            flat.update({f"{name}.{part}": value[part] for part in _PARTS})
     return flat
+
+
+_BY_RULE = {"modified-hermite": ("paper", "balanced"), "quintic": ("zero", "estimated")}
+DEFAULT = tuple(
+    name
+    for planner in PLANNERS
+    for name in (planner, *(f"{planner}:{rule}" for rule in _BY_RULE.get(planner, ())))
+)
+"""What is compared if nothing is said: every planner, and two of them by their rules."""
 
 
 def compare(
@@ -142,57 +163,57 @@ def compare(
 
     Args:
         scenario: As for `knotwork.plan`.
-        planners: Names of planners; by default all there are. A rule may follow after a colon:
-            `modified-hermite:balanced`, `quintic:estimated`.
+        planners: Names of planners; a rule may follow after a colon: `septic:estimated`. By
+            default all there are, and those in `DEFAULT` that have a rule, where it makes another
+            motion than the scenario's own options do.
 
     Raises:
         UnknownNameError: There is no such planner or rule.
         InputError: The scenario is wrong, or a waypoint can't be met as asked.
     """
-    names = list(dict.fromkeys(planners)) if planners is not None else list(PLANNERS)
-    variants = {name: _variant(name) for name in names}
+    by_default = planners is None
+    names = list(DEFAULT) if planners is None else _names(planners)
+    for name in names:
+        get_planner(name)
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
+    with scenario.blaming("planner"):
+        get_planner(scenario.planner)
     space = joint_space(scenario)
     waypoints = task_to_joint(scenario, space)
     given = planner_options(scenario, space)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
-    for name, (planner, changes) in variants.items():
-        options = given if planner == scenario.planner else honoured(given, planner)[0]
+    for name in names:
+        options = honoured(given, scenario.planner, name)[0] if name != scenario.planner else given
         try:
-            options = replace(options, **changes)
-            trajectory, seconds = _timed(planner, waypoints, options)
+            trajectory, seconds = _timed(name, waypoints, options)
         except InputError as error:
             rows.append(Refusal(name, str(error)))
+            continue
+        plain = trajectories.get(name.partition(":")[0])
+        if by_default and plain is not None and _same_motion(trajectory, plain):
             continue
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, scenario, space, waypoints))
     return Comparison(scenario.name, tuple(rows), trajectories)
 
 
-def _variant(name: str) -> tuple[str, dict[str, Any]]:
-    """Split `planner` or `planner:rule` into the planner and the option that the rule stands for.
+def _names(planners: Sequence[str]) -> list[str]:
+    """Names of planners, each once.
 
     Raises:
-        UnknownNameError: There is no such planner or rule.
+        InputError: There is none.
     """
-    planner, colon, rule = name.partition(":")
-    get_planner(planner)
-    if not colon:
-        return planner, {}
-    honours = RECORDS[planner].honours
-    rules = {
-        **({rule: {"knots": rule} for rule in KNOT_RULES} if "knots" in honours else {}),
-        **(
-            {rule: {"accelerations": rule} for rule in ACCELERATION_RULES}
-            if "accelerations" in honours
-            else {}
-        ),
-    }
-    if rule not in rules:
-        raise UnknownNameError(f"rule of planner {planner!r}", rule, rules)
-    return planner, rules[rule]
+    names = list(dict.fromkeys([planners] if isinstance(planners, str) else planners))
+    if not names:
+        raise InputError(f"no planner to compare is given; accepted: {', '.join(PLANNERS)}")
+    return names
+
+
+def _same_motion(one: JointTrajectory, other: JointTrajectory) -> bool:
+    a, b = one.polynomial, other.polynomial
+    return np.array_equal(a.x, b.x) and np.array_equal(a.c, b.c)
 
 
 # The first run of a planner loads its module; the best of a few is what the planning itself takes.
@@ -225,12 +246,14 @@ def _score(
 
         deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints)
     report = check(trajectory, scenario, space=space)
+    limits = [use for use in report.limits if use.limit is not None]
     jerk_bounded = trajectory.continuity.order >= 2
     return Score(
         planner=name,
         position_miss=metrics.position_miss(trajectory, waypoints),
         velocity_miss=metrics.velocity_miss(trajectory, waypoints),
         acceleration_jump=metrics.acceleration_jump(trajectory),
+        end_acceleration=metrics.end_acceleration(trajectory),
         peak_velocity=metrics.peak(trajectory, 1, space.limits["velocity"]),
         peak_acceleration=metrics.peak(trajectory, 2, space.limits["acceleration"]),
         peak_jerk=metrics.peak(trajectory, 3, space.limits["jerk"]) if jerk_bounded else None,
@@ -240,7 +263,7 @@ def _score(
         path_deviation=deviation.position if deviation is not None else None,
         path_turn=deviation.orientation if deviation is not None else None,
         duration=trajectory.duration,
-        limits_broken=sum(isinstance(item, LimitUse) for item in report.failures),
+        limits_broken=sum(not use.ok for use in limits) if limits else None,
         time_to_plan=seconds,
     )
 

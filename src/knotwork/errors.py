@@ -114,6 +114,20 @@ class WaypointDataError(InputError):
         super().__init__(message)
 
 
+class OptionError(InputError):
+    """An option that a planner can't take as it is.
+
+    Attributes:
+        option: Name of the option, a field of `PlannerOptions`.
+        planner: Name of the planner, or `None` where the value is wrong for all of them.
+    """
+
+    def __init__(self, option: str, message: str, *, planner: str | None = None) -> None:
+        self.option, self.planner = option, planner
+        prefix = f"planner {planner!r}: " if planner is not None else ""
+        super().__init__(f"{prefix}option {option} {message}")
+
+
 class KnotError(InputError):
     """Knots that leave a waypoint outside its span, are out of order, too few or too many.
 

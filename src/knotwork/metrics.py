@@ -47,6 +47,12 @@ def acceleration_jump(trajectory: JointTrajectory) -> float:
     return float(np.abs(trajectory.polynomial.jumps(2)).max(initial=0.0))
 
 
+def end_acceleration(trajectory: JointTrajectory) -> float:
+    """Largest magnitude of a joint's acceleration at start and end [rad/s² or m/s²]."""
+    ends = trajectory.acceleration([trajectory.start_time, trajectory.end_time])
+    return float(np.abs(ends).max())
+
+
 def peak(trajectory: JointTrajectory, order: int, limit: FloatArray) -> Peak:
     """Find the peak of a derivative.
 
@@ -76,8 +82,9 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
 
         F = |v(t₀) − v₀| + ∫ |a| dt + |v₁ − v(t₁)| − |m − v₀| − |m − v₁| ≥ 0,
 
-    where velocities that are missed at the waypoints count as changes made at once. The figure
-    for a joint is the sum over the intervals. A velocity that goes from v₀ to v₁ without turning
+    where velocities that are missed at the waypoints count as changes made at once. The
+    displacement is the motion's own: a miss of position is a figure of its own. The fluctuation of
+    a joint is the sum over the intervals. A velocity that goes from v₀ to v₁ without turning
     back scores zero; so does one that is constant.
 
     Args:

@@ -12,8 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork import storage
-from knotwork.errors import InputError, KnotError
-from knotwork.interpolation import RECORDS, BalancedKnots, PlannerOptions, get_planner
+from knotwork.errors import InputError, KnotError, OptionError
+from knotwork.interpolation import (
+    RECORDS,
+    BalancedKnots,
+    PlannerOptions,
+    get_planner,
+    planner_and_rule,
+)
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.scenario import JointValues, Scenario, load_scenario
 from knotwork.task_to_joint import TaskSolution, solve_task
@@ -98,8 +104,9 @@ def plan(
     Args:
         scenario: A shipped scenario's name, the path of a file, a mapping of the same shape, or
             a loaded scenario.
-        planner: Takes the place of the scenario's planner. Options in the scenario that it can't
-            honour were meant for the other one: they are left out, and `Plan.left_out` names them.
+        planner: Takes the place of the scenario's planner; a rule may follow after a colon, as in
+            `"quintic:estimated"`. Options in the scenario that it can't honour were meant for the
+            other one: they are left out, and `Plan.left_out` names them.
         knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, `BalancedKnots` or
             their constant, or the knot times [s].
 
@@ -124,7 +131,7 @@ def plan(
     options = planner_options(scenario, space)
     left_out: tuple[str, ...] = ()
     if scenario.planner != own_planner:
-        options, left_out = honoured(options, scenario.planner)
+        options, left_out = honoured(options, own_planner, scenario.planner)
     if knots is not None:
         scenario = replace(scenario, knots=_given_knots(knots))
         options = replace(options, knots=planner_options(scenario, space).knots)
@@ -137,6 +144,13 @@ def plan(
             error.locate(f"at waypoint {waypoints.names[error.waypoint]!r}")
         with _blaming(scenario, "knots", given_here=knots is not None):
             raise
+    except OptionError as error:
+        with _blaming(
+            scenario,
+            *_FIELDS.get(error.option, ("planner",)),
+            given_here=error.option == "knots" and knots is not None,
+        ):
+            raise
     except InputError:
         with _blaming(scenario, "planner", given_here=planner is not None):
             raise
@@ -144,17 +158,28 @@ def plan(
     return Plan(scenario, space, waypoints, trajectory, report, left_out, solution)
 
 
+# Where a file says what the options are.
+_FIELDS = {
+    "knots": ("knots",),
+    "end_acceleration": ("end_acceleration",),
+    "accelerations": ("planner_options", "accelerations"),
+    "jerks": ("planner_options", "jerks"),
+    "snaps": ("planner_options", "snaps"),
+    "transition_time": ("planner_options", "transition_time"),
+}
+
+
 @contextmanager
-def _blaming(scenario: Scenario, field: str, *, given_here: bool) -> Iterator[None]:
+def _blaming(scenario: Scenario, *field: str, given_here: bool) -> Iterator[None]:
     """Have errors name a field of the scenario, or the argument given in its place."""
     if not given_here:
-        with scenario.blaming(field):
+        with scenario.blaming(*field):
             yield
         return
     try:
         yield
     except InputError as error:
-        error.locate(f"{scenario.name}: {field}")
+        error.locate(f"{scenario.name}: {'.'.join(field)}")
         raise
 
 
@@ -204,20 +229,30 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
 _PRESETS = ("accelerations", "jerks", "snaps")
 
 
-def honoured(options: PlannerOptions, planner: str) -> tuple[PlannerOptions, tuple[str, ...]]:
-    """Keep those options of another planner that a planner honours.
+def honoured(
+    options: PlannerOptions, own: str, planner: str
+) -> tuple[PlannerOptions, tuple[str, ...]]:
+    """Keep those options of one planner that another one honours.
 
     Accelerations, jerks and snaps given for each waypoint are not kept: they were chosen for the
-    other one.
+    other one. Nor is what the rule of the other one says itself.
+
+    Args:
+        options: The options.
+        own: The planner that they are meant for.
+        planner: The one that is to honour them; a rule may follow after a colon.
 
     Returns:
         The options without the rest, and the names of the rest.
     """
+    base, ruled = planner_and_rule(planner)
+    same = base == planner_and_rule(own)[0]
     left_out = tuple(
         name
         for name in options.requested
-        if name not in RECORDS[planner].honours
-        or (name in _PRESETS and not isinstance(getattr(options, name), str))
+        if name not in RECORDS[base].honours
+        or (name in ruled and options != replace(options, **{name: ruled[name]}))
+        or (name in _PRESETS and not same and not isinstance(getattr(options, name), str))
     )
     defaults = PlannerOptions()
     return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from planner_cases import paper_waypoints, random_waypoints
 
-from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors import InputError, OptionError, UnknownNameError
 from knotwork.interpolation import PLANNERS, RECORDS, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
 
@@ -30,10 +30,12 @@ def plan(name, waypoints=CASE, **options):
 def test_an_option_is_honoured_or_refused(name, option):
     options = {option: GIVEN[option]}
     if option not in RECORDS[name].honours:
-        with pytest.raises(InputError, match=f"planner '{name}' can't honour") as caught:
+        with pytest.raises(OptionError, match=f"planner '{name}': .*can't honour") as caught:
             plan(name, **options)
         message = str(caught.value)
-        assert f"'{option}'" in message
+        assert (caught.value.option, caught.value.planner) == (option, name)
+        assert f"option {option} " in message
+        assert all(own in message for own in RECORDS[name].honours)
         others = [other for other, record in RECORDS.items() if option in record.honours]
         assert others
         assert all(other in message for other in others)
@@ -65,55 +67,58 @@ def test_end_accelerations_take_the_place_of_presets(name):
     trajectory = plan(name, accelerations="estimated", end_acceleration=(1.5, [1, 2, 3]))
     np.testing.assert_allclose(trajectory.acceleration(CASE.time[0]), 1.5, atol=1e-9)
     np.testing.assert_allclose(trajectory.acceleration(CASE.time[-1]), [1, 2, 3], atol=1e-8)
-    with pytest.raises(InputError, match="both give"):
+    with pytest.raises(OptionError, match=r"planner.*end_acceleration gives .*accelerations"):
         plan(name, accelerations=np.zeros((6, 3)), end_acceleration="zero")
 
 
 @pytest.mark.parametrize(
     ("name", "options", "says"),
     [
-        ("quintic", {"accelerations": np.zeros((5, 3))}, r"accelerations has shape \(5, 3\).*6, 3"),
-        ("quintic", {"accelerations": 1.0}, r"accelerations has shape \(\)"),
-        ("septic", {"jerks": np.zeros(6)}, r"jerks has shape \(6,\)"),
-        ("nonic", {"snaps": np.zeros((3, 6))}, r"snaps has shape \(3, 6\)"),
-        ("3-5-3", {"accelerations": np.zeros((6, 3))}, r"\(6, 3\).*takes \(2, 3\)"),
-        ("4-3-4", {"end_acceleration": "none"}, "did you mean|accepted: zero"),
+        ("quintic", {"accelerations": np.zeros((5, 3))}, r"5 rows \(shape \(5, 3\)\).*6, 3"),
+        ("quintic", {"accelerations": 1.0}, r"accelerations has no rows \(shape \(\)\)"),
+        ("septic", {"jerks": np.zeros(6)}, r"jerks has 6 rows \(shape \(6,\)\)"),
+        ("nonic", {"snaps": np.zeros((3, 6))}, r"snaps .*shape \(3, 6\)"),
+        ("3-5-3", {"accelerations": np.zeros((6, 3))}, r"\(6, 3\).*take 2 \(shape \(2, 3\)\)"),
+        ("4-3-4", {"end_acceleration": "none"}, "'none'; it must be None, 'zero'"),
+        ("modified-hermite", {"end_acceleration": "none"}, "'none'; it must be None, 'zero'"),
+        ("modified-hermite", {"end_acceleration": ([1, 2], 0)}, r"end_acceleration has the start"),
         ("4-3-4", {"end_acceleration": (1, 2, 3)}, "pair"),
-        ("4-3-4", {"end_acceleration": ([1, 2], 0)}, "start of option end_acceleration"),
-        ("quintic", {"end_acceleration": (0, float("nan"))}, "end of option end_acceleration"),
+        ("4-3-4", {"end_acceleration": ([1, 2], 0)}, "end_acceleration has the start"),
+        ("quintic", {"end_acceleration": (0, float("nan"))}, "end_acceleration has the end nan"),
         ("quintic", {"end_acceleration": ("x", 0)}, "must be numbers"),
         ("parabolic-blend", {"transition_time": [0.1, 0.2]}, r"shape \(2,\).*6 waypoints"),
         ("parabolic-blend", {"acceleration_limit": [1.0, 2.0]}, r"shape \(2,\).*3 joints"),
         ("trapezoidal", {"velocity_limit": 1.0}, r"shape \(\).*3 joints"),
     ],
 )
-def test_options_of_the_wrong_shape_are_an_error(name, options, says):
-    with pytest.raises(InputError, match=says):
+def test_options_of_the_wrong_shape_are_an_error_that_names_planner_and_option(name, options, says):
+    with pytest.raises(OptionError, match=says) as caught:
         plan(name, **options)
+    assert str(caught.value).startswith(f"planner '{name}': option {next(iter(options))} ")
 
 
 @pytest.mark.parametrize(
     ("options", "says"),
     [
         ({"accelerations": "guessed"}, "estimated"),
-        ({"accelerations": [[0.0, float("nan")]]}, r"accelerations\[0, 1\] is nan.*finite"),
+        ({"accelerations": [[0.0, float("nan")]]}, r"accelerations at \[0, 1\] is nan.*finite"),
         ({"jerks": [[1.0], [2.0, 3.0]]}, "differ in length"),
         ({"snaps": "zero"}, "real numbers"),
         ({"snaps": [[1j]]}, "real numbers"),
         ({"transition_time": 0.0}, "positive"),
-        ({"transition_time": [1.0, -1.0]}, r"transition_time\[1\].*positive"),
+        ({"transition_time": [1.0, -1.0]}, r"transition_time at \[1\].*positive"),
         ({"transition_time": float("inf")}, "finite"),
         ({"velocity_limit": [1.0, float("nan")]}, "not NaN"),
         ({"acceleration_limit": [0.0]}, "positive"),
     ],
 )
 def test_values_that_can_not_be_are_an_error(options, says):
-    with pytest.raises(InputError, match=says):
+    with pytest.raises(OptionError, match=says):
         PlannerOptions(**options)
 
 
 def test_a_rule_that_is_not_known_names_those_that_are():
-    with pytest.raises(UnknownNameError, match="did you mean 'estimated'"):
+    with pytest.raises(OptionError, match="did you mean 'estimated'"):
         PlannerOptions(accelerations="estimate")
 
 
@@ -133,10 +138,46 @@ def test_options_with_arrays_can_be_compared_and_are_kept():
         one.accelerations[0] = 2.0
 
 
+class TestRules:
+    def test_a_rule_after_the_name_is_the_option(self):
+        ruled = get_planner("quintic:estimated")(CASE)
+        said = plan("quintic", accelerations="estimated")
+        np.testing.assert_array_equal(ruled.polynomial.c, said.polynomial.c)
+        assert ruled.planner == "quintic:estimated"
+        balanced = get_planner("modified-hermite:balanced")(CASE, PlannerOptions())
+        np.testing.assert_array_equal(
+            balanced.breaks, plan("modified-hermite", knots="balanced").breaks
+        )
+
+    def test_other_options_hold_beside_it(self):
+        ruled = get_planner("septic:estimated")(CASE, PlannerOptions(end_acceleration="zero"))
+        assert np.abs(ruled.acceleration(CASE.time[[0, -1]])).max() < 1e-9
+        assert np.abs(ruled.acceleration(CASE.time[1])).max() > 1e-3
+
+    def test_the_option_beside_it_is_an_error(self):
+        with pytest.raises(OptionError, match=r"quintic:estimated.*beside the rule 'estimated'"):
+            get_planner("quintic:estimated")(CASE, PlannerOptions(accelerations="zero"))
+        get_planner("quintic:estimated")(CASE, PlannerOptions(accelerations="estimated"))
+
+    @pytest.mark.parametrize(
+        ("name", "says"),
+        [
+            ("quintik:zero", "unknown planner 'quintik'; did you mean 'quintic'"),
+            ("quintic:estimate", "rule of planner 'quintic' 'estimate'; did you mean 'estimated'"),
+            ("quintic:balanced", "rule of planner 'quintic' 'balanced'; accepted: zero, estimated"),
+            ("quintic:", "rule of planner 'quintic' ''"),
+            ("cubic:zero", "unknown planner 'cubic:zero'.*cubic, modified-hermite:RULE"),
+        ],
+    )
+    def test_an_unknown_one_is_an_error_that_says_what_there_is(self, name, says):
+        with pytest.raises(UnknownNameError, match=says):
+            get_planner(name)
+
+
 def test_353_refuses_three_waypoints_and_presets_where_none_are_free():
     with pytest.raises(InputError, match=r"three waypoints.*modified-hermite"):
         plan("3-5-3", random_waypoints(3))
-    with pytest.raises(InputError, match=r"4 waypoints planner '3-5-3' takes \(0, 3\)"):
+    with pytest.raises(InputError, match=r"4 waypoints of 3 joints take 0 \(shape \(0, 3\)\)"):
         plan("3-5-3", random_waypoints(4), accelerations=np.zeros((4, 3)))
 
 

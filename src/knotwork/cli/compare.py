@@ -19,6 +19,7 @@ _HEADINGS = {
     "position_miss": "position\nmiss",
     "velocity_miss": "velocity\nmiss",
     "acceleration_jump": "accel.\njump",
+    "end_acceleration": "accel.\nat ends",
     "peak_velocity": "peak\nvelocity",
     "peak_acceleration": "peak\naccel.",
     "peak_jerk": "peak\njerk",
@@ -39,7 +40,7 @@ _FACTORS = {"path_deviation": 1e3, "path_turn": 57.29577951308232, "time_to_plan
     "--planners",
     metavar="A,B,…",
     help="Planners to compare, divided by commas; all by default. A rule may follow after a colon: "
-    "modified-hermite:balanced, quintic:estimated.",
+    "septic:estimated.",
 )
 @click.option(
     "--out",
@@ -55,8 +56,10 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
     Joint values are in rad or m, per second. A peak is that of the joint nearest its limit, with
     the part of the limit it uses, or the largest of all where no joint has a limit. The velocity
     fluctuation is the variation of velocity beyond the least that the task forces, of the worst
-    joint. Where the acceleration jumps, no bound holds for the jerk. The tool is compared with
-    straight lines between the poses. The best of each column is marked with a star.
+    joint; misses of position are no part of it. An arm that starts and stops at rest makes a step
+    of its acceleration at the ends. Where the acceleration jumps, no bound holds for the jerk.
+    The tool is compared with straight lines between the poses. The best of each column is marked
+    with a star.
     """
     from knotwork.comparison import compare as compare_planners
 

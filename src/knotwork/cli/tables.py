@@ -66,7 +66,7 @@ def print_plan(plan: Plan) -> None:
     if isinstance(knots, int | float):
         placed = f"balanced, c = {knots:g}"
     made = trajectory.planner
-    if "knots" in RECORDS[made].honours:
+    if made in RECORDS and "knots" in RECORDS[made].honours:  # a rule in its name says it already
         made += f", knots {placed}"
     if plan.left_out:
         made += f" (without the scenario's {', '.join(plan.left_out)})"

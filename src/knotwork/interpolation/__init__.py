@@ -4,7 +4,7 @@ from knotwork.interpolation.catalogue import RECORDS, PlannerRecord
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
 from knotwork.interpolation.knots import BalancedKnots
 from knotwork.interpolation.options import Planner, PlannerOptions
-from knotwork.interpolation.registry import PLANNERS, get_planner
+from knotwork.interpolation.registry import PLANNERS, get_planner, planner_and_rule
 
 __all__ = [
     "PLANNERS",
@@ -15,4 +15,5 @@ __all__ = [
     "PlannerOptions",
     "PlannerRecord",
     "get_planner",
+    "planner_and_rule",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.errors import InputError
+from knotwork.errors import OptionError
 from knotwork.interpolation.limits import limit_rows, refuse_first
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -36,18 +36,21 @@ def transition_times(
     Those given, or the shortest that keep all limits of acceleration, or the default.
 
     Raises:
-        InputError: Those given have another shape; at an end, no time keeps the limits.
+        OptionError: Those given have another shape.
+        InputError: At an end, no time keeps the limits.
     """
     n, joints = waypoints.position.shape
     if options.transition_time is not None:
         given = np.asarray(options.transition_time, dtype=float)
         if given.shape not in ((), (n,)):
-            raise InputError(
-                f"option transition_time has shape {given.shape}; give one time, or one for each "
-                f"of {n} waypoints"
+            raise OptionError(
+                "transition_time",
+                f"has shape {given.shape}; give one time, or one for each of {n} waypoints, the "
+                "start included",
+                planner=planner,
             )
         return np.array(np.broadcast_to(given, n))
-    limit = limit_rows("acceleration_limit", options.acceleration_limit, joints)
+    limit = limit_rows(planner, "acceleration_limit", options.acceleration_limit, joints)
     h = np.diff(waypoints.time)
     shortest = np.minimum(np.append(h[:1], h), np.append(h, h[-1:]))
     duration = np.zeros(n)

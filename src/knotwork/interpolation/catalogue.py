@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from knotwork.errors import InputError
+from knotwork.errors import OptionError
 from knotwork.interpolation.options import PlannerOptions
 
 
@@ -177,15 +177,18 @@ def checked_options(planner: str, options: PlannerOptions | None) -> PlannerOpti
     """Return the options, the defaults for `None`, if the planner can honour them.
 
     Raises:
-        InputError: One is asked for that the planner can't honour.
+        OptionError: One is asked for that the planner can't honour.
     """
     if options is None:
         return PlannerOptions()
     for option in options.requested:
         if option not in RECORDS[planner].honours:
             others = [name for name, record in RECORDS.items() if option in record.honours]
-            raise InputError(
-                f"planner {planner!r} can't honour {_WORDS[option]}: leave the option "
-                f"{option!r} out, or use a planner that honours it: {', '.join(others)}"
+            own = ", ".join(RECORDS[planner].honours) or "none"
+            raise OptionError(
+                option,
+                f"asks for {_WORDS[option]}, which this planner can't honour (its options: {own}); "
+                f"leave it out, or use a planner that honours it: {', '.join(others)}",
+                planner=planner,
             )
     return options

@@ -78,9 +78,9 @@ def _plan(
     derivatives = (
         waypoints.position,
         waypoints.velocity,
-        preset_accelerations(waypoints, options),
-        preset_rows("jerks", options.jerks, waypoints),
-        preset_rows("snaps", options.snaps, waypoints),
+        preset_accelerations(name, waypoints, options),
+        preset_rows(name, "jerks", options.jerks, waypoints),
+        preset_rows(name, "snaps", options.snaps, waypoints),
     )
     return to_trajectory(
         waypoints, name, two_point_coefficients(waypoints.time, derivatives[:conditions])

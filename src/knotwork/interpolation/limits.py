@@ -8,23 +8,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, OptionError
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
-def limit_rows(option: str, given: Any, joints: int) -> FloatArray:
+def limit_rows(planner: str, option: str, given: Any, joints: int) -> FloatArray:
     """Limits of the joints, infinite where none is given, shape (d,).
 
     Raises:
-        InputError: The shape is another.
+        OptionError: The shape is another.
     """
     if given is None:
         return np.full(joints, np.inf)
     array = np.asarray(given, dtype=float)
     if array.shape != (joints,):
-        raise InputError(
-            f"option {option} has shape {array.shape}; {joints} joints need ({joints},), infinite "
-            "where there is no limit"
+        raise OptionError(
+            option,
+            f"has shape {array.shape}; {joints} joints need ({joints},), infinite where there is "
+            "no limit",
+            planner=planner,
         )
     return array
 

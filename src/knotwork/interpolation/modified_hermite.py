@@ -5,6 +5,7 @@ from __future__ import annotations
 from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
 from knotwork.interpolation.options import PlannerOptions
+from knotwork.interpolation.presets import end_accelerations
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 
@@ -23,15 +24,16 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
     Raises:
         KnotError: Knots given by hand don't suit the waypoints.
-        InputError: Another option is not as it must be, or is one of another planner.
+        OptionError: Another option is not as it must be, or is one of another planner.
     """
     options = checked_options(NAME, options)
+    ends = end_accelerations(NAME, options, len(waypoints.joint_names))
     spline = ModifiedHermiteSpline(
         waypoints.time,
         waypoints.position,
         waypoints.velocity,
         knots=options.knots,
-        end_acceleration=options.end_acceleration,
+        end_acceleration=ends,
     )
     return JointTrajectory(
         waypoints.joint_names,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors import OptionError, did_you_mean
 from knotwork.interpolation.hermite import EndAcceleration
 from knotwork.interpolation.knots import BalancedKnots
 from knotwork.trajectory import JointTrajectory
@@ -50,8 +50,8 @@ class PlannerOptions:
             shape (d,), infinite where there is none.
 
     Raises:
-        UnknownNameError: `accelerations` is no name that is accepted.
-        InputError: A value is no number, not finite, or not positive where it must be.
+        OptionError: `accelerations` is no name that is accepted, or a value is no number, not
+            finite, or not positive where it must be.
     """
 
     knots: str | BalancedKnots | ArrayLike = "paper"
@@ -71,8 +71,10 @@ class PlannerOptions:
         put("end_acceleration", _as_tuples(self.end_acceleration))
         if isinstance(self.accelerations, str):
             if self.accelerations not in ACCELERATION_RULES:
-                raise UnknownNameError(
-                    "option accelerations", self.accelerations, (*ACCELERATION_RULES, "an array")
+                raise OptionError(
+                    "accelerations",
+                    f"is {self.accelerations!r}; "
+                    + did_you_mean(self.accelerations, (*ACCELERATION_RULES, "an array")),
                 )
         else:
             put("accelerations", _numbers("accelerations", self.accelerations))
@@ -128,16 +130,16 @@ def _numbers(what: str, given: Any, *, positive: bool = False, infinite: bool = 
     """Copy numbers into a read-only array; `None` stays `None`.
 
     Raises:
-        InputError: They are no real numbers, not finite, or not positive where they must be.
+        OptionError: They are no real numbers, not finite, or not positive where they must be.
     """
     if given is None:
         return None
     try:
         array = np.array(given)
     except ValueError as error:
-        raise InputError(f"option {what} is {given!r}; its rows differ in length") from error
+        raise OptionError(what, f"is {given!r}; its rows differ in length") from error
     if array.dtype.kind not in "iuf":
-        raise InputError(f"option {what} is {given!r}; it must be real numbers")
+        raise OptionError(what, f"is {given!r}; it must be real numbers")
     array = array.astype(float)
     bad = np.isnan(array) if infinite else ~np.isfinite(array)
     if positive:
@@ -145,9 +147,8 @@ def _numbers(what: str, given: Any, *, positive: bool = False, infinite: bool = 
     if bad.any():
         index = tuple(int(i) for i in np.argwhere(bad)[0])
         accepted = " and ".join(["positive"] * positive + (["not NaN"] if infinite else ["finite"]))
-        raise InputError(
-            f"option {what}{list(index) if index else ''} is {array[index]}; it must be {accepted}"
-        )
+        place = f"at {list(index)} " if index else ""
+        raise OptionError(what, f"{place}is {array[index]}; it must be {accepted}")
     array.setflags(write=False)
     return array
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors import OptionError
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -40,22 +40,24 @@ def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
 
 
 def preset_accelerations(
-    waypoints: JointWaypoints, options: PlannerOptions, *, default: str = "zero"
+    planner: str, waypoints: JointWaypoints, options: PlannerOptions
 ) -> FloatArray:
-    """Accelerations at the waypoints as the options ask for them, shape (n, d).
+    """Accelerations at the waypoints as the options ask for them, zeros by default, shape (n, d).
 
     Raises:
-        InputError: An array has another shape, or end accelerations are given beside one.
+        OptionError: An array has another shape, or end accelerations are given beside one.
     """
-    asked = default if options.accelerations is None else options.accelerations
-    ends = end_accelerations(options, len(waypoints.joint_names))
+    asked = "zero" if options.accelerations is None else options.accelerations
+    ends = end_accelerations(planner, options, len(waypoints.joint_names))
     if not isinstance(asked, str):
         if ends is not None:
-            raise InputError(
-                "options accelerations and end_acceleration both give the accelerations at the "
-                "ends; give one of them"
+            raise OptionError(
+                "end_acceleration",
+                "gives the accelerations at the ends, and so do the first and last row of option "
+                "accelerations; give one of the two",
+                planner=planner,
             )
-        return preset_rows("accelerations", asked, waypoints)
+        return preset_rows(planner, "accelerations", asked, waypoints)
     if asked == "zero":
         accelerations = np.zeros(waypoints.position.shape)
     else:
@@ -65,50 +67,70 @@ def preset_accelerations(
     return accelerations
 
 
-def preset_rows(option: str, given: Any, waypoints: JointWaypoints) -> FloatArray:
+def preset_rows(
+    planner: str, option: str, given: Any, waypoints: JointWaypoints, *, skipped: int = 0
+) -> FloatArray:
     """Values at the waypoints that an option gives, zeros for `None`, shape (n, d).
 
+    Args:
+        planner: Name of the planner.
+        option: Name of the option.
+        given: Its value.
+        waypoints: The waypoints.
+        skipped: How many waypoints at either end have no row of their own.
+
     Raises:
-        InputError: The shape is another.
+        OptionError: The shape is another.
     """
-    shape = waypoints.position.shape
+    n, joints = waypoints.position.shape
+    shape = max(n - 2 * skipped, 0), joints
     if given is None:
         return np.zeros(shape)
     array = np.asarray(given, dtype=float)
     if array.shape != shape:
-        raise InputError(
-            f"option {option} has shape {array.shape}; {shape[0]} waypoints of {shape[1]} joints "
-            f"need {shape}, a row a waypoint"
+        where = "each waypoint, the start included"
+        if skipped:
+            where += f", but the first {skipped} and the last {skipped}, where nothing is free"
+        raise OptionError(
+            option,
+            f"has {len(array) if array.ndim else 'no'} rows (shape {array.shape}); {n} waypoints "
+            f"of {joints} joints take {shape[0]} (shape {shape}), one for {where}",
+            planner=planner,
         )
     return array
 
 
-def end_accelerations(options: PlannerOptions, joints: int) -> tuple[FloatArray, FloatArray] | None:
+def end_accelerations(
+    planner: str, options: PlannerOptions, joints: int
+) -> tuple[FloatArray, FloatArray] | None:
     """First and last acceleration that the options ask for, shape (d,) each.
 
     Raises:
-        UnknownNameError: There is no end acceleration of that name.
-        InputError: They are no pair of finite numbers, or of another shape.
+        OptionError: They are neither `"zero"` nor a pair of finite numbers, or of another shape.
     """
     given: Any = options.end_acceleration
     if given is None:
         return None
-    if isinstance(given, str):
-        if given != "zero":
-            raise UnknownNameError("end acceleration", given, ("zero",))
+    if isinstance(given, str) and given == "zero":
         return np.zeros(joints), np.zeros(joints)
     if not isinstance(given, tuple) or len(given) != 2:
-        raise InputError(
-            f"option end_acceleration is {given!r}; it must be None, 'zero' or a pair (start, end)"
+        raise OptionError(
+            "end_acceleration",
+            f"is {given!r}; it must be None, 'zero' or a pair (start, end)",
+            planner=planner,
         )
     try:
         start, end = (np.array(value, dtype=float) for value in given)
     except (TypeError, ValueError) as error:
-        raise InputError(f"option end_acceleration is {given!r}; it must be numbers") from error
+        raise OptionError(
+            "end_acceleration", f"is {given!r}; it must be numbers", planner=planner
+        ) from error
     for name, value in (("start", start), ("end", end)):
         if value.shape not in ((), (joints,)) or not np.isfinite(value).all():
-            raise InputError(
-                f"the {name} of option end_acceleration is {value.tolist()}; it must be a finite "
-                f"number, or one for each of {joints} joints"
+            raise OptionError(
+                "end_acceleration",
+                f"has the {name} {value.tolist()}; it must be a finite number, or one for each of "
+                f"{joints} joints",
+                planner=planner,
             )
     return np.broadcast_to(start, joints), np.broadcast_to(end, joints)

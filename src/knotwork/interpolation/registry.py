@@ -1,13 +1,17 @@
-"""Planners by name; each is loaded when it is first asked for."""
+"""Planners by name, with or without a rule; each is loaded when it is first asked for."""
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
-from knotwork.errors import UnknownNameError
+from knotwork.errors import OptionError, UnknownNameError
 from knotwork.interpolation.catalogue import RECORDS
-from knotwork.interpolation.options import Planner
+from knotwork.interpolation.knots import KNOT_RULES
+from knotwork.interpolation.options import ACCELERATION_RULES, Planner, PlannerOptions
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import JointWaypoints
 
 
 class _Planners(Mapping[str, Planner]):
@@ -33,12 +37,67 @@ PLANNERS: Mapping[str, Planner] = _Planners()
 """All planners, by the name that scenarios and the command line use."""
 
 
+RULES: Mapping[str, tuple[str, ...]] = {
+    "knots": KNOT_RULES,
+    "accelerations": ACCELERATION_RULES,
+}
+"""Options that a rule after a planner's name can stand for, and the rules."""
+
+
 def get_planner(name: str) -> Planner:
-    """Return the planner of a name.
+    """Return the planner of a name, which a rule may follow: `quintic`, `quintic:estimated`.
+
+    A planner with a rule takes the same options but the one that the rule stands for, and its
+    trajectories bear its whole name.
 
     Raises:
-        UnknownNameError: There is none.
+        UnknownNameError: There is no such planner, or it has no such rule.
     """
-    if name not in PLANNERS:
-        raise UnknownNameError("planner", name, PLANNERS)
-    return PLANNERS[name]
+    planner, ruled = planner_and_rule(name)
+    return _with_rule(name, ruled) if ruled else PLANNERS[planner]
+
+
+def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
+    """Split `planner` or `planner:rule` into the planner and the option that the rule stands for.
+
+    Raises:
+        UnknownNameError: There is no such planner, or it has no such rule.
+    """
+    planner, colon, rule = name.partition(":")
+    if planner not in PLANNERS:
+        raise UnknownNameError("planner", planner, PLANNERS)
+    if not colon:
+        return planner, {}
+    options = [option for option in RULES if option in RECORDS[planner].honours]
+    for option in options:
+        if rule in RULES[option]:
+            return planner, {option: rule}
+    if options:
+        raise UnknownNameError(
+            f"rule of planner {planner!r}",
+            rule,
+            [own for option in options for own in RULES[option]],
+        )
+    others = [
+        other
+        for other, record in RECORDS.items()
+        if any(option in record.honours for option in RULES)
+    ]
+    raise UnknownNameError("planner", name, (planner, *(f"{other}:RULE" for other in others)))
+
+
+def _with_rule(name: str, ruled: Mapping[str, str]) -> Planner:
+    planner, _, rule = name.partition(":")
+    interpolate = PLANNERS[planner]
+
+    def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
+        given = options if options is not None else PlannerOptions()
+        wanted = replace(given, **ruled)
+        for option in ruled:
+            if option in given.requested and given != wanted:
+                raise OptionError(
+                    option, f"is given beside the rule {rule!r}; give one of the two", planner=name
+                )
+        return replace(interpolate(waypoints, wanted), planner=name)
+
+    return plan

@@ -13,7 +13,11 @@ from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import raised, to_trajectory, two_point_coefficients
-from knotwork.interpolation.presets import end_accelerations, estimated_accelerations
+from knotwork.interpolation.presets import (
+    end_accelerations,
+    estimated_accelerations,
+    preset_rows,
+)
 from knotwork.trajectory import JointTrajectory, hermite_coefficients
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -65,13 +69,7 @@ def _accelerations_353(waypoints: JointWaypoints, options: PlannerOptions) -> Fl
     a = np.zeros(y.shape)
     middle = slice(2, t.size - 2)
     if not (asked is None or isinstance(asked, str)):
-        given, shape = np.asarray(asked, dtype=float), (max(t.size - 4, 0), y.shape[1])
-        if given.shape != shape:
-            raise InputError(
-                f"option accelerations has shape {given.shape}; for {t.size} waypoints planner "
-                f"{NAME_353!r} takes {shape}: a row for each waypoint but the first two and the "
-                "last two, where the cubics leave no choice"
-            )
+        given = preset_rows(NAME_353, "accelerations", asked, waypoints, skipped=2)
         if t.size > 4:
             a[middle] = given
     elif asked != "zero" and t.size > 4:
@@ -102,7 +100,7 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions | None = None) -
     options = checked_options(NAME_434, options)
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     joints = y.shape[1]
-    ends = end_accelerations(options, joints)
+    ends = end_accelerations(NAME_434, options, joints)
     a_first, a_last = ends if ends is not None else (np.zeros(joints), np.zeros(joints))
     if t.size == 2:
         a = np.stack((a_first, a_last))

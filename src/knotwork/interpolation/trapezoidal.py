@@ -75,8 +75,8 @@ def _ramps(
 ) -> FloatArray:
     """Times of acceleration τ, shape (n-1,)."""
     joints = len(waypoints.joint_names)
-    acceleration = limit_rows("acceleration_limit", options.acceleration_limit, joints)
-    speed = limit_rows("velocity_limit", options.velocity_limit, joints)
+    acceleration = limit_rows(NAME, "acceleration_limit", options.acceleration_limit, joints)
+    speed = limit_rows(NAME, "velocity_limit", options.velocity_limit, joints)
     distance = np.abs(change)
     # τ (h - τ) >= D/A has solutions up to h/2 if D/A <= h²/4, and h - τ >= D/V if D/V < h
     room = h[:, None] ** 2 - 4.0 * distance / acceleration

@@ -176,7 +176,8 @@ class Presets:
     """What some planners are told about the waypoints beyond positions and velocities.
 
     Attributes:
-        accelerations: `None`, `"zero"`, `"estimated"`, or joint values for each waypoint.
+        accelerations: `None`, `"zero"`, `"estimated"`, or joint values for each waypoint that the
+            planner has a choice at.
         jerks: `None`, or joint values for each waypoint; likewise `snaps`.
         snaps: Fourth derivatives.
         transition_time: Of parabolic transitions [s]: for all waypoints, or for each.
@@ -222,7 +223,7 @@ class Scenario:
         near: Joint values (or configuration) that solutions are to be near, or `None`.
         branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or the word
             asked for by `"shoulder"`, `"elbow"` and `"wrist"`.
-        planner: Name of the planner.
+        planner: Name of the planner, with a rule after a colon or without.
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
         end_acceleration: `None`, `"zero"`, or joint accelerations at the start and at the end.

@@ -167,17 +167,6 @@ class _Resolver:
 
     def _presets(self) -> Presets:
         given = self.file.planner_options
-        count = len(self.file.waypoints) + (self.file.start is not None)
-
-        def counted(name: str, values: list[Any]) -> list[Any]:
-            if len(values) != count:
-                also = ", the start included" if self.file.start is not None else ""
-                raise self.document.error(
-                    ("planner_options", name),
-                    f"has {len(values)} entries",
-                    f"{count}, one for each waypoint{also}",
-                )
-            return values
 
         def joints(name: str) -> tuple[JointValues, ...] | None:
             values = getattr(given, name)
@@ -185,7 +174,7 @@ class _Resolver:
                 return None
             return tuple(
                 self.reader.joint_values(value, ("planner_options", name, i))
-                for i, value in enumerate(counted(name, values))
+                for i, value in enumerate(values)
             )
 
         times = given.transition_time
@@ -195,7 +184,7 @@ class _Resolver:
             else joints("accelerations"),
             joints("jerks"),
             joints("snaps"),
-            tuple(counted("transition_time", times)) if isinstance(times, list) else times,
+            tuple(times) if isinstance(times, list) else times,
         )
 
     def _limits(self) -> LimitOverrides:

@@ -238,7 +238,7 @@ class Branch(StrictModel):
         return self
 
 
-PerWaypoint = Annotated[list[dict[str, Number]], Field(min_length=2)]
+PerWaypoint = Annotated[list[dict[str, Number]], Field(min_length=1)]
 
 
 class PlannerOptionsFile(StrictModel):
@@ -251,9 +251,17 @@ class PlannerOptionsFile(StrictModel):
             _by_kind("zero, estimated, or a list of mappings of joint names to accelerations"),
         ]
         | None
-    ) = Field(default=None, description="At the waypoints; a mapping by joint for each, in order")
-    jerks: PerWaypoint | None = Field(default=None, description="Likewise")
-    snaps: PerWaypoint | None = Field(default=None, description="Likewise")
+    ) = Field(
+        default=None,
+        description="Zero, estimated, or a mapping by joint for each waypoint in order, the start "
+        "included; 3-5-3 takes none for the first two and the last two",
+    )
+    jerks: PerWaypoint | None = Field(
+        default=None, description="A mapping by joint for each waypoint, the start included"
+    )
+    snaps: PerWaypoint | None = Field(
+        default=None, description="A mapping by joint for each waypoint, the start included"
+    )
     transition_time: (
         Annotated[
             Annotated[Positive, Tag("number")]
