@@ -6,12 +6,14 @@ Three kinds of task, from kind to hostile:
 * near: random positions, velocities near what the neighbours suggest;
 * arbitrary: random positions, random velocities of the size of the mean velocities.
 
-Each with times whose longest interval is 1, 10 or 100 times the shortest. One joint, 3 to 50
-waypoints, mean velocities of size 1, so that all figures compare. The seed makes a run repeatable.
+Each with times whose longest interval is exactly 1, 10 or 100 times the shortest. One joint, 3 to
+50 waypoints, mean velocities of size 1, so that all figures compare. The seed makes a run
+repeatable, but for the times that planning takes.
 """
 
 from __future__ import annotations
 
+import time as clock
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -47,6 +49,7 @@ CONTENDERS: dict[str, tuple[str, PlannerOptions]] = {
     "3-5-3": ("3-5-3", PlannerOptions()),
     "4-3-4": ("4-3-4", PlannerOptions()),
     "bspline": ("bspline", PlannerOptions()),
+    "bspline-velocity": ("bspline-velocity", PlannerOptions()),
     "parabolic-blend": ("parabolic-blend", PlannerOptions()),
     "trapezoidal": ("trapezoidal", PlannerOptions()),
 }
@@ -55,6 +58,8 @@ FIGURES: dict[str, Callable[[Any, JointWaypoints], float]] = {
     "peak velocity": lambda t, w: metrics.peak(t, 1, NO_LIMIT).value,
     "peak accel.": lambda t, w: metrics.peak(t, 2, NO_LIMIT).value,
     "peak jerk": lambda t, w: metrics.peak(t, 3, NO_LIMIT).value,
+    "∫ accel.²": lambda t, w: metrics.integral_of_square(t, 2),
+    "∫ jerk²": lambda t, w: metrics.integral_of_square(t, 3),
     "fluctuation": lambda t, w: float(metrics.velocity_fluctuation(t, w)[0]),
     "accel. jump": lambda t, w: metrics.acceleration_jump(t),
     "velocity miss": metrics.velocity_miss,
@@ -66,13 +71,20 @@ RELATIVE = {
     "peak velocity": "cubic",
     "peak accel.": "cubic",
     "peak jerk": "modified-hermite, paper",
+    "∫ accel.²": "cubic",
+    "∫ jerk²": "modified-hermite, paper",
+    "time to plan": "cubic",
 }
+# The best of a few runs is what planning itself takes.
+RUNS = 3
 
 
 def task(rng: np.random.Generator, kind: str, ratio: int) -> JointWaypoints:
     """Make a random task of one joint."""
     n = int(np.exp(rng.uniform(np.log(3), np.log(51))))
     h = np.exp(rng.uniform(0, np.log(ratio), n - 1))
+    shortest, longest = rng.choice(n - 1, 2, replace=False)
+    h[shortest], h[longest] = 1.0, ratio
     time = np.concatenate([[0], np.cumsum(h)])
     if kind == "smooth":
         period = 4 * h.max() * rng.uniform(1, 3, 3)
@@ -95,11 +107,16 @@ def measure(waypoints: JointWaypoints) -> dict[str, dict[str, float]]:
     """Figures of each contender that can do the task."""
     found: dict[str, dict[str, float]] = {}
     for name, (planner, options) in CONTENDERS.items():
+        plan, seconds = get_planner(planner), np.inf
         try:
-            trajectory = get_planner(planner)(waypoints, options)
+            for _ in range(RUNS):
+                start = clock.perf_counter()
+                trajectory = plan(waypoints, options)
+                seconds = min(seconds, clock.perf_counter() - start)
         except InputError:
             continue
         found[name] = {figure: f(trajectory, waypoints) for figure, f in FIGURES.items()}
+        found[name]["time to plan"] = seconds
     return {
         name: {
             f"{figure} / {RELATIVE[figure].split(', ')[-1]}" if figure in RELATIVE else figure: (
@@ -113,11 +130,18 @@ def measure(waypoints: JointWaypoints) -> dict[str, dict[str, float]]:
 
 def cell(figure: str, done: list[dict[str, float]]) -> str:
     """Median and worst, rounding shown as zero; the jerk only where the acceleration is whole."""
-    if figure.startswith("peak jerk") and max(values["accel. jump"] for values in done) > 1e-9:
+    if "jerk" in figure and max(values["accel. jump"] for values in done) > 1e-9:
         return "unbounded"
     values = np.array([found[figure] for found in done])
     shown = (float(np.median(values)), float(values.max()))
-    return " / ".join("0" if value < 1e-9 else f"{value:.2f}" for value in shown)
+    return " / ".join(short(value) for value in shown)
+
+
+def short(value: float) -> str:
+    """Two digits after the point, none where there are three before it; rounding is zero."""
+    if value < 1e-9:
+        return "0"
+    return f"{value:.2f}" if value < 100 else f"{value:.0f}" if value < 1e5 else f"{value:.0e}"
 
 
 def rows(results: list[dict[str, dict[str, float]]]) -> Iterator[list[str]]:
@@ -138,7 +162,7 @@ def rows(results: list[dict[str, dict[str, float]]]) -> Iterator[list[str]]:
 @click.option("--markdown", is_flag=True, help="Print Markdown tables.")
 def main(tasks: int, seed: int, markdown: bool) -> None:
     """Compare planners over random tasks: median / worst of each figure."""
-    console = Console(width=200)
+    console = Console(width=230)
     for kind in KINDS:
         for ratio in RATIOS:
             rng = np.random.default_rng([seed, KINDS.index(kind), ratio])

@@ -78,16 +78,17 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
 @click.command()
 @json_option
 def planners(as_json: bool) -> int:
-    """List the planners: what each guarantees, what it gives up, and its options."""
+    """List the planners: what each guarantees, what it gives up, its options and rules."""
     from dataclasses import asdict
 
-    from knotwork.interpolation import RECORDS
+    from knotwork.interpolation import RECORDS, rules
 
     records = list(RECORDS.values())
     if as_json:
         rows = [asdict(record) for record in records]
         for row in rows:
             del row["module"], row["function"]
+            row["rules"] = rules(row["name"])
         click.echo(json.dumps(rows, indent=1))
         return PASSED
     from knotwork.cli import tables
@@ -106,7 +107,10 @@ def planners(as_json: bool) -> int:
             honours,
         )
         table.add_section()
-    tables.console(wrap=True).print(table)
+    out = tables.console(wrap=True)
+    out.print(table)
+    ruled = ", ".join(f"{name}:{rule}" for name in RECORDS for rule in rules(name))
+    out.print(f"With a rule for an option after a colon: {ruled}.")
     return PASSED
 
 

@@ -45,7 +45,9 @@ class Names(click.ParamType[Any]):
 
 
 planner_option = click.option(
-    "--planner", metavar="NAME", help="Planner, in place of the scenario's."
+    "--planner",
+    metavar="NAME[:RULE]",
+    help="Planner, in place of the scenario's; `knotwork planners` lists them and their rules.",
 )
 knots_option = click.option(
     "--knots",

@@ -55,7 +55,12 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     metavar="A,B,…",
     help="Of position, velocity, acceleration and jerk; all by default.",
 )
-@click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to draw beside it.")
+@click.option(
+    "--compare",
+    type=Names(),
+    metavar="A,B,…",
+    help="Planners to draw beside it; a rule may follow after a colon: quintic:estimated.",
+)
 @planner_option
 @knots_option
 @click.option(

@@ -4,7 +4,7 @@ from knotwork.interpolation.catalogue import RECORDS, PlannerRecord
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
 from knotwork.interpolation.knots import BalancedKnots
 from knotwork.interpolation.options import Planner, PlannerOptions
-from knotwork.interpolation.registry import PLANNERS, get_planner, planner_and_rule
+from knotwork.interpolation.registry import PLANNERS, get_planner, planner_and_rule, rules
 
 __all__ = [
     "PLANNERS",
@@ -16,4 +16,5 @@ __all__ = [
     "PlannerRecord",
     "get_planner",
     "planner_and_rule",
+    "rules",
 ]

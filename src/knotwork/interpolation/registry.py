@@ -68,22 +68,19 @@ def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
         raise UnknownNameError("planner", planner, PLANNERS)
     if not colon:
         return planner, {}
-    options = [option for option in RULES if option in RECORDS[planner].honours]
-    for option in options:
-        if rule in RULES[option]:
+    for option in RULES:
+        if option in RECORDS[planner].honours and rule in RULES[option]:
             return planner, {option: rule}
-    if options:
-        raise UnknownNameError(
-            f"rule of planner {planner!r}",
-            rule,
-            [own for option in options for own in RULES[option]],
-        )
-    others = [
-        other
-        for other, record in RECORDS.items()
-        if any(option in record.honours for option in RULES)
-    ]
-    raise UnknownNameError("planner", name, (planner, *(f"{other}:RULE" for other in others)))
+    if rules(planner):
+        raise UnknownNameError(f"rule of planner {planner!r}", rule, rules(planner))
+    ruled = (f"{other}:RULE" for other in RECORDS if rules(other))
+    raise UnknownNameError("planner", name, (planner, *ruled))
+
+
+def rules(planner: str) -> list[str]:
+    """Rules that may follow the name of a planner."""
+    honours = RECORDS[planner].honours
+    return [rule for option in RULES if option in honours for rule in RULES[option]]
 
 
 def _with_rule(name: str, ruled: Mapping[str, str]) -> Planner:

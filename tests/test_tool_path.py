@@ -1,0 +1,93 @@
+"""How far the tool is off the straight path, against closed forms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import knotwork as kw
+from knotwork.tool_path import deviation_from_line, straight_path_deviation
+
+
+def pose(x: float, y: float, z: float, angle: float = 0.0) -> pin.SE3:
+    return pin.SE3(pin.exp3(np.array([0.0, 0.0, angle])), np.array([x, y, z]))
+
+
+distances = st.floats(-2, 2)
+
+
+@given(along=st.floats(0, 1), off=distances, length=st.floats(0.01, 3), more=st.floats(-0.5, 0.5))
+def test_off_a_line_is_the_distance_to_it(
+    along: float, off: float, length: float, more: float
+) -> None:
+    turn = 0.8
+    found = deviation_from_line(
+        pose(along * length, off, 0, along * turn + more), pose(0, 0, 0), pose(length, 0, 0, turn)
+    )
+    assert found == pytest.approx((abs(off), abs(more)), abs=1e-9)
+
+
+@pytest.mark.parametrize(("x", "off"), [(-0.3, 0.3), (1.4, 0.4)])
+def test_before_and_after_a_line_it_is_the_distance_to_its_end(x: float, off: float) -> None:
+    assert deviation_from_line(pose(x, 0, 0), pose(0, 0, 0), pose(1, 0, 0))[0] == pytest.approx(off)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-16, 1e-12])
+def test_at_one_place_the_tool_only_turns_there(apart: float) -> None:
+    start, end = pose(0.5, 0, 0), pose(0.5, apart, 0, 1.0)
+    for turned in (0.0, 0.3, 1.0):
+        off, angle = deviation_from_line(pose(0.5, 0, 0, turned), start, end)
+        assert off < 1e-9
+        assert angle < 1e-9
+    assert deviation_from_line(pose(0.5, 0.02, 0, 0.4), start, end) == pytest.approx((0.02, 0))
+    assert deviation_from_line(pose(0.5, 0, 0, 1.25), start, end) == pytest.approx((0, 0.25))
+
+
+def test_where_nothing_is_to_move_everything_is_off() -> None:
+    here = pose(0.1, 0.2, 0.3)
+    assert deviation_from_line(pose(0.1, 0.2, 0.4, 0.5), here, here) == pytest.approx((0.1, 0.5))
+
+
+def turn_in_place(**second: Any) -> dict[str, Any]:
+    """One point of the workpiece by two frames, so that it differs by rounding alone."""
+    return {
+        "robot": "ur5",
+        "units": {"angle": "deg"},
+        "frames": {
+            "block": {"position": [0.1, -0.3, 0.2], "rpy": [0, 0, 37]},
+            "jig": {"in": "block", "position": [-0.07, 0.11, 0.03], "rpy": [0, 0, 53]},
+        },
+        "waypoints": [
+            {"pose": {"position": [0.3, 0.1, 0.2], "rpy": [180, 0, 0]}, "frame": "block"},
+            {"after": 2, **second},
+        ],
+    }
+
+
+def test_one_point_said_in_two_frames_is_a_turn_in_place() -> None:
+    block = pin.SE3(pin.rpy.rpyToMatrix(0, 0, math.radians(37)), np.array([0.1, -0.3, 0.2]))
+    jig = block * pin.SE3(
+        pin.rpy.rpyToMatrix(0, 0, math.radians(53)), np.array([-0.07, 0.11, 0.03])
+    )
+    place = jig.actInv(block.act(np.array([0.3, 0.1, 0.2])))
+    plan = kw.plan(
+        turn_in_place(frame="jig", pose={"position": place.tolist(), "rpy": [180, 0, 0]})
+    )
+    poses = [waypoint.pose for waypoint in plan.scenario.waypoints]  # type: ignore[union-attr]
+    apart = np.linalg.norm(poses[0].translation - poses[1].translation)
+    assert apart < 1e-15
+    robot = plan.space.robot
+    assert robot is not None
+    found = straight_path_deviation(robot, plan.trajectory, plan.scenario.waypoints)
+    assert found is not None
+    # the last wrist joint alone turns a tool that points along its axis, evenly and in place
+    assert found.position < 1e-9
+    assert found.orientation < 1e-9
+    turned = plan.trajectory.position(2.0) - plan.trajectory.position(0.0)
+    assert np.degrees(np.abs(turned)) == pytest.approx([0, 0, 0, 0, 0, 53], abs=1e-6)
