@@ -18,10 +18,11 @@ from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.view.animation import LEAST_RATE, frames, joint_tree
 from knotwork.view.links import find_mesh, link_shapes
-from knotwork.view.mesh import Mesh, box, capsule, cylinder, sphere
+from knotwork.view.mesh import Mesh
 from knotwork.view.page import Page, json_in_html
 from knotwork.view.path import robot_curve, tool_path
 from knotwork.view.show import view_plan
+from knotwork.view.solids import box, capsule, cylinder, sphere
 
 FAILING = Path(__file__).parents[1] / "failing"
 

@@ -1,42 +1,113 @@
-"""Where to look at a scene from first: so that arm and task are in view, the task in front."""
+"""Where to look at a scene from first: arm and task in view, and little of the path hidden."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from knotwork.view.solids import frame_along
 from knotwork.waypoints import FloatArray
 
-ELEVATION = np.radians(24.0)
+ELEVATIONS = np.radians([24.0, 38.0])
 STEEP = np.radians(52.0)
-ASIDE = np.radians(50.0)
+# From the direction in which the task lies; the first that is nearly as good as the best is taken.
+ASIDE = np.radians([-50.0, 50.0, -25.0, 25.0, -75.0, 75.0, -100.0, 100.0, 0.0])
+NEARLY = 0.04
 # A scene lower than this, relative to its width, is looked at from above.
 FLAT = 0.3
+# So many points of the path are looked at, evenly along it.
+LOOKS = 90
 
 
-def first_view(points: FloatArray, path: FloatArray) -> dict[str, Any]:
+def first_view(
+    points: FloatArray, path: FloatArray, arms: Sequence[FloatArray] = ()
+) -> dict[str, Any]:
     """Choose the direction to look from, and the points that must be in view.
+
+    Of a few directions that one is taken from which most of the path's length is seen: not hidden
+    behind the arm, and not along the line of sight.
 
     Args:
         points: Of the arm and the task [m], z up, shape (n, 3).
         path: Of the tool [m], shape (m, 3), m >= 0.
+        arms: Triangles of the arm where it stands at first, and then at the waypoints [m], each of
+            shape (k, 3, 3).
 
     Returns:
         `from`, the unit vector from the scene towards the camera, and `points`, which must be in
         view.
     """
     extent = np.ptp(points, axis=0)
-    elevation = STEEP if extent[2] < FLAT * max(extent[0], extent[1]) else ELEVATION
+    flat = extent[2] < FLAT * max(extent[0], extent[1])
     middle = path.mean(axis=0) if len(path) else points.mean(axis=0)
     outwards = float(np.arctan2(middle[1], middle[0])) if np.linalg.norm(middle[:2]) > 1e-3 else 0.0
-    sides = [outwards - ASIDE, outwards + ASIDE]
-    if len(path) > 2:
-        # From the side that sees more of the path's length.
-        spread = path[:, :2] - path[:, :2].mean(axis=0)
-        along = np.linalg.svd(spread, full_matrices=False)[2][0]
-        sides.sort(key=lambda side: abs(float(along @ [np.cos(side), np.sin(side)])))
-    azimuth = sides[0]
-    level = np.cos(elevation)
-    towards = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
-    return {"from": [float(value) for value in towards], "points": points.tolist()}
+    choices = [
+        np.array(
+            [
+                np.cos(elevation) * np.cos(outwards + aside),
+                np.cos(elevation) * np.sin(outwards + aside),
+                np.sin(elevation),
+            ]
+        )
+        for elevation in ([STEEP] if flat else ELEVATIONS)
+        for aside in ASIDE
+    ]
+    seen = np.array([_seen(_evenly(path), arms, towards) for towards in choices])
+    towards = choices[int(np.flatnonzero(seen >= seen.max() - NEARLY)[0])]
+    return {"from": towards.tolist(), "points": points.tolist()}
+
+
+def hidden(points: FloatArray, triangles: FloatArray, towards: FloatArray) -> NDArray[np.bool_]:
+    """Say which points lie behind a triangle, seen from far away.
+
+    Args:
+        points: [m], shape (n, 3).
+        triangles: Corners [m], shape (k, 3, 3).
+        towards: Unit vector from the scene towards the camera, shape (3,).
+
+    Returns:
+        Shape (n,).
+    """
+    axes = frame_along(towards)  # the screen's two, and the depth
+    seen, corners = points @ axes, triangles @ axes
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    keep = np.abs(area) > 1e-12
+    corners, first, second, area = corners[keep], first[keep], second[keep], area[keep]
+    # Each point p = corner + u first + v second on the screen, shape (n, k)
+    x = seen[:, np.newaxis, 0] - corners[:, 0, 0]
+    y = seen[:, np.newaxis, 1] - corners[:, 0, 1]
+    u = (x * second[:, 1] - y * second[:, 0]) / area
+    v = (y * first[:, 0] - x * first[:, 1]) / area
+    depth = corners[:, 0, 2] + u * first[:, 2] + v * second[:, 2]
+    covers = (u >= 0) & (v >= 0) & (u + v <= 1) & (depth > seen[:, np.newaxis, 2])
+    return np.asarray(covers.any(axis=1))
+
+
+def _seen(path: FloatArray, arms: Sequence[FloatArray], towards: FloatArray) -> float:
+    """How much of a path is seen, in 0 … 1; where the arm stands first counts half."""
+    steps = np.diff(path, axis=0)
+    length = np.linalg.norm(steps, axis=1)
+    if not len(length):
+        return 0.0
+    across = np.sqrt(np.maximum(length**2 - (steps @ towards) ** 2, 0.0))
+    worth = 0.5 * (1.0 + across / length) * length / length.sum()
+    middles = path[:-1] + 0.5 * steps
+    free = [float(worth[~hidden(middles, arm, towards)].sum()) for arm in arms]
+    if not free:
+        return float(worth.sum())
+    return 0.5 * free[0] + 0.5 * float(np.mean(free[1:] or free))
+
+
+def _evenly(path: FloatArray) -> FloatArray:
+    """Points evenly spaced along a path; none if it has no length."""
+    along = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))] if len(path) else [[]]
+    )
+    if not len(along) or along[-1] < 1e-6:
+        return np.zeros((0, 3))
+    at = np.linspace(0.0, along[-1], LOOKS + 1)
+    return np.stack([np.interp(at, along, path[:, i]) for i in range(3)], axis=1)

@@ -1,4 +1,4 @@
-"""Reading meshes from COLLADA files (`.dae`), with the colours of their materials.
+"""Reading meshes from COLLADA files (`.dae`), with the colours and images of their materials.
 
 As in ROS, the unit of length of the file counts and its upward axis does not.
 """
@@ -6,12 +6,14 @@ As in ROS, the unit of length of the file counts and its upward axis does not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
+from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
 
-from knotwork.view.mesh import Colour, IndexArray, Mesh, from_triangles, merged, normalised
+from knotwork.view.mesh import Colour, IndexArray, Mesh, Skin, from_triangles, merged, normalised
 from knotwork.waypoints import FloatArray
 
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
@@ -37,7 +39,7 @@ def read_collada(path: Path) -> Mesh:
         root = ElementTree.parse(path).getroot()
         for element in root.iter():
             element.tag = element.tag.rpartition("}")[2]
-        meshes = list(_Collada(root).meshes())
+        meshes = list(_Collada(root, path.parent).meshes())
     except (ElementTree.ParseError, KeyError, IndexError, ValueError, AttributeError) as error:
         raise ColladaError(f"{path} is no COLLADA file that can be read: {error}") from error
     if not meshes:
@@ -45,11 +47,19 @@ def read_collada(path: Path) -> Mesh:
     return merged(meshes)
 
 
+@dataclass(frozen=True)
+class _Look:
+    """What a material looks like: a colour, `None` where none is given, or an image."""
+
+    colour: Colour | None = None
+    image: Path | None = None
+
+
 class _Collada:
     """A document, its elements found by id."""
 
-    def __init__(self, root: _Element) -> None:
-        self.root = root
+    def __init__(self, root: _Element, folder: Path) -> None:
+        self.root, self.folder = root, folder
         self.by_id = {e.get("id"): e for e in root.iter() if e.get("id")}
         unit = root.find("asset/unit")
         self.scale = float(unit.get("meter", "1")) if unit is not None else 1.0
@@ -86,20 +96,32 @@ class _Collada:
         for part in mesh if mesh is not None else ():
             if part.tag in _TRIANGLES:
                 symbol = part.get("material", "")
-                yield from self.part(part, frame, self.colour(bound.get(symbol)))
+                yield from self.part(part, frame, self.look(bound.get(symbol)))
 
-    def colour(self, material: str | None) -> Colour:
-        """Diffuse colour of a material; grey where it is a texture or there is none."""
-        if material is None:
-            return GREY
-        effect = self.target(material).find("instance_effect")
-        if effect is None:
-            return GREY
-        found = self.target(effect.get("url")).find(".//diffuse/color")
-        if found is None:
-            return GREY
-        red, green, blue, opacity = (*_numbers(found.text), 1.0)[:4]
-        return (float(red), float(green), float(blue), float(opacity))
+    def look(self, material: str | None) -> _Look:
+        """Diffuse colour or image of a material."""
+        instance = self.target(material).find("instance_effect") if material else None
+        if instance is None:
+            return _Look()
+        effect = self.target(instance.get("url"))
+        colour, texture = effect.find(".//diffuse/color"), effect.find(".//diffuse/texture")
+        if texture is not None:
+            return _Look(image=self.image(effect, texture.get("texture")))
+        if colour is None:
+            return _Look()
+        red, green, blue, opacity = (*_numbers(colour.text), 1.0)[:4]
+        return _Look((float(red), float(green), float(blue), float(opacity)))
+
+    def image(self, effect: _Element, name: str | None) -> Path | None:
+        """File of a texture: by way of its sampler and surface, or named at once."""
+        parameters = {e.get("sid"): e for e in effect.iter("newparam")}
+        for step in ("sampler2D/source", "surface/init_from"):
+            found = parameters[name].findtext(step) if name in parameters else None
+            name = found.strip() if found else name
+        image = self.by_id.get(name)
+        source = image.findtext("init_from") if image is not None else None
+        path = self.folder / unquote((source or "").strip().removeprefix("file://"))
+        return path if path.is_file() else None
 
     def source(self, reference: str | None) -> FloatArray:
         """Numbers of a source in rows, shape (n, stride)."""
@@ -108,8 +130,9 @@ class _Collada:
         stride = int(accessor.get("stride", "1")) if accessor is not None else 3
         return _numbers(data.text if data is not None else "").reshape(-1, stride)
 
-    def part(self, part: _Element, frame: FloatArray, colour: Colour) -> Iterator[Mesh]:
-        inputs = {e.get("semantic"): e for e in part.findall("input")}
+    def part(self, part: _Element, frame: FloatArray, look: _Look) -> Iterator[Mesh]:
+        # of several sets of places in images the first counts
+        inputs = {e.get("semantic"): e for e in reversed(part.findall("input"))}
         width = 1 + max(int(e.get("offset", "0")) for e in inputs.values())
         rows = _triangles(part, width)
         if not len(rows):
@@ -126,17 +149,42 @@ class _Collada:
             towards = rows[:, int(given.get("offset", "0"))]
         elif "NORMAL" in inner:
             directions, towards = self.source(inner["NORMAL"].get("source")), at
+        if look.image is not None and "TEXCOORD" in inputs:
+            given = inputs["TEXCOORD"]
+            places = self.source(given.get("source"))[rows[:, int(given.get("offset", "0"))], :2]
+            corners = points[at] @ frame[:3, :3].T + frame[:3, 3]
+            yield _skinned(corners.reshape(-1, 3, 3), places, look.image)
+            return
+        mesh = self.coloured_part(points, at, directions, towards, frame).painted(
+            look.colour or GREY
+        )
+        yield mesh if look.colour is not None else replace(mesh, coloured=False)
+
+    @staticmethod
+    def coloured_part(
+        points: FloatArray,
+        at: IndexArray,
+        directions: FloatArray,
+        towards: IndexArray,
+        frame: FloatArray,
+    ) -> Mesh:
+        """Make a mesh of corners, given by their indices of points and of normals."""
         pairs, faces = np.unique(at * len(directions) + towards, return_inverse=True)
         if len(directions) == 1 or len(pairs) > MOST_CORNERS * len(at):
             corners = points[at].reshape(-1, 3, 3) @ frame[:3, :3].T + frame[:3, 3]
-            yield from_triangles(corners, colour)
-            return
+            return from_triangles(corners, GREY)
         vertices = points[pairs // len(directions)] @ frame[:3, :3].T + frame[:3, 3]
         normals = directions[pairs % len(directions)] @ np.linalg.inv(frame[:3, :3])
         faces = faces.reshape(-1, 3)
         if np.linalg.det(frame[:3, :3]) < 0:
             faces = faces[:, ::-1]
-        yield Mesh(vertices, normalised(normals), faces, np.zeros_like(vertices)).painted(colour)
+        return Mesh(vertices, normalised(normals), faces, np.zeros_like(vertices))
+
+
+def _skinned(corners: FloatArray, places: FloatArray, image: Path) -> Mesh:
+    """A mesh that an image colours, from loose triangles, shape (m, 3, 3)."""
+    mesh = from_triangles(corners, (1.0, 1.0, 1.0, 1.0), places.reshape(-1, 3, 2))
+    return replace(mesh, skins=(Skin(0, len(mesh.faces), image),))
 
 
 def _numbers(text: str | None) -> FloatArray:

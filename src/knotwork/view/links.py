@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.dom import expatbuilder
 from xml.dom.minidom import Element
@@ -14,17 +14,8 @@ import pinocchio as pin
 
 from knotwork.robot import Robot
 from knotwork.view.collada import GREY, ColladaError, read_collada
-from knotwork.view.mesh import (
-    Colour,
-    Mesh,
-    box,
-    capsule,
-    cylinder,
-    from_triangles,
-    merged,
-    rod,
-    sphere,
-)
+from knotwork.view.mesh import Colour, Mesh, from_triangles, merged
+from knotwork.view.solids import box, capsule, cylinder, rod, sphere
 from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012
@@ -61,10 +52,13 @@ def link_shapes(robot: Robot) -> LinkShapes:
     frames = {f.name: f for f in model.frames if f.type == pin.FrameType.BODY}
     carried: list[list[Mesh]] = [[] for _ in range(model.njoints)]
     warnings: list[str] = []
+    plain: list[str] = []
     for link, element in urdf.links.items():
         if link not in frames:
             continue
         parts, missing = urdf.shapes(element, "visual")
+        if not all(part.coloured for part in parts):
+            plain.append(link)
         if missing:
             instead, worse = urdf.shapes(element, "collision")
             if instead and not worse:
@@ -76,6 +70,8 @@ def link_shapes(robot: Robot) -> LinkShapes:
         placement = frames[link].placement
         joint = frames[link].parentJoint
         carried[joint] += [part.moved(placement.rotation, placement.translation) for part in parts]
+    if plain:
+        warnings.append(f"no colour is given for parts of {', '.join(plain)}; they are drawn grey")
     if not any(carried):
         warnings.append(f"robot {robot.name!r} has no shapes to draw; its links are drawn as lines")
         carried = _skeleton(robot)
@@ -228,7 +224,7 @@ def _read_stl(path: Path) -> Mesh:
         corners = np.array(rows, dtype=float).reshape(-1, 3, 3)
     if not len(corners) or not np.isfinite(corners).all():
         raise ValueError("it holds no triangles, or points that are not finite")
-    return from_triangles(corners, GREY)
+    return replace(from_triangles(corners, GREY), coloured=False)
 
 
 def _read_other(path: Path) -> Mesh:
@@ -239,7 +235,7 @@ def _read_other(path: Path) -> Mesh:
     points = np.array(loaded.vertices())
     triangles = (loaded.tri_indices(i) for i in range(loaded.num_tris))
     faces = np.array([[one[0], one[1], one[2]] for one in triangles], dtype=np.int64)
-    return from_triangles(points[faces], GREY)
+    return replace(from_triangles(points[faces], GREY), coloured=False)
 
 
 def _children(element: Element, tag: str) -> list[Element]:

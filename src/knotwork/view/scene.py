@@ -5,15 +5,13 @@ Everything is in the axes of the URDF's root, z up, in m and s.
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
-from knotwork.errors import InputError
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
@@ -21,30 +19,25 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.view.animation import frames, joint_tree
 from knotwork.view.camera import first_view
+from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
-from knotwork.view.marks import RED, Target, marks, targets
-from knotwork.view.mesh import Mesh, coarse, merged, rod, sphere, triad, tube
+from knotwork.view.marks import marks
+from knotwork.view.mesh import coarse
+from knotwork.view.packing import hexadecimal, packed, packed_numbers
 from knotwork.view.path import ToolPath, robot_curve, tool_path, tool_speed
+from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshes, tool_mesh
+from knotwork.view.stops import Stops, arm_triangles, find_stops
+from knotwork.view.targets import Target, targets
 from knotwork.waypoints import FloatArray
 from knotwork.witness import Report, check
 
-MOST_STOPS = 200
-# Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
-GHOST_DISTANCE = 0.12
-MOST_GHOSTS = 12
-# They are faint and need no detail finer than this, relative to the scene's size.
+# Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
 GHOST_DETAIL = 0.007
+# The arm at so many waypoints is looked at for what it hides.
+MOST_HIDING = 5
 MOST_SPEEDS = 30_000
-# Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
-SPEED_COLOURS = np.array(
-    [
-        [0.267, 0.005, 0.329],
-        [0.231, 0.322, 0.545],
-        [0.129, 0.569, 0.549],
-        [0.369, 0.788, 0.384],
-        [0.85, 0.87, 0.12],
-    ]
-)
+# Drawn in their own colours, whatever the light.
+UNLIT = ("path", "limits broken", "failures")
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +55,33 @@ class Scene:
     warnings: tuple[str, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """What a scene is composed of."""
+
+    robot: Robot
+    curve: PiecewisePolynomial
+    motions: Mapping[str, PiecewisePolynomial]
+    scenario: Scenario | None
+    report: Report | None
+    shapes: LinkShapes
+    stops: Stops
+    asked: Sequence[Target]
+    path: ToolPath | None
+
+    def points(self) -> FloatArray:
+        """Everything that must be in view [m], shape (n, 3)."""
+        points = [self.stops.outlines.reshape(-1, 3)]
+        if self.path is not None:
+            points.append(self.path.position)
+        points += [target.pose.translation[np.newaxis] for target in self.asked]
+        if self.scenario is not None:
+            base = self.robot.base_placement
+            placed = (base * frame for frame in self.scenario.frames.values())
+            points += [frame.translation[np.newaxis] for frame in placed]
+        return np.concatenate(points)
+
+
 def make_scene(
     robot: Robot,
     trajectory: JointTrajectory,
@@ -70,6 +90,7 @@ def make_scene(
     space: JointSpace | None = None,
     report: Report | None = None,
     others: Mapping[str, JointTrajectory] | None = None,
+    warnings: Sequence[str] = (),
 ) -> Scene:
     """Compose the scene of a motion.
 
@@ -80,64 +101,50 @@ def make_scene(
         space: The task's joints and limits.
         report: What the check found.
         others: Motions of other planners, by name, shown over the first as translucent arms.
+        warnings: What else the page is to say.
 
     Raises:
         InputError: A trajectory is not of the robot's joints, or too long to be shown.
     """
+    others = others or {}
     curve = robot_curve(trajectory, robot)
-    motions = {name: robot_curve(other, robot) for name, other in (others or {}).items()}
-    asked: list[Target] = []
+    motions = {name: robot_curve(other, robot) for name, other in others.items()}
     has_tool = robot.tcp_frame_id is not None
-    if has_tool and scenario is not None and space is not None:
-        asked = targets(scenario, space, robot)
-    shapes = link_shapes(robot)
+    known = has_tool and scenario is not None and space is not None
+    asked = targets(scenario, space, robot) if known and scenario and space else []
     times = [target.time for target in asked]
-    path = tool_path(robot, curve, space, report, times) if has_tool else None
-    stops = _stops(curve, scenario, trajectory)
-    outlines = _outlines(robot, shapes, stops)
-    outline = outlines.reshape(-1, 3)
-    points = [outline, *([path.position] if path is not None else [])]
-    points += [target.pose.translation[np.newaxis] for target in asked]
-    if scenario is not None:
-        placed = (robot.base_placement * frame for frame in scenario.frames.values())
-        points += [frame.translation[np.newaxis] for frame in placed]
-    everything = np.concatenate(points)
-    size = max(float(np.ptp(everything, axis=0).max()), 1e-3)
-    things, labels, legend = _things(robot, curve, path, asked, scenario, report, motions, size)
-    for part in things:
-        if part["name"] == "tool":
-            part["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
-    moved = {trajectory.planner or "trajectory": curve, **motions}
+    shapes = link_shapes(robot)
+    images = list(dict.fromkeys(skin.image for s in shapes.shapes if s for skin in s.skins))
+    addresses, unread = image_addresses(images)
+    shown = _Shown(
+        robot,
+        curve,
+        motions,
+        scenario,
+        report,
+        shapes,
+        find_stops(robot, shapes, curve, scenario, trajectory),
+        asked,
+        tool_path(robot, curve, space, report, times) if has_tool else None,
+    )
+    warnings = (*warnings, *shapes.warnings, *unread)
+    title = scenario.name if scenario is not None else f"{robot.name}: stored trajectory"
     data = {
-        "joints": joint_tree(robot),
-        "shapes": [packed(shape) for shape in shapes.shapes],
-        "coarse": [packed(coarse(s, GHOST_DETAIL * size)) if s else None for s in shapes.shapes],
-        "arms": [_arm(name, motion, robot, has_tool) for name, motion in moved.items()],
-        "ghosts": stops[_distinct(outlines, GHOST_DISTANCE * size)].tolist(),
-        "things": things,
-        "labels": labels,
-        "tip": robot.model.frames[robot.tcp_frame_id].placement.translation.tolist()
-        if has_tool
-        else None,
-        "legend": legend,
-        "size": size,
-        "floor": float(min(outline[:, 2].min(), 0.0)),
-        "view": first_view(
-            _thinned(everything), path.position if path is not None else outline[:0]
-        ),
+        "title": title,
+        **_arm_data(shown, trajectory.planner or "trajectory", images),
+        "images": addresses,
         "ok": report.ok if report is not None else None,
         "failures": [str(item) for item in report.failures] if report is not None else [],
         "others": [
             {"name": name, "failures": _failures(other, scenario, space)}
-            for name, other in (others or {}).items()
+            for name, other in others.items()
         ],
-        "warnings": list(shapes.warnings),
+        "warnings": list(warnings),
         "robot": robot.name,
         "planner": trajectory.planner,
         "description": scenario.description.strip() if scenario is not None else "",
     }
-    title = scenario.name if scenario is not None else f"{robot.name}: stored trajectory"
-    return Scene(title, {"title": title, **data}, shapes.warnings)
+    return Scene(title, data, warnings)
 
 
 def _failures(
@@ -149,168 +156,80 @@ def _failures(
     return [str(item) for item in check(trajectory, scenario, space=space).failures]
 
 
-def _stops(
-    curve: PiecewisePolynomial, scenario: Scenario | None, trajectory: JointTrajectory
-) -> FloatArray:
-    """Joint positions at the waypoints, or at both ends, shape (n, d)."""
-    times = scenario.times if scenario is not None else trajectory.waypoint_times
-    times = curve.x[[0, -1]] if times is None else times
-    times = times[(times >= curve.x[0]) & (times <= curve.x[-1])]
-    if not len(times):
-        times = curve.x[[0, -1]]
-    return np.asarray(curve(times[:: len(times) // MOST_STOPS + 1]))
+def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, Any]:
+    """The arm, its motions, the task, and where to look from."""
+    robot, shapes, stops, path = shown.robot, shown.shapes.shapes, shown.stops, shown.path
+    points = shown.points()
+    size = max(float(np.ptp(points, axis=0).max()), 1e-3)
+    copies = stops.position[stops.distinct(size)]
+    moved = {planner: shown.curve, **shown.motions}
+    things, labels, legend = ([], [], {}) if path is None else _task_data(shown, path, size)
+    hiding = np.concatenate([shown.curve(shown.curve.x[:1]), copies[: MOST_HIDING - 1]])
+    tip = robot.model.frames[robot.tcp_frame_id].placement if path is not None else None
+    return {
+        "joints": joint_tree(robot),
+        "shapes": [packed(shape, images) if shape else None for shape in shapes],
+        "coarse": [packed(coarse(s, GHOST_DETAIL * size)) if s else None for s in shapes],
+        "arms": [_motion(name, motion, robot) for name, motion in moved.items()],
+        "ghosts": copies.tolist(),
+        "things": things,
+        "labels": labels,
+        "legend": legend,
+        "tip": tip.translation.tolist() if tip is not None else None,
+        "size": size,
+        "floor": float(min(stops.outlines[..., 2].min(), 0.0)),
+        "view": first_view(
+            _thinned(points),
+            path.position if path is not None else np.zeros((0, 3)),
+            arm_triangles(robot, shown.shapes, hiding, size) if path is not None else (),
+        ),
+    }
 
 
-def _outlines(robot: Robot, shapes: LinkShapes, stops: FloatArray) -> FloatArray:
-    """Corners of boxes about the links at each configuration, root's axes, shape (s, n, 3)."""
-    boxes = []
-    for i, shape in enumerate(shapes.shapes):
-        if shape is not None:
-            low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
-            corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
-            boxes.append((i, corners))
-    data = robot.model.createData()
-    found = []
-    for q in stops:
-        pin.forwardKinematics(robot.model, data, q)
-        placed = [(data.oMi[i], corners) for i, corners in boxes]
-        found.append([corners @ at.rotation.T + at.translation for at, corners in placed])
-    return np.array(found).reshape(len(stops), -1, 3)
-
-
-def _distinct(outlines: FloatArray, distance: float) -> list[int]:
-    """Which configurations differ from each other, so that copies of the arm can be told apart."""
-    kept: list[int] = []
-    for i, outline in enumerate(outlines):
-        away = (np.linalg.norm(outline - outlines[k], axis=1).max() for k in kept)
-        if len(kept) < MOST_GHOSTS and all(apart > distance for apart in away):
-            kept.append(i)
-    return kept
-
-
-def _things(
-    robot: Robot,
-    curve: PiecewisePolynomial,
-    path: ToolPath | None,
-    asked: Sequence[Target],
-    scenario: Scenario | None,
-    report: Report | None,
-    motions: Mapping[str, PiecewisePolynomial],
-    size: float,
+def _task_data(
+    shown: _Shown, path: ToolPath, size: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
     """Meshes by name, labels and the legend."""
-    if path is None:
-        return [], [], {}
-    low, high = 0.0, float(path.speed.max())
-    things = _path_things(path, high, size)
-    for name, motion in motions.items():
-        other = tool_path(robot, motion)
-        line = _tube(
-            other.position, np.tile((0.45, 0.45, 0.5), (len(other.time), 1)), 0.0022 * size
-        )
+    robot = shown.robot
+    meshes = path_meshes(path, size)
+    for name, motion in shown.motions.items():
+        line = other_path_mesh(tool_path(robot, motion), size)
         if line is not None:
-            things.append({"name": f"path of {name}", "mesh": packed(line), "lit": False})
-    drawn = marks(asked, path, curve, robot, scenario, report, size)
-    for name, mesh in drawn.meshes.items():
-        things.append({"name": name, "mesh": packed(mesh), "lit": name != "failures"})
-    things.append({"name": "tool", "mesh": packed(_tool(robot, size)), "lit": True})
+            meshes[f"path of {name}"] = line
+    drawn = marks(shown.asked, shown.curve, robot, shown.scenario, shown.report, size)
+    meshes |= {**drawn.meshes, "tool": tool_mesh(robot, size)}
+    things: list[dict[str, Any]] = [
+        {"name": name, "mesh": packed(mesh), "lit": not name.startswith(UNLIT)}
+        for name, mesh in meshes.items()
+    ]
+    things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     labels = [
         {"text": one.text, "kind": one.kind, "at": list(one.position), "detail": one.detail}
         for one in drawn.labels
     ]
     legend = {
-        "low": low,
-        "high": high,
-        "colours": [_hex(colour) for colour in SPEED_COLOURS],
+        "high": float(path.speed.max()),
+        "colours": [hexadecimal(colour) for colour in SPEED_COLOURS],
         "arrow_seconds": drawn.arrow_seconds,
+        "turn_seconds": drawn.turn_seconds,
         "broken": bool(path.broken.any()),
     }
     return things, labels, legend
 
 
-def _path_things(path: ToolPath, high: float, size: float) -> list[dict[str, Any]]:
-    share = path.speed / high if high > 0 else np.zeros_like(path.speed)
-    at = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
-    colours = np.stack([np.interp(share, at, SPEED_COLOURS[:, i]) for i in range(3)], axis=1)
-    things = []
-    line = _tube(path.position, colours, 0.0032 * size)
-    if line is not None:
-        things.append({"name": "path", "mesh": packed(line), "lit": False})
-    broken = np.flatnonzero(path.broken)
-    red: list[Mesh] = []
-    for run in np.split(broken, np.flatnonzero(np.diff(broken) > 1) + 1) if len(broken) else ():
-        part = path.position[max(run[0] - 1, 0) : run[-1] + 2]
-        colour = np.tile(RED[:3], (len(part), 1))
-        tubes = _tube(part, colour, 0.0065 * size)
-        red.append(
-            tubes
-            if tubes is not None  # the tool stands still while the limit is broken
-            else sphere(0.012 * size, RED).moved(np.eye(3), part[0])
-        )
-    if red:
-        things.append({"name": "limits broken", "mesh": packed(merged(red)), "lit": False})
-    return things
-
-
-def _tube(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | None:
-    """A line as a tube; `None` if it has no length."""
-    apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    keep = np.concatenate([[True], apart > 1e-9])
-    points, colours = points[keep], colours[keep]
-    return tube(points, colours, radius) if len(points) > 1 else None
-
-
-def _tool(robot: Robot, size: float) -> Mesh:
-    """A rod from the tool frame to the tool centre point, and the axes there; joint's axes."""
-    model = robot.model
-    tip = model.frames[robot.tcp_frame_id].placement
-    flange = tip * robot.tool_offset.inverse()
-    parts = [triad(0.06 * size, 0.0028 * size).moved(tip.rotation, tip.translation)]
-    if np.linalg.norm(tip.translation - flange.translation) > 1e-6:
-        steel = (0.35, 0.36, 0.4, 1.0)
-        parts.append(rod(flange.translation, tip.translation, 0.006 * size, steel))
-    return merged(parts)
-
-
-def _arm(name: str, curve: PiecewisePolynomial, robot: Robot, has_tool: bool) -> dict[str, Any]:
+def _motion(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, Any]:
+    """A motion's frames, and the tool's speed at each."""
     shown = frames(curve)
     arm: dict[str, Any] = {
         "name": name,
         "start": float(shown.time[0]),
-        "time": _numbers((shown.time - shown.time[0]).astype("<f4")),
-        "position": _numbers(shown.position.astype("<f4")),
+        "time": packed_numbers((shown.time - shown.time[0]).astype("<f4")),
+        "position": packed_numbers(shown.position.astype("<f4")),
     }
-    if has_tool and len(shown.time) <= MOST_SPEEDS:
+    if robot.tcp_frame_id is not None and len(shown.time) <= MOST_SPEEDS:
         speed = tool_speed(robot, shown.position, curve(shown.time, 1))
-        arm["speed"] = _numbers(speed.astype("<f4"))
+        arm["speed"] = packed_numbers(speed.astype("<f4"))
     return arm
-
-
-def packed(mesh: Mesh | None) -> dict[str, Any] | None:
-    """Give a mesh as plain data: arrays in base64, little-endian."""
-    if mesh is None:
-        return None
-    if not np.isfinite(mesh.vertices).all():
-        raise InputError("a mesh of the robot has points that are not finite")
-    wide = len(mesh.vertices) > 65535
-    colours = np.round(255 * np.clip(mesh.colours, 0.0, 1.0)).astype(np.uint8)
-    plain = bool((colours == colours[:1]).all())
-    return {
-        "vertices": _numbers(mesh.vertices.astype("<f4")),
-        "normals": _numbers(np.round(127 * mesh.normals).astype(np.int8)),
-        "faces": _numbers(mesh.faces.astype("<u4" if wide else "<u2")),
-        "wide": wide,
-        "colours": colours[0].tolist() if plain else _numbers(colours),
-        "opacity": mesh.opacity,
-    }
-
-
-def _numbers(array: np.ndarray[Any, Any]) -> str:
-    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
-
-
-def _hex(colour: FloatArray) -> str:
-    return "#" + "".join(f"{round(255 * float(value)):02x}" for value in colour)
 
 
 def _thinned(points: FloatArray, most: int = 800) -> FloatArray:

@@ -70,4 +70,21 @@ def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool =
     Raises:
         InputError: The trajectory is not of the robot's joints, or can't be shown.
     """
-    return scene_page(make_scene(robot, trajectory), ghosts=ghosts)
+    scene = make_scene(robot, trajectory, warnings=_tool_warnings(robot))
+    return scene_page(scene, ghosts=ghosts)
+
+
+def _tool_warnings(robot: Robot) -> list[str]:
+    """What a trajectory without its task leaves unsaid about the tool."""
+    if robot.tcp_frame_id is None:
+        return [
+            f"robot {robot.name!r} names no tool frame, so no path of a tool is shown; give the "
+            "scenario that the trajectory was planned for, or a robot with a tool frame"
+        ]
+    if robot.tool_offset.isIdentity(1e-9):
+        return [
+            "a trajectory does not say which tool the arm carries: the path and the speed shown "
+            f"are those of the robot's frame {robot.tool_frame!r}; give the scenario that it was "
+            "planned for to see those of its tool"
+        ]
+    return []

@@ -21,6 +21,7 @@ function showScene(data, options) {
     const faces = bytes(mesh.faces).buffer;
     const index = mesh.wide ? new Uint32Array(faces) : new Uint16Array(faces);
     made.setIndex(new THREE.BufferAttribute(index, 1));
+    if (mesh.skins) made.setAttribute("uv", new THREE.BufferAttribute(floats(mesh.uv), 2));
     if (typeof mesh.colours === "string") {
       made.setAttribute("color", new THREE.BufferAttribute(bytes(mesh.colours), 3, true));
     }
@@ -39,6 +40,47 @@ function showScene(data, options) {
     };
     if (!lit) return new THREE.MeshBasicMaterial(settings);
     return new THREE.MeshPhongMaterial({ ...settings, specular: 0x1c1c1c, shininess: 25 });
+  }
+
+  // Images on meshes; the page is ready when they are.
+
+  const pending = [];
+  const images = data.images.map((address) => {
+    if (!address) return null;
+    const image = new Image();
+    const texture = new THREE.Texture(image);
+    texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+    pending.push(new Promise((done, fail) => {
+      image.onload = () => {
+        texture.needsUpdate = true;
+        done();
+      };
+      image.onerror = () => fail(new Error("an image of a mesh can't be shown"));
+    }));
+    image.src = address;
+    return texture;
+  });
+
+  // The arm itself: where a mesh has images, its faces have them in place of colours.
+  function dressed(shape) {
+    const plain = material(shape.mesh, true, 1, null);
+    if (!shape.mesh.skins) return plain;
+    const skins = [...shape.mesh.skins].sort((a, b) => a[0] - b[0]);
+    const all = shape.geometry.index.count;
+    let next = 0;
+    const materials = [plain];
+    for (const [start, count, number] of skins) {
+      if (3 * start > next) shape.geometry.addGroup(next, 3 * start - next, 0);
+      shape.geometry.addGroup(3 * start, 3 * count, materials.length);
+      next = 3 * (start + count);
+      const skin = plain.clone();
+      skin.vertexColors = false;
+      skin.color = images[number] ? new THREE.Color(1, 1, 1) : new THREE.Color(0.75, 0.75, 0.75);
+      skin.map = images[number];
+      materials.push(skin);
+    }
+    if (next < all) shape.geometry.addGroup(next, all - next, 0);
+    return materials;
   }
 
   const shapes = data.shapes.map((mesh) => mesh && { mesh, geometry: geometry(mesh) });
@@ -73,10 +115,10 @@ function showScene(data, options) {
       const tint = [[70, 105, 225], [215, 125, 30], [20, 150, 110]][(number + 2) % 3];
       const object = second
         ? translucent(shape, 0.45, tint, 100 + 2 * number)
-        : new THREE.Mesh(shape.geometry, material(shape.mesh, true, 1, null));
-      if (!second) {
+        : new THREE.Mesh(shape.geometry, dressed(shape));
+      for (const paint of second ? [] : [object.material].flat()) {
         // Copies in front of the arm must not veil it: see `ghost`.
-        Object.assign(object.material, { stencilWrite: true, stencilRef: 1, stencilZPass: THREE.ReplaceStencilOp });
+        Object.assign(paint, { stencilWrite: true, stencilRef: 1, stencilZPass: THREE.ReplaceStencilOp });
       }
       viewer.set_object(path, object);
     });
@@ -202,49 +244,102 @@ function showScene(data, options) {
     });
   }
 
-  // The first camera: everything in view, with room for the words around it.
+  // The first camera: everything in view, and as large as the panels leave room for.
 
   const world = (point) => new THREE.Vector3(point[0], point[2], -point[1]);
 
+  // Boxes [left, top, right, bottom] of what lies over the scene, in the scene's own pixels
+  function panels(pane) {
+    return [...document.querySelectorAll(".keep-clear, .dg.main")]
+      .map((element) => element.getBoundingClientRect())
+      .filter((box) => box.width > 0 && box.height > 0)
+      .map((box) => [box.left - pane.left, box.top - pane.top, box.right - pane.left, box.bottom - pane.top]);
+  }
+
+  // Corners of the smallest convex polygon around points in the plane
+  function hull(points) {
+    const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+    const left = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
+    const half = (list) => list.reduce((chain, point) => {
+      while (chain.length > 1 && !left(chain.at(-2), chain.at(-1), point)) chain.pop();
+      return [...chain, point];
+    }, []).slice(0, -1);
+    return [...half(sorted), ...half(sorted.reverse())];
+  }
+
+  // Whether a convex polygon touches a box: unless some line separates the two
+  function touches(polygon, box) {
+    const corners = [[box[0], box[1]], [box[2], box[1]], [box[2], box[3]], [box[0], box[3]]];
+    const edges = polygon.map((point, i) => {
+      const next = polygon[(i + 1) % polygon.length];
+      return [next[1] - point[1], point[0] - next[0]];
+    });
+    return [[1, 0], [0, 1], ...edges].every((axis) => {
+      const along = (point) => point[0] * axis[0] + point[1] * axis[1];
+      const [one, other] = [polygon.map(along), corners.map(along)];
+      return Math.max(...one) >= Math.min(...other) && Math.max(...other) >= Math.min(...one);
+    });
+  }
+
+  // How near a camera can go so that points (across, up, towards it) fill a part of the pane, and
+  // where it is then; in the plane through `towards` = 0.
+  function fit(points, part, pane) {
+    const half = Math.tan((viewer.camera.fov / 2) * (Math.PI / 180));
+    const scale = [(half * pane.width) / pane.height, half];
+    const bounds = [
+      [(2 * part[0]) / pane.width - 1, (2 * part[2]) / pane.width - 1],
+      [1 - (2 * part[3]) / pane.height, 1 - (2 * part[1]) / pane.height],
+    ].map((range, i) => range.map((value) => value * scale[i]));
+    // x - at <= high (distance - z) and x - at >= low (distance - z) for each point
+    const extremes = bounds.map(([low, high], i) => [
+      Math.min(...points.map((p) => p[i] + low * p[2])),
+      Math.max(...points.map((p) => p[i] + high * p[2])),
+    ]);
+    const distance = Math.max(...bounds.map(([low, high], i) =>
+      (extremes[i][1] - extremes[i][0]) / (high - low)));
+    const at = bounds.map(([low, high], i) =>
+      (extremes[i][0] - low * distance + extremes[i][1] - high * distance) / 2);
+    const onScreen = points.map((p) => {
+      const [x, y] = [0, 1].map((i) => (p[i] - at[i]) / ((distance - p[2]) * scale[i]));
+      return [((x + 1) / 2) * pane.width, ((1 - y) / 2) * pane.height];
+    });
+    return { distance, at, outline: hull(onScreen) };
+  }
+
+  // Parts of the pane that may do, between its edges and those of panels
+  function parts(taken, pane) {
+    const gap = 22; // for axes and arrows, too
+    const inner = [gap, gap, pane.width - gap, pane.height - gap];
+    const lefts = [inner[0], ...taken.map((box) => box[2] + gap)];
+    const tops = [inner[1], ...taken.map((box) => box[3] + gap)];
+    const bottoms = [inner[3], ...taken.map((box) => box[1] - gap)];
+    const least = Math.min(90, pane.height / 4);
+    return lefts.flatMap((left) => tops.flatMap((top) => bottoms.map((bottom) => [left, top, inner[2], bottom])))
+      .filter(([left, top, right, bottom]) => right - left > 2 * least && bottom - top > least);
+  }
+
   function look() {
     const camera = viewer.camera;
-    const box = byId("scene").getBoundingClientRect();
-    viewer.set_3d_pane_size(box.width, box.height);
+    const pane = byId("scene").getBoundingClientRect();
+    viewer.set_3d_pane_size(pane.width, pane.height);
     camera.fov = 40;
     camera.near = 0.01 * data.size;
     camera.far = 60 * data.size;
     const towards = world(data.view.from).normalize();
     const right = new THREE.Vector3(0, 1, 0).cross(towards).normalize();
     const up = towards.clone().cross(right);
-    const points = data.view.points.map(world);
-    // What the panels at the top and at the bottom leave free
-    const head = options.embedded ? 0 : byId("head").getBoundingClientRect().height;
-    const narrow = box.width < 700;
-    const top = 1 - (2 * (narrow ? head + 20 : 40)) / box.height;
-    const bottom = -1 + (2 * 110) / box.height;
-    const half = Math.tan((camera.fov / 2) * (Math.PI / 180));
-    const high = (half * (top - bottom)) / 2;
-    const wide = half * camera.aspect * 0.88;
-    const target = points.reduce((sum, p) => sum.add(p), new THREE.Vector3());
-    target.divideScalar(points.length);
-    let distance = 1;
-    for (let round = 0; round < 12; round++) {
-      distance = Math.max(...points.map((point) => {
-        const p = point.clone().sub(target);
-        const needed = Math.max(Math.abs(p.dot(right)) / wide, Math.abs(p.dot(up)) / high);
-        return needed + p.dot(towards);
-      }));
-      // Centre what is seen: shift by the middle of the extremes on the screen.
-      const seen = [right, up].map((axis) => {
-        const on = points.map((point) => {
-          const p = point.clone().sub(target);
-          return p.dot(axis) / (distance - p.dot(towards));
-        });
-        return ((Math.max(...on) + Math.min(...on)) / 2) * distance;
-      });
-      target.addScaledVector(right, 0.7 * seen[0]).addScaledVector(up, 0.7 * seen[1]);
-    }
-    target.addScaledVector(up, (-half * distance * (top + bottom)) / 2);
+    const middle = data.view.points.map(world).reduce((sum, p) => sum.add(p), new THREE.Vector3());
+    middle.divideScalar(data.view.points.length);
+    const points = data.view.points.map((point) => {
+      const p = world(point).sub(middle);
+      return [p.dot(right), p.dot(up), p.dot(towards)];
+    });
+    const taken = panels(pane);
+    const choices = parts(taken, pane).map((part) => fit(points, part, pane));
+    const free = choices.filter(({ outline }) => !taken.some((box) => touches(outline, box)));
+    const whole = fit(points, [0, 0, pane.width, pane.height], pane);
+    const { distance, at } = free.reduce((best, one) => (one.distance < best.distance ? one : best), free[0] || whole);
+    const target = middle.addScaledVector(right, at[0]).addScaledVector(up, at[1]);
     camera.position.copy(target).addScaledVector(towards, distance);
     viewer.controls.target.copy(target);
     viewer.controls.update();
@@ -285,11 +380,7 @@ function showScene(data, options) {
     if (view === seenFrom) return;
     seenFrom = view;
     const pane = byId("scene").getBoundingClientRect();
-    const taken = [...document.querySelectorAll(".keep-clear")].map((element) => {
-      const box = element.getBoundingClientRect();
-      const [x, y] = [box.left - pane.left, box.top - pane.top];
-      return [x, y, x + box.width, y + box.height];
-    });
+    const taken = panels(pane);
     const free = (box) =>
       box[0] >= 2 && box[1] >= 2 && box[2] <= pane.width - 2 && box[3] <= pane.height - 2 &&
       taken.every((t) => box[2] < t[0] || box[0] > t[2] || box[3] < t[1] || box[1] > t[3]);
@@ -329,6 +420,74 @@ function showScene(data, options) {
       label.line.setAttribute("x2", edge);
       label.line.setAttribute("y2", (box[1] + box[3]) / 2);
     }
+  }
+
+  // A still picture: what is seen, with its labels and legend, for paper
+
+  function still() {
+    const pane = byId("scene").getBoundingClientRect();
+    const fine = Math.min(2, 2400 / pane.width);
+    const before = viewer.renderer.getPixelRatio();
+    viewer.renderer.setPixelRatio(fine);
+    viewer.set_3d_pane_size(pane.width, pane.height);
+    viewer.render();
+    const canvas = document.createElement("canvas");
+    canvas.width = Math.round(fine * pane.width);
+    canvas.height = Math.round(fine * pane.height);
+    const pen = canvas.getContext("2d");
+    pen.drawImage(viewer.renderer.domElement, 0, 0, canvas.width, canvas.height);
+    viewer.renderer.setPixelRatio(before);
+    viewer.set_3d_pane_size(pane.width, pane.height);
+    viewer.set_dirty();
+    pen.scale(fine, fine);
+    pen.textBaseline = "middle";
+    const inPane = (element) => {
+      const box = element.getBoundingClientRect();
+      return [box.left - pane.left, box.top - pane.top, box.width, box.height];
+    };
+    const word = (element) => {
+      const look = getComputedStyle(element);
+      const [x, y, , height] = inPane(element);
+      pen.font = `${look.fontStyle} ${look.fontWeight} ${look.fontSize} ${look.fontFamily}`;
+      pen.fillStyle = look.color;
+      pen.fillText(element.textContent, x + parseFloat(look.paddingLeft), y + height / 2);
+    };
+    const plate = (element) => {
+      const look = getComputedStyle(element);
+      pen.beginPath();
+      pen.roundRect(...inPane(element), parseFloat(look.borderRadius));
+      pen.fillStyle = look.backgroundColor;
+      pen.fill();
+      if (!parseFloat(look.borderWidth)) return;
+      pen.strokeStyle = look.borderColor;
+      pen.stroke();
+    };
+    const drawn = labels.filter(({ box }) => box.style.visibility === "visible" && layer.style.display !== "none");
+    for (const { line } of drawn) {
+      const [x1, y1, x2, y2] = ["x1", "y1", "x2", "y2"].map((name) => Number(line.getAttribute(name)));
+      pen.strokeStyle = getComputedStyle(line).stroke;
+      pen.beginPath();
+      pen.moveTo(x1, y1);
+      pen.lineTo(x2, y2);
+      pen.stroke();
+    }
+    for (const { box } of drawn) {
+      plate(box);
+      word(box);
+    }
+    const legend = byId("legend");
+    if (legend && legend.offsetHeight) {
+      plate(legend);
+      const [x, y, width, height] = inPane(legend.querySelector(".scale"));
+      const scale = pen.createLinearGradient(x, 0, x + width, 0);
+      data.legend.colours.forEach((colour, i, all) => scale.addColorStop(i / (all.length - 1), colour));
+      pen.fillStyle = scale;
+      pen.fillRect(x, y, width, height);
+      for (const element of legend.querySelectorAll(".word")) if (element.offsetHeight) word(element);
+      const broken = legend.querySelector(".red");
+      if (broken) plate(broken);
+    }
+    return canvas.toDataURL("image/png");
   }
 
   // Controls
@@ -479,9 +638,17 @@ function showScene(data, options) {
     play: () => { if (!animator.playing) toggle(); },
     pause: () => { if (animator.playing) toggle(); },
     picture: () => viewer.capture_image(),
+    still,
   };
   placeLabels();
   hideGhosts();
-  document.documentElement.dataset.ready = "true";
-  if (window.parent !== window) window.parent.postMessage({ knotwork: viewer.capture_image() }, "*");
+  return Promise.all(pending).then(() => {
+    viewer.set_dirty();
+    viewer.render();
+    document.documentElement.dataset.ready = "true";
+    if (window.parent === window) return;
+    const show = () => window.parent.postMessage({ knotwork: still() }, "*");
+    show();
+    viewer.controls.addEventListener("end", show); // the picture on paper is as it was turned
+  });
 }

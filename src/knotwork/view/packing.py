@@ -1,0 +1,53 @@
+"""Meshes and numbers as plain data, ready for JSON."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.view.mesh import Mesh
+from knotwork.waypoints import FloatArray
+
+
+def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
+    """Give a mesh as plain data: arrays in base64, little-endian.
+
+    Args:
+        mesh: The mesh.
+        images: Files of the page's images, those of the mesh among them.
+
+    Raises:
+        InputError: It has points that are not finite.
+    """
+    if not np.isfinite(mesh.vertices).all():
+        raise InputError("a mesh of the robot has points that are not finite")
+    wide = len(mesh.vertices) > 65535
+    colours = np.round(255 * np.clip(mesh.colours, 0.0, 1.0)).astype(np.uint8)
+    plain = bool((colours == colours[:1]).all())
+    data: dict[str, Any] = {
+        "vertices": packed_numbers(mesh.vertices.astype("<f4")),
+        "normals": packed_numbers(np.round(127 * mesh.normals).astype(np.int8)),
+        "faces": packed_numbers(mesh.faces.astype("<u4" if wide else "<u2")),
+        "wide": wide,
+        "colours": colours[0].tolist() if plain else packed_numbers(colours),
+        "opacity": mesh.opacity,
+    }
+    if mesh.skins and mesh.uv is not None:
+        data["uv"] = packed_numbers(mesh.uv.astype("<f4"))
+        data["skins"] = [[one.start, one.count, images.index(one.image)] for one in mesh.skins]
+    return data
+
+
+def packed_numbers(array: np.ndarray[Any, Any]) -> str:
+    """Give an array's bytes in base64."""
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+
+
+def hexadecimal(colour: FloatArray) -> str:
+    """Give a colour, red, green and blue in 0 … 1, as HTML does."""
+    return "#" + "".join(f"{round(255 * float(value)):02x}" for value in colour)

@@ -1,0 +1,73 @@
+"""The tool and its path as meshes: coloured by speed, in red where a limit is broken."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.robot import Robot
+from knotwork.view.marks import RED
+from knotwork.view.mesh import Mesh, merged
+from knotwork.view.path import ToolPath
+from knotwork.view.solids import rod, sphere, triad, tube
+from knotwork.waypoints import FloatArray
+
+# Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
+SPEED_COLOURS = np.array(
+    [
+        [0.267, 0.005, 0.329],
+        [0.231, 0.322, 0.545],
+        [0.129, 0.569, 0.549],
+        [0.369, 0.788, 0.384],
+        [0.85, 0.87, 0.12],
+    ]
+)
+OTHER = (0.45, 0.45, 0.5)
+STEEL = (0.35, 0.36, 0.4, 1.0)
+
+
+def path_meshes(path: ToolPath, size: float) -> dict[str, Mesh]:
+    """Draw a tool's path; in a scene of some size [m]. Empty if the tool stands still."""
+    high = float(path.speed.max())
+    share = path.speed / high if high > 0 else np.zeros_like(path.speed)
+    at = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
+    colours = np.stack([np.interp(share, at, SPEED_COLOURS[:, i]) for i in range(3)], axis=1)
+    meshes = {}
+    line = _tube(path.position, colours, 0.0032 * size)
+    if line is not None:
+        meshes["path"] = line
+    broken = np.flatnonzero(path.broken)
+    red: list[Mesh] = []
+    for run in np.split(broken, np.flatnonzero(np.diff(broken) > 1) + 1) if len(broken) else ():
+        part = path.position[max(run[0] - 1, 0) : run[-1] + 2]
+        tubes = _tube(part, np.tile(RED[:3], (len(part), 1)), 0.0065 * size)
+        red.append(
+            tubes
+            if tubes is not None  # the tool stands still while the limit is broken
+            else sphere(0.012 * size, RED).moved(np.eye(3), part[0])
+        )
+    if red:
+        meshes["limits broken"] = merged(red)
+    return meshes
+
+
+def other_path_mesh(path: ToolPath, size: float) -> Mesh | None:
+    """Draw the path of a motion that is compared with; `None` if the tool stands still."""
+    return _tube(path.position, np.tile(OTHER, (len(path.time), 1)), 0.0022 * size)
+
+
+def tool_mesh(robot: Robot, size: float) -> Mesh:
+    """A rod from the tool frame to the tool centre point, and the axes there; joint's axes."""
+    tip = robot.model.frames[robot.tcp_frame_id].placement
+    flange = tip * robot.tool_offset.inverse()
+    parts = [triad(0.06 * size, 0.0028 * size).moved(tip.rotation, tip.translation)]
+    if np.linalg.norm(tip.translation - flange.translation) > 1e-6:
+        parts.append(rod(flange.translation, tip.translation, 0.006 * size, STEEL))
+    return merged(parts)
+
+
+def _tube(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | None:
+    """A line as a tube; `None` if it has no length."""
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    keep = np.concatenate([[True], apart > 1e-9])
+    points, colours = points[keep], colours[keep]
+    return tube(points, colours, radius) if len(points) > 1 else None

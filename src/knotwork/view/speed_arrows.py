@@ -1,0 +1,90 @@
+"""Speeds asked for as arrows to scale: straight where the tool goes, round about what it turns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.view.mesh import Mesh, merged
+from knotwork.view.solids import arrow, frame_along, tube
+from knotwork.view.targets import Target, spacings
+from knotwork.waypoints import FloatArray
+
+STRAIGHT = (0.9, 0.35, 0.0, 1.0)
+ROUND = (0.55, 0.16, 0.72, 1.0)
+# Seconds of motion that an arrow may stand for.
+_NICE = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
+# A round arrow goes no further round than this [rad]; slower ones than the least have no room for
+# a head.
+MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
+# Slower than this the tool is asked to stand still [m/s, rad/s].
+STILL = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedArrows:
+    """Arrows of one kind.
+
+    Attributes:
+        mesh: All of them.
+        seconds: An arrow reaches as far as the tool goes or turns in this time.
+    """
+
+    mesh: Mesh
+    seconds: float
+
+
+def straight_arrows(asked: Sequence[Target], size: float) -> SpeedArrows | None:
+    """Draw how fast the tool is to go; `None` where it is nowhere to go.
+
+    The longest arrow is at most a sixth of the scene, and about as long as waypoints are apart.
+    """
+    moving = [target for target in asked if np.linalg.norm(target.linear) > STILL]
+    if not moving:
+        return None
+    longest = size / 6
+    apart = spacings(asked)
+    if len(apart):
+        longest = min(longest, max(float(np.median(apart)), 0.04 * size))
+    seconds = _seconds(max(float(np.linalg.norm(one.linear)) for one in moving), longest)
+    arrows = []
+    for target in moving:
+        foot = target.pose.translation
+        arrows.append(arrow(foot, foot + seconds * target.linear, 0.0035 * size, STRAIGHT))
+    return SpeedArrows(merged(arrows), seconds)
+
+
+def round_arrows(asked: Sequence[Target], radius: float) -> SpeedArrows | None:
+    """Draw how fast the tool is to turn, about which axis; `None` where it is nowhere to turn."""
+    turning = [target for target in asked if np.linalg.norm(target.angular) > STILL]
+    if not turning:
+        return None
+    seconds = _seconds(max(float(np.linalg.norm(one.angular)) for one in turning), MOST_TURN)
+    arrows = [_round_arrow(one.pose.translation, seconds * one.angular, radius) for one in turning]
+    return SpeedArrows(merged(arrows), seconds)
+
+
+def _seconds(fastest: float, most: float) -> float:
+    return next((seconds for seconds in _NICE if seconds * fastest <= most), _NICE[-1])
+
+
+def _round_arrow(centre: FloatArray, turn: FloatArray, radius: float) -> Mesh:
+    """An arc about a centre with a head, along a rotation vector [rad]."""
+    angle = float(np.linalg.norm(turn))
+    axes = frame_along(turn / angle)
+    head = min(0.5 * max(angle, LEAST_TURN), 0.5)
+    ends = np.linspace(0.0, max(angle - head, 0.02), max(int(24 * angle), 3))
+    rim = np.stack([np.cos(ends), np.sin(ends), np.zeros_like(ends)], axis=1)
+    shaft = tube(radius * rim, np.tile(ROUND[:3], (len(rim), 1)), 0.055 * radius)
+    last = ends[-1]
+    base = radius * np.array([np.cos(last), np.sin(last), 0.0])
+    along = np.array([-np.sin(last + 0.5 * head), np.cos(last + 0.5 * head), 0.0])
+    cone = _cone(base, base + radius * head * along, 0.17 * radius)
+    return merged([shaft, cone]).moved(axes, centre)
+
+
+def _cone(base: FloatArray, tip: FloatArray, radius: float) -> Mesh:
+    # An arrow of such a width is nearly all head
+    return arrow(base - 0.02 * (tip - base), tip, radius / 2.6, ROUND)

@@ -1,0 +1,114 @@
+"""The arm as it stands at the waypoints: for its copies, and for what the camera must show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.trajectory import JointTrajectory
+from knotwork.view.links import LinkShapes
+from knotwork.view.mesh import coarse
+from knotwork.waypoints import FloatArray
+
+MOST_STOPS = 200
+# Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
+DISTANCE = 0.12
+MOST_COPIES = 12
+# The arm as what hides things: no triangle finer than this, relative to the scene's size.
+DETAIL = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Stops:
+    """The arm at the waypoints, in the axes of the URDF's root.
+
+    Attributes:
+        position: Joint positions at each [rad or m], shape (s, d).
+        outlines: Corners of boxes about the links at each [m], shape (s, n, 3).
+    """
+
+    position: FloatArray
+    outlines: FloatArray
+
+    def distinct(self, size: float) -> list[int]:
+        """Which differ from each other, so that copies of the arm can be told apart.
+
+        Args:
+            size: Extent of the scene [m].
+        """
+        kept: list[int] = []
+        for i, outline in enumerate(self.outlines):
+            away = (np.linalg.norm(outline - self.outlines[k], axis=1).max() for k in kept)
+            if len(kept) < MOST_COPIES and all(apart > DISTANCE * size for apart in away):
+                kept.append(i)
+        return kept
+
+
+def find_stops(
+    robot: Robot,
+    shapes: LinkShapes,
+    curve: PiecewisePolynomial,
+    scenario: Scenario | None,
+    trajectory: JointTrajectory,
+) -> Stops:
+    """Put the arm at the waypoints, or where none are known at both ends of the motion.
+
+    Args:
+        robot: The arm.
+        shapes: What it looks like.
+        curve: Its motion, joints in the robot's order.
+        scenario: The task.
+        trajectory: The motion, for the times of waypoints that it knows.
+    """
+    times = scenario.times if scenario is not None else trajectory.waypoint_times
+    times = curve.x[[0, -1]] if times is None else times
+    times = times[(times >= curve.x[0]) & (times <= curve.x[-1])]
+    if not len(times):
+        times = curve.x[[0, -1]]
+    position = np.asarray(curve(times[:: len(times) // MOST_STOPS + 1]))
+    boxes: list[FloatArray | None] = []
+    for shape in shapes.shapes:
+        corners = None
+        if shape is not None:
+            low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+            corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+        boxes.append(corners)
+    return Stops(position, np.array([_placed(robot, boxes, q) for q in position]))
+
+
+def arm_triangles(
+    robot: Robot, shapes: LinkShapes, positions: FloatArray, size: float
+) -> list[FloatArray]:
+    """Give the arm's surface, coarsely, at each of some joint positions.
+
+    Args:
+        robot: The arm.
+        shapes: What it looks like.
+        positions: Joint positions [rad or m], shape (s, d).
+        size: Extent of the scene [m].
+
+    Returns:
+        For each its triangles' corners in the axes of the URDF's root [m], shape (m, 3, 3).
+    """
+    corners: list[FloatArray | None] = []
+    for shape in shapes.shapes:
+        rough = coarse(shape, DETAIL * size) if shape is not None else None
+        corners.append(rough.vertices[rough.faces].reshape(-1, 3) if rough is not None else None)
+    return [_placed(robot, corners, q).reshape(-1, 3, 3) for q in positions]
+
+
+def _placed(robot: Robot, points: list[FloatArray | None], q: FloatArray) -> FloatArray:
+    """Put points that joints carry, `None` where one carries nothing, at joint positions q."""
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, q)
+    placed = [
+        own @ at.rotation.T + at.translation
+        for own, at in zip(points, data.oMi, strict=True)
+        if own is not None
+    ]
+    return np.concatenate(placed)
