@@ -11,13 +11,9 @@ from scipy.interpolate import CubicHermiteSpline
 from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import (
-    CONTINUITY_TOLERANCE,
-    MAX_SAMPLES,
-    SAMPLE_COINCIDENCE,
-    JointTrajectory,
-    sample_times,
-)
+from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE
+from knotwork.sampling import MAX_SAMPLES, SAMPLE_COINCIDENCE, sample_times
+from knotwork.trajectory import JointTrajectory
 
 NAMES = ("shoulder", "elbow")
 

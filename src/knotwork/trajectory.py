@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,46 +12,13 @@ from numpy.typing import ArrayLike
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.exportable import Exportable
 from knotwork.polynomial import Extrema, PiecewisePolynomial
+from knotwork.polynomial.hermite import hermite_coefficients
+from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
+from knotwork.sampling import Samples, sample_times
 from knotwork.waypoints import FloatArray, checked_times, read_only
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 """Names of the derivatives of order 0 … 3."""
-
-CONTINUITY_TOLERANCE = 1e-9
-"""A derivative counts as continuous if it jumps by less than this, relative to its peak.
-
-Rounding makes jumps of about 1e-14; a controller's resolution is far coarser than 1e-9."""
-
-SAMPLE_COINCIDENCE = 1e-6
-"""Where the end is less than this fraction of a period after a sample, it takes its place."""
-
-MAX_SAMPLES = 20_000_000
-"""More samples than this are refused: each takes 32 bytes a joint."""
-
-LEAST_PERIOD = 16
-"""A sample period must be at least this many times the resolution of the times."""
-
-ROUNDING = 64 * np.finfo(float).eps
-"""Jumps below this are what rounding of the coefficients makes; see `Jump.relative`."""
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """A trajectory at a sequence of times.
-
-    Attributes:
-        time: Times [s], shape (s,), strictly increasing.
-        position: [rad or m], shape (s, d).
-        velocity: [rad/s or m/s], shape (s, d).
-        acceleration: [rad/s² or m/s²], shape (s, d).
-        jerk: [rad/s³ or m/s³], shape (s, d); at a break that of the piece after it.
-    """
-
-    time: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    jerk: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,14 +225,14 @@ class JointTrajectory(Exportable):
 
         The samples are 1/rate apart, from the start on; the last one is at the end time exactly,
         whatever the rate, so the last step may be shorter. It is never shorter than
-        `SAMPLE_COINCIDENCE` periods.
+        `knotwork.sampling.SAMPLE_COINCIDENCE` periods.
 
         Args:
             rate: Samples a second [Hz].
 
         Raises:
-            InputError: The rate is no positive finite number, gives more than `MAX_SAMPLES`
-                samples, or a period that the times cannot resolve.
+            InputError: The rate is no positive finite number, gives more than
+                `knotwork.sampling.MAX_SAMPLES` samples, or a period that the times cannot resolve.
         """
         time = sample_times(self.start_time, self.end_time, rate)
         return Samples(time, *(self.polynomial(time, nu) for nu in range(4)))
@@ -313,77 +279,13 @@ class JointTrajectory(Exportable):
         return Continuity(jumps[0], jumps[1], jumps[2], order)
 
     def _largest_jump(self, nu: int) -> Jump:
-        sizes = np.abs(self.polynomial.jumps(nu))
+        sizes, relative = measured_jumps(self.polynomial, nu)
         if not sizes.size:
             return Jump(0.0, None, None, 0.0)
         knot, joint = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
-        peak = self.polynomial.extrema(nu).peak
-        largest = np.where(sizes > self._rounding(nu), sizes, 0.0).max(axis=0)
-        relative = np.divide(largest, peak, out=np.zeros_like(peak), where=peak > 0.0)
         return Jump(
             float(sizes[knot, joint]),
             self.joint_names[joint],
             float(self.breaks[knot + 1]),
             float(relative.max()),
         )
-
-    def _rounding(self, nu: int) -> FloatArray:
-        """Jump of the nu-th derivative that rounding can make at each inner break, shape (m-2, d).
-
-        Each term c H^k of a piece of length H is as good as the largest of them is rounded.
-        """
-        c = self.polynomial.c
-        h = np.diff(self.breaks)[:, None]
-        size = np.zeros(c.shape[1:])
-        for power, coefficient in enumerate(c[::-1]):
-            np.maximum(size, np.abs(coefficient) * h**power, out=size)
-        size *= ROUNDING / h**nu
-        return np.maximum(size[:-1], size[1:])
-
-
-def hermite_coefficients(t: FloatArray, r: FloatArray, v: FloatArray) -> FloatArray:
-    """Coefficients of the cubics that join positions and velocities: Eqs. (5), (6), (18).
-
-    Args:
-        t: Times, shape (m,).
-        r: Positions, shape (m, d).
-        v: Velocities, shape (m, d).
-
-    Returns:
-        Coefficients in the local time of each piece, shape (4, m-1, d), highest power first.
-    """
-    h = np.diff(t)[:, None]
-    slope = np.diff(r, axis=0) / h
-    # both in units of acceleration: how far the end velocities are off the mean one
-    early, late = (slope - v[:-1]) / h, (v[1:] - slope) / h
-    return np.stack(((late - early) / h, 2.0 * early - late, v[:-1], r[:-1]))
-
-
-def sample_times(start: float, end: float, rate: float) -> FloatArray:
-    """Times 1/rate apart from the start on, the last one the end; see `JointTrajectory.sample`."""
-    try:
-        rate = float(rate)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"the sample rate is {rate!r}; it must be a number in Hz") from error
-    if not (math.isfinite(rate) and rate > 0.0):
-        raise InputError(f"the sample rate is {rate:g} Hz; it must be positive and finite")
-    duration = end - start
-    periods = duration * rate
-    if periods > MAX_SAMPLES - 1:
-        raise InputError(
-            f"a rate of {rate:g} Hz over {duration:g} s gives {periods:.3g} samples; at most "
-            f"{MAX_SAMPLES} are taken, a rate of {(MAX_SAMPLES - 1) / duration:.6g} Hz"
-        )
-    resolution = math.ulp(max(abs(start), abs(end)))
-    if periods > 1.0 and 1.0 / rate < LEAST_PERIOD * resolution:
-        raise InputError(
-            f"at a rate of {rate:g} Hz the samples are too close for times near {end:g} s, which "
-            f"are resolved to {resolution:.3g} s; choose at most "
-            f"{1.0 / (LEAST_PERIOD * resolution):.6g} Hz"
-        )
-    count = max(1, math.ceil(periods - max(SAMPLE_COINCIDENCE, 2.0 * resolution * rate)))
-    time = np.empty(count + 1)
-    np.divide(np.arange(count), rate, out=time[:-1])
-    time[:-1] += start
-    time[-1] = end
-    return time

@@ -16,7 +16,8 @@ from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory
-from knotwork.trajectory import JointTrajectory, hermite_coefficients
+from knotwork.polynomial.hermite import hermite_coefficients
+from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 
 NAME = "bspline"

@@ -7,7 +7,8 @@ import numpy as np
 from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory
-from knotwork.trajectory import JointTrajectory, hermite_coefficients
+from knotwork.polynomial.hermite import hermite_coefficients
+from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 
 NAME = "cubic"

@@ -18,7 +18,8 @@ from knotwork.interpolation.presets import (
     estimated_accelerations,
     preset_rows,
 )
-from knotwork.trajectory import JointTrajectory, hermite_coefficients
+from knotwork.polynomial.hermite import hermite_coefficients
+from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 NAME_353 = "3-5-3"

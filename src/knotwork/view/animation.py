@@ -11,7 +11,7 @@ import pinocchio as pin
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.trajectory import sample_times
+from knotwork.sampling import sample_times
 from knotwork.waypoints import FloatArray
 
 LEAST_RATE = 60.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import critical_points, horner
-from knotwork.trajectory import CONTINUITY_TOLERANCE, ROUNDING
+from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
 from knotwork.waypoints import FloatArray
 
 # Points of a whole curve, and the least and most of one piece.
@@ -143,13 +143,5 @@ def piecewise_values(
 
 def jump_breaks(curve: PiecewisePolynomial, component: int, order: int) -> NDArray[np.intp]:
     """Indices of the inner breaks at which a derivative jumps by more than rounding can make it."""
-    sizes = np.abs(curve.jumps(order)[:, component])
-    if not sizes.size:
-        return np.empty(0, dtype=np.intp)
-    peak = curve.extrema(order).peak[component]
-    span = np.diff(curve.x)
-    degree = curve.degree
-    terms = np.abs(curve.c[:, :, component]) * span ** np.arange(degree, -1, -1)[:, None]
-    noise = ROUNDING * terms.max(axis=0) / span**order
-    least = np.maximum(np.maximum(noise[:-1], noise[1:]), CONTINUITY_TOLERANCE * peak)
-    return np.flatnonzero(sizes > least) + 1
+    _, relative = measured_jumps(curve, order)
+    return np.flatnonzero(relative[:, component] > CONTINUITY_TOLERANCE) + 1

@@ -8,17 +8,12 @@ import numpy as np
 
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.waypoints import FloatArray
+from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
 from knotwork.witness.report import Jump, LimitUse
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 # A limit counts as kept if the excess is within rounding, relative to the limit (or to 1 in SI).
 LIMIT_SLACK = 1e-9
-# A jump counts as none if it is within rounding, relative to the peak of the quantity.
-JUMP_TOLERANCE = 1e-9
-# Coefficients are rounded by up to this, relative to the largest term of their piece: smaller jumps
-# are none. A joint that stands still has no acceleration to compare a jump with.
-ROUNDING = 64 * np.finfo(float).eps
 
 
 def rate_unit(unit: str, order: int) -> str:
@@ -64,7 +59,7 @@ def limit_use(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[LimitUs
             )
 
 
-def measured_jumps(
+def continuity(
     space: JointSpace, curve: PiecewisePolynomial, required_order: int
 ) -> Iterator[Jump]:
     """Measure the jumps of position, velocity and acceleration at the inner breaks.
@@ -75,34 +70,19 @@ def measured_jumps(
         required_order: Order of continuity asked for.
     """
     for order in range(3):
-        jumps = np.abs(curve.jumps(order))
-        peak = curve.extrema(order).peak
+        jumps, relative = measured_jumps(curve, order)
         if not len(jumps):
-            jumps = np.zeros((1, len(peak)))
-        relative = np.where(jumps > _rounding(curve, order), jumps, 0.0)
-        np.divide(relative, peak, out=relative, where=relative > 0.0)
+            jumps = relative = np.zeros((1, len(space.joint_names)))
         where, joint = divmod(int(relative.argmax()), relative.shape[1])
-        ok = bool(relative[where, joint] <= JUMP_TOLERANCE)
+        ok = bool(relative[where, joint] <= CONTINUITY_TOLERANCE)
         yield Jump(
             QUANTITIES[order],
             float(jumps[where, joint]),
             float(relative[where, joint]),
-            JUMP_TOLERANCE,
+            CONTINUITY_TOLERANCE,
             space.joint_names[joint],
             float(curve.x[min(where + 1, len(curve.x) - 1)]),
             rate_unit(space.joint_units[joint], order),
             order <= required_order,
             ok or order > required_order,
         )
-
-
-def _rounding(curve: PiecewisePolynomial, order: int) -> FloatArray:
-    """Jump that rounding can make at each inner break, shape (m-2, d), or (1, d) if there is none.
-
-    Each term c Hᵏ of a piece of length H is as good as the largest of them is rounded.
-    """
-    span = np.diff(curve.x)[:, np.newaxis]
-    degree = len(curve.c) - 1
-    terms = [np.abs(c) * span ** (degree - i) for i, c in enumerate(curve.c)]
-    size = ROUNDING * np.max(terms, axis=0) / span**order
-    return np.maximum(size[:-1], size[1:]) if len(size) > 1 else np.asarray(size)

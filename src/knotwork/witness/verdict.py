@@ -17,7 +17,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
-from knotwork.witness.motion import QUANTITIES, limit_use, measured_jumps, rate_unit
+from knotwork.witness.motion import QUANTITIES, continuity, limit_use, rate_unit
 from knotwork.witness.report import Defect, LimitUse, Report, Requirement, Singularity
 
 # Torque and nearness to singularities are looked at this often, and at every break.
@@ -70,7 +70,7 @@ def check(
         end_time=trajectory.end_time,
         requirements=tuple(requirements),
         limits=tuple(limits),
-        jumps=tuple(measured_jumps(space, curve, scenario.continuity)),
+        jumps=tuple(continuity(space, curve, scenario.continuity)),
         defects=tuple(Defect(message) for message in (*defects, *missed)),
         singularity=singularity,
     )

@@ -1,0 +1,69 @@
+"""Times at a fixed rate, and what a trajectory is at them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.waypoints import FloatArray
+
+SAMPLE_COINCIDENCE = 1e-6
+"""Where the end is less than this fraction of a period after a sample, it takes its place."""
+
+MAX_SAMPLES = 20_000_000
+"""More samples than this are refused: each takes 32 bytes a joint."""
+
+LEAST_PERIOD = 16
+"""A sample period must be at least this many times the resolution of the times."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A trajectory at a sequence of times.
+
+    Attributes:
+        time: Times [s], shape (s,), strictly increasing.
+        position: [rad or m], shape (s, d).
+        velocity: [rad/s or m/s], shape (s, d).
+        acceleration: [rad/s² or m/s²], shape (s, d).
+        jerk: [rad/s³ or m/s³], shape (s, d); at a break that of the piece after it.
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+
+
+def sample_times(start: float, end: float, rate: float) -> FloatArray:
+    """Times 1/rate apart from the start on, the last one the end; see `JointTrajectory.sample`."""
+    try:
+        rate = float(rate)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the sample rate is {rate!r}; it must be a number in Hz") from error
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise InputError(f"the sample rate is {rate:g} Hz; it must be positive and finite")
+    duration = end - start
+    periods = duration * rate
+    if periods > MAX_SAMPLES - 1:
+        raise InputError(
+            f"a rate of {rate:g} Hz over {duration:g} s gives {periods:.3g} samples; at most "
+            f"{MAX_SAMPLES} are taken, a rate of {(MAX_SAMPLES - 1) / duration:.6g} Hz"
+        )
+    resolution = math.ulp(max(abs(start), abs(end)))
+    if periods > 1.0 and 1.0 / rate < LEAST_PERIOD * resolution:
+        raise InputError(
+            f"at a rate of {rate:g} Hz the samples are too close for times near {end:g} s, which "
+            f"are resolved to {resolution:.3g} s; choose at most "
+            f"{1.0 / (LEAST_PERIOD * resolution):.6g} Hz"
+        )
+    count = max(1, math.ceil(periods - max(SAMPLE_COINCIDENCE, 2.0 * resolution * rate)))
+    time = np.empty(count + 1)
+    np.divide(np.arange(count), rate, out=time[:-1])
+    time[:-1] += start
+    time[-1] = end
+    return time
