@@ -15,42 +15,41 @@ PerJoint = Positive | dict[str, Positive]
 
 
 class LimitsFile(StrictModel):
-    """Limits that the URDF lacks, or that replace its own.
+    """Limits that the URDF lacks, or that replace its own."""
 
-    Attributes:
-        position: Lower and upper limit of a joint [rad or m].
-        velocity: Of each joint named, or one number for all [rad/s or m/s].
-        acceleration: Likewise [rad/s² or m/s²].
-        jerk: Likewise [rad/s³ or m/s³].
-        effort: Likewise [N m or N].
-    """
-
-    position: dict[str, tuple[Number, Number]] = Field(default_factory=dict)
-    velocity: PerJoint = Field(default_factory=dict)
-    acceleration: PerJoint = Field(default_factory=dict)
-    jerk: PerJoint = Field(default_factory=dict)
-    effort: PerJoint = Field(default_factory=dict)
+    position: dict[str, tuple[Number, Number]] = Field(
+        default_factory=dict, description="Lower and upper limit by joint [rad or m]"
+    )
+    velocity: PerJoint = Field(
+        default_factory=dict, description="By joint, or one number for all [rad/s or m/s]"
+    )
+    acceleration: PerJoint = Field(default_factory=dict, description="Likewise [rad/s² or m/s²]")
+    jerk: PerJoint = Field(default_factory=dict, description="Likewise [rad/s³ or m/s³]")
+    effort: PerJoint = Field(default_factory=dict, description="Likewise [N m or N]")
 
 
 class RobotFile(StrictModel):
-    """A robot: its URDF, which chain of it is the arm, and what the URDF doesn't say. SI units.
+    """A robot: its URDF, which chain of it is the arm, and what the URDF doesn't say. SI units."""
 
-    Attributes:
-        name: Name of the robot; by default that of the file.
-        description: What it is, in a sentence.
-        urdf: Path relative to the file, or `example-robot-data:` and a path below its `robots`.
-        base_frame: Link that poses are given in; by default the root of the URDF.
-        tool_frame: Link that carries the tool centre point; without it the scenario names it.
-        locked: Joints that do not move, for example fingers, and where they stand [rad or m].
-        configurations: Named configurations: joint to position [rad or m].
-        limits: What the URDF lacks.
-    """
-
-    name: Text | None = None
-    description: str = ""
-    urdf: Text
-    base_frame: Text | None = None
-    tool_frame: Text | None = None
-    locked: dict[str, Number] = Field(default_factory=dict)
-    configurations: dict[str, dict[str, Number]] = Field(default_factory=dict)
-    limits: LimitsFile = LimitsFile()
+    name: Text | None = Field(None, description="Name of the robot; left out: that of the file")
+    description: str = Field("", description="What it is, in a sentence")
+    urdf: Text = Field(
+        description="Path relative to the file, or `example-robot-data:` and a path below its "
+        "folder `robots`"
+    )
+    base_frame: Text | None = Field(
+        None, description="Link that poses are given in; left out: the root of the URDF"
+    )
+    tool_frame: Text | None = Field(
+        None, description="Link that carries the TCP; left out: the scenario names it"
+    )
+    locked: dict[str, Number] = Field(
+        default_factory=dict,
+        description="Joints that do not move, for example fingers, and where they stand [rad or m]",
+    )
+    configurations: dict[str, dict[str, Number]] = Field(
+        default_factory=dict, description="Named configurations: joint to position [rad or m]"
+    )
+    limits: LimitsFile = Field(
+        LimitsFile(), description="What the URDF lacks, or what replaces its own"
+    )

@@ -66,8 +66,12 @@ def _euler_order(order: str) -> str:
 class Units(StrictModel):
     """Units of every value in the file; seconds and kilograms stay what they are."""
 
-    length: Literal["m", "mm"] = "m"
-    angle: Literal["rad", "deg"] = "rad"
+    length: Literal["m", "mm"] = Field(
+        default="m", description="Of positions, speeds and sliding joints"
+    )
+    angle: Literal["rad", "deg"] = Field(
+        default="rad", description="Of orientations and turning joints"
+    )
 
 
 class Euler(StrictModel):
@@ -76,20 +80,26 @@ class Euler(StrictModel):
     order: Annotated[str, AfterValidator(_euler_order)] = Field(
         description="Axes in order, capital letters, for example ZYX"
     )
-    angles: Vector3
+    angles: Vector3 = Field(description="Turns in that order [angle]")
 
 
 class Placement(StrictModel):
     """A position and at most one form of orientation; none means the axes are parallel."""
 
-    position: Vector3
-    quaternion_xyzw: Vector4 | None = None
-    quaternion_wxyz: Vector4 | None = None
-    rpy: Vector3 | None = Field(None, description="Turns about the fixed x, y, z axes, in order")
-    euler: Euler | None = None
-    rotation_vector: Vector3 | None = Field(None, description="Axis times angle")
+    position: Vector3 = Field(description="Origin: x, y, z [length]")
+    quaternion_xyzw: Vector4 | None = Field(
+        None, description="Unit quaternion, its scalar part last, as in ROS and SciPy"
+    )
+    quaternion_wxyz: Vector4 | None = Field(
+        None, description="Unit quaternion, its scalar part first, as in Eigen's constructor"
+    )
+    rpy: Vector3 | None = Field(
+        None, description="Turns about the fixed x, y, z axes, in this order, as in URDF [angle]"
+    )
+    euler: Euler | None = Field(None, description="Turns about moving axes, in an order of choice")
+    rotation_vector: Vector3 | None = Field(None, description="Unit axis times angle [angle]")
     rotation_matrix: Annotated[list[Vector3], Field(min_length=3, max_length=3)] | None = Field(
-        None, description="Row by row"
+        None, description="Three rows of three numbers; orthonormal, right-handed"
     )
 
     @model_validator(mode="after")
@@ -126,8 +136,8 @@ class Tool(StrictModel):
 class Velocity(StrictModel):
     """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
 
-    linear: Vector3 = Field(default=[0.0, 0.0, 0.0])
-    angular: Vector3 = Field(default=[0.0, 0.0, 0.0])
+    linear: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the TCP [length/s]")
+    angular: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the tool [angle/s]")
     axes: Text | None = Field(
         None,
         alias="in",
@@ -136,7 +146,9 @@ class Velocity(StrictModel):
 
 
 class _Waypoint(StrictModel):
-    name: Text | None = None
+    name: Text | None = Field(
+        None, description="For messages and reports; left out: its number. Each name once"
+    )
     time: Number | None = Field(None, description="Time since the start [s]")
     after: Positive | None = Field(None, description="Time since the waypoint before [s]")
     stop: Literal[True] | None = Field(None, description="The arm stands still here")
@@ -151,14 +163,19 @@ class _Waypoint(StrictModel):
 class PoseWaypoint(_Waypoint):
     """A waypoint given by the pose of the tool."""
 
-    pose: Pose
+    pose: Pose = Field(description="Of the TCP")
     frame: Text | None = Field(
         None, description="Frame the pose is in; left out: the file's `frame`, else base"
     )
-    velocity: Velocity | None = None
+    velocity: Velocity | None = Field(
+        None,
+        description="Of the tool as it passes; the first and last waypoint stop without one, "
+        "inner ones must give velocity, speed or stop",
+    )
     speed: Positive | None = Field(
         None,
-        description="Speed of the TCP along the smooth path through the neighbouring waypoints",
+        description="Speed of the TCP along the smooth path through the neighbouring waypoints "
+        "(a circle or a line); the tool turns with it [length/s]",
     )
 
     @model_validator(mode="after")
@@ -175,9 +192,10 @@ class JointWaypoint(_Waypoint):
     joints: Annotated[
         Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
         _by_kind("the name of a configuration or a mapping of joint names to values"),
-    ]
+    ] = Field(description="A configuration of the robot by name, or every joint [angle or length]")
     velocity: JointMap | None = Field(
-        default=None, description="By joint; joints left out stand still"
+        default=None,
+        description="By joint; joints left out stand still [angle/s or length/s]",
     )
 
     @model_validator(mode="after")
@@ -214,22 +232,36 @@ Waypoint = Annotated[
 class Balanced(StrictModel):
     """Balanced knots with their constant given."""
 
-    balanced: Annotated[float, Field(strict=True, gt=0, lt=0.5)]
+    balanced: Annotated[float, Field(strict=True, gt=0, lt=0.5)] = Field(
+        description="Constant c: knots sit c times the shorter neighbouring interval away from "
+        "each waypoint; smaller lowers the peaks of velocity and raises the jerk"
+    )
 
 
 class EndAcceleration(StrictModel):
     """Joint accelerations at the two ends; joints left out have none."""
 
-    start: dict[str, Number] = Field(default_factory=dict)
-    end: dict[str, Number] = Field(default_factory=dict)
+    start: dict[str, Number] = Field(
+        default_factory=dict, description="At the first waypoint [angle/s² or length/s²]"
+    )
+    end: dict[str, Number] = Field(
+        default_factory=dict, description="At the last waypoint [angle/s² or length/s²]"
+    )
 
 
 class Branch(StrictModel):
     """The branch of solutions to take, in words; what is left out is free."""
 
-    shoulder: Literal["left", "right"] | None = None
-    elbow: Literal["up", "down"] | None = None
-    wrist: Literal["flip", "no flip"] | None = None
+    shoulder: Literal["left", "right"] | None = Field(
+        None, description="Side of axis 1 on which the upper arm is, seen from behind the arm"
+    )
+    elbow: Literal["up", "down"] | None = Field(
+        None, description="Above or below the line from shoulder to wrist"
+    )
+    wrist: Literal["flip", "no flip"] | None = Field(
+        None,
+        description="no flip: axis 6 is turned from axis 4 in the positive sense of joint 5",
+    )
 
     @model_validator(mode="after")
     def _one_at_least(self) -> Branch:
@@ -254,13 +286,17 @@ class PlannerOptionsFile(StrictModel):
     ) = Field(
         default=None,
         description="Zero, estimated, or a mapping by joint for each waypoint in order, the start "
-        "included; 3-5-3 takes none for the first two and the last two",
+        "included; 3-5-3 takes none for the first two and the last two [angle/s² or length/s²]",
     )
     jerks: PerWaypoint | None = Field(
-        default=None, description="A mapping by joint for each waypoint, the start included"
+        default=None,
+        description="A mapping by joint for each waypoint, the start included "
+        "[angle/s³ or length/s³]",
     )
     snaps: PerWaypoint | None = Field(
-        default=None, description="A mapping by joint for each waypoint, the start included"
+        default=None,
+        description="Fourth derivatives, a mapping by joint for each waypoint, the start included "
+        "[angle/s⁴ or length/s⁴]",
     )
     transition_time: (
         Annotated[
@@ -269,7 +305,10 @@ class PlannerOptionsFile(StrictModel):
             _by_kind("a positive number of seconds, or a list of one for each waypoint"),
         ]
         | None
-    ) = Field(default=None, description="Of parabolic transitions at the waypoints [s]")
+    ) = Field(
+        default=None,
+        description="Of the parabolic transitions, one for all waypoints or one for each [s]",
+    )
 
 
 def _range(values: list[float]) -> list[float]:
@@ -294,23 +333,37 @@ class Limits(StrictModel):
             Annotated[list[Number], Field(min_length=2, max_length=2), AfterValidator(_range)],
         ]
         | None
-    ) = Field(default=None, description="Lower and upper limit by joint")
-    velocity: JointLimits | None = None
-    acceleration: JointLimits | None = None
-    jerk: JointLimits | None = None
-    effort: JointLimits | None = Field(default=None, description="[N m] or [N]")
+    ) = Field(default=None, description="Lower and upper limit by joint [angle or length]")
+    velocity: JointLimits | None = Field(
+        default=None, description="Largest speed, for all joints or by joint [angle/s or length/s]"
+    )
+    acceleration: JointLimits | None = Field(
+        default=None, description="Largest acceleration, likewise [angle/s² or length/s²]"
+    )
+    jerk: JointLimits | None = Field(
+        default=None, description="Largest jerk, likewise [angle/s³ or length/s³]"
+    )
+    effort: JointLimits | None = Field(
+        default=None, description="Largest torque or force, likewise [N m or N]"
+    )
 
 
 class Tolerances(StrictModel):
     """How far the check lets the motion be from what was asked; left out: 1e-6 in SI."""
 
-    position: Positive | None = None
-    orientation: Positive | None = None
-    linear_velocity: Positive | None = None
-    angular_velocity: Positive | None = None
-    joint_position: Positive | None = None
-    joint_velocity: Positive | None = None
-    joint_acceleration: Positive | None = None
+    position: Positive | None = Field(default=None, description="Of the TCP at a pose [length]")
+    orientation: Positive | None = Field(default=None, description="Of the tool at a pose [angle]")
+    linear_velocity: Positive | None = Field(default=None, description="Of the TCP [length/s]")
+    angular_velocity: Positive | None = Field(default=None, description="Of the tool [angle/s]")
+    joint_position: Positive | None = Field(
+        default=None, description="At waypoints given by joint values [angle or length]"
+    )
+    joint_velocity: Positive | None = Field(
+        default=None, description="Likewise [angle/s or length/s]"
+    )
+    joint_acceleration: Positive | None = Field(
+        default=None, description="At the ends, where asked for [angle/s² or length/s²]"
+    )
 
 
 JointsOrName = Annotated[
@@ -323,8 +376,8 @@ class ScenarioFile(StrictModel):
     """A task for a robot arm: waypoints with times and speeds, and how to plan and check it."""
 
     name: Text | None = Field(None, description="Left out: the file's name")
-    description: str = ""
-    units: Units = Units()
+    description: str = Field("", description="What the task is, for reports")
+    units: Units = Field(Units(), description="Units of every value in the file")
     robot: (
         Annotated[
             Annotated[Text, Tag("text")] | Annotated[dict[str, Any], Tag("mapping")],
@@ -340,11 +393,17 @@ class ScenarioFile(StrictModel):
         default_factory=dict,
         description="Without a robot: which joints slide (m); those left out turn (rad)",
     )
-    tool: Tool | None = None
-    frames: dict[str, Frame] = Field(default_factory=dict)
+    tool: Tool | None = Field(
+        None, description="The tool; left out: the robot's tool frame is the TCP"
+    )
+    frames: dict[str, Frame] = Field(
+        default_factory=dict, description="Named frames, in the base or in one another"
+    )
     frame: Text | None = Field(None, description="Frame of poses that name none; left out: base")
     start: JointsOrName | None = Field(
-        None, description="Where the motion starts, at rest, at time 0, before the waypoints"
+        None,
+        description="Where the motion starts, at rest, at time 0, before the waypoints: a "
+        "configuration by name, or every joint [angle or length]",
     )
     near: JointsOrName | None = Field(
         None,
@@ -360,25 +419,40 @@ class ScenarioFile(StrictModel):
         description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
         "it, hold it fixed, or the one named",
     )
-    planner: Text = "modified-hermite"
+    planner: Text = Field(
+        "modified-hermite", description="A planner's name; `knotwork planners` lists them"
+    )
     knots: Annotated[
         Annotated[Literal["paper", "balanced"], Tag("text")]
         | Annotated[Balanced, Tag("mapping")]
         | Annotated[list[Number], Tag("list")],
         _by_kind("paper, balanced, {balanced: c} or a list of knot times"),
-    ] = "paper"
+    ] = Field(
+        "paper",
+        description="Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
+        "beside each waypoint, or at the times given [s]",
+    )
     end_acceleration: (
         Annotated[
             Annotated[Literal["zero"], Tag("text")] | Annotated[EndAcceleration, Tag("mapping")],
             _by_kind("zero or a mapping with start and end"),
         ]
         | None
-    ) = None
-    planner_options: PlannerOptionsFile = PlannerOptionsFile()
-    limits: Limits = Limits()
-    tolerances: Tolerances = Tolerances()
+    ) = Field(
+        None,
+        description="Joint accelerations at the two ends; left out: what the planner makes of them",
+    )
+    planner_options: PlannerOptionsFile = Field(
+        PlannerOptionsFile(), description="What some planners can be told beyond knots"
+    )
+    limits: Limits = Field(Limits(), description="Take the place of the robot's limits")
+    tolerances: Tolerances = Field(
+        Tolerances(), description="How far the check lets the motion be from what was asked"
+    )
     continuity: Literal[0, 1, 2] = Field(
         2, description="Continuity the check asks for: 2 means no jump of acceleration"
     )
-    rate: Positive = Field(100.0, description="Samples per second [Hz]")
-    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
+    rate: Positive = Field(100.0, description="Samples per second in samples.csv [Hz]")
+    waypoints: Annotated[list[Waypoint], Field(min_length=1)] = Field(
+        description="In order of time; two at least, or one after a start"
+    )
