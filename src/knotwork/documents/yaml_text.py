@@ -1,0 +1,200 @@
+"""YAML text to plain data, with the line of each part."""
+
+from __future__ import annotations
+
+import re
+import typing
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from knotwork.documents.document import Document, Location, field_path, shown
+from knotwork.errors import DocumentError, Problem
+
+# Deeper than any document of ours, and shallow enough for the parser, which is recursive.
+MOST_NESTED = 100
+# Aliases of aliases can make a short file hold more than any memory.
+MOST_VALUES = 1_000_000
+
+
+class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
+    """PyYAML's safe loader with the scalars of YAML 1.2's core schema instead of YAML 1.1's."""
+
+    yaml_implicit_resolvers: typing.ClassVar[dict[str, list[Any]]] = {}
+
+
+_TAG = "tag:yaml.org,2002:"
+_SCALARS: tuple[tuple[str, str, str], ...] = (
+    ("null", r"^(?:~|null|Null|NULL|)$", "~nN"),
+    ("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF"),
+    ("int", r"^(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)$", "-+0123456789"),
+    (
+        "float",
+        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
+        r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$",
+        "-+.0123456789",
+    ),
+)
+_PATTERNS = {_TAG + kind: re.compile(pattern) for kind, pattern, _ in _SCALARS}
+for _kind, _, _first in _SCALARS:
+    _Loader.add_implicit_resolver(_TAG + _kind, _PATTERNS[_TAG + _kind], list(_first))
+_Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^$"), [""])
+
+
+class _Reader:
+    """Turns a tree of YAML nodes into a `Document`'s data and lines."""
+
+    def __init__(self, file: Path | None) -> None:
+        self.file = file
+        self.lines: dict[Location, int] = {}
+        self.problems: list[Problem] = []
+        self.open: set[int] = set()
+        self.values = 0
+
+    def _problem(self, node: yaml.Node, location: Location, message: str, hint: str = "") -> None:
+        line = node.start_mark.line + 1
+        self.problems.append(Problem(line, field_path(location), message, hint))
+
+    def read(self, node: yaml.Node, location: Location) -> Any:
+        line = node.start_mark.line + 1
+        self.lines.setdefault(location, line)
+        self.values += 1
+        if self.values > MOST_VALUES:
+            message = f"its aliases make more than {MOST_VALUES} values"
+            raise DocumentError(self.file, [Problem(line, "", message)])
+        if isinstance(node, yaml.ScalarNode):
+            return self._scalar(node, location)
+        if id(node) in self.open:
+            self._problem(node, location, "refers to itself")
+            return None
+        if len(location) > MOST_NESTED:
+            raise DocumentError(self.file, [_too_deep(line)])
+        if node.tag not in (_TAG + "map", _TAG + "seq"):
+            self._problem(node, location, f"has the tag {node.tag!r}", "plain values without tags")
+            return None
+        self.open.add(id(node))
+        try:
+            if isinstance(node, yaml.MappingNode):
+                return self._mapping(node, location)
+            return [self.read(child, (*location, i)) for i, child in enumerate(node.value)]
+        finally:
+            self.open.discard(id(node))
+
+    def _mapping(self, node: yaml.MappingNode, location: Location) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            if not isinstance(key_node, yaml.ScalarNode):
+                self._problem(key_node, location, "has a key that is no plain text")
+                continue
+            key = str(key_node.value)
+            if key in data:
+                first = self.lines[(*location, key)]
+                self._problem(key_node, (*location, key), f"is given twice, first in line {first}")
+                continue
+            self.lines[(*location, key)] = key_node.start_mark.line + 1
+            data[key] = self.read(value_node, (*location, key))
+        return data
+
+    def _scalar(self, node: yaml.ScalarNode, location: Location) -> Any:
+        tag, text = node.tag, node.value
+        if tag == _TAG + "str":
+            return text
+        if tag not in _PATTERNS:
+            self._problem(node, location, f"has the tag {tag!r}", "plain values without tags")
+            return None
+        if not _PATTERNS[tag].match(text):
+            kind = tag.removeprefix(_TAG)
+            self._problem(node, location, f"{shown(text)} is tagged as {kind}, which it is not")
+            return None
+        if tag == _TAG + "null":
+            return None
+        if tag == _TAG + "bool":
+            return text.lower() == "true"
+        if tag == _TAG + "float":
+            return float(re.sub(r"^([-+]?)\.(inf|nan)$", r"\1\2", text.lower()))
+        try:
+            return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+        except ValueError:  # Python reads no more than some thousands of digits
+            self._problem(node, location, f"has {len(text)} digits, which is too many")
+            return None
+
+
+def parse(text: str, file: Path | None = None) -> Document:
+    """Parse YAML text.
+
+    Raises:
+        DocumentError: The text is no YAML, is empty, gives a key twice, or is nested too deep.
+    """
+    try:
+        _check_depth(text, file)
+        node = yaml.compose(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise DocumentError(file, [_syntax_problem(error)]) from error
+    except UnicodeEncodeError as error:
+        line = text.count("\n", 0, error.start) + 1
+        message = f"is not valid YAML: {text[error.start]!a} is half a character"
+        raise DocumentError(file, [Problem(line, "", message)]) from error
+    if node is None:
+        raise DocumentError(file, [Problem(None, "", "the file is empty")])
+    reader = _Reader(file)
+    data = reader.read(node, ())
+    if reader.problems:
+        raise DocumentError(file, reader.problems)
+    return Document(data, file, reader.lines)
+
+
+def _check_depth(text: str, file: Path | None) -> None:
+    """Refuse deep nesting before the parser, which crashes on it, makes a tree of the text.
+
+    Raises:
+        DocumentError: The text is nested too deep.
+        yaml.YAMLError: It is no YAML.
+    """
+    depth = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+            if depth > MOST_NESTED:
+                line = event.start_mark.line + 1 if event.start_mark is not None else None
+                raise DocumentError(file, [_too_deep(line)])
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+
+
+def _too_deep(line: int | None) -> Problem:
+    return Problem(line, "", f"is nested more than {MOST_NESTED} levels deep")
+
+
+def _syntax_problem(error: yaml.YAMLError) -> Problem:
+    if isinstance(error, yaml.MarkedYAMLError):
+        mark = error.problem_mark or error.context_mark
+        line = mark.line + 1 if mark is not None else None
+        said = ", ".join(part for part in (error.context, error.problem) if part)
+        return Problem(line, "", f"is not valid YAML: {said}")
+    return Problem(None, "", f"is not valid YAML: {error}".replace("\n", " "))
+
+
+def read(path: Path) -> Document:
+    """Read a YAML file.
+
+    Raises:
+        DocumentError: The file can't be read, or as for `parse`.
+    """
+    return parse(read_text(path), path)
+
+
+def read_text(path: Path) -> str:
+    """Read a text file in UTF-8.
+
+    Raises:
+        DocumentError: The file can't be read or is not UTF-8 text.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        message = f"is not UTF-8 text (byte {error.start})"
+        raise DocumentError(path, [Problem(None, "", message)]) from error
+    except OSError as error:
+        message = f"can't be read: {error.strerror or error}"
+        raise DocumentError(path, [Problem(None, "", message)]) from error
