@@ -1,0 +1,74 @@
+"""How the documentation is built: `make docs`. Nothing here needs a network."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import knotwork
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "extensions"))
+os.environ["COLUMNS"] = "96"  # the width of what commands print
+
+project = "Knotwork"
+author = "the Knotwork authors"
+copyright = author
+version = release = knotwork.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_click",
+    "links",
+    "mathml",
+    "schema_tables",
+    "shown",
+]
+exclude_patterns = ["extensions"]
+templates_path: list[str] = []
+
+myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
+myst_heading_anchors = 3
+suppress_warnings: list[str] = []
+
+default_role = "named"  # single backticks in docstrings: a link if it is a public name, else code
+autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_class_signature = "mixed"
+autodoc_preserve_defaults = True
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+maximum_signature_line_length = 88
+python_use_unqualified_type_names = True
+add_module_names = False
+
+nitpicky = True
+# What types in signatures may name without being on a page of this site.
+nitpick_ignore_regex = [
+    # Of Python and of other packages: no build step may fetch their indexes from the network.
+    (r"py:.*", r"(numpy|np|scipy|pin|pinocchio|matplotlib|meshcat|pydrake|click|yaml)\..*"),
+    (r"py:.*", r"(collections|collections\.abc|pathlib|typing|types|enum|fractions)\..*"),
+    (r"py:.*", r"(bool|bytes|dict|float|frozenset|int|list|object|str|tuple|type|None)"),
+    (r"py:.*", r"(Any|Callable|Iterable|Iterator|Literal|Mapping|Path|Sequence|TypeAlias)"),
+    (r"py:.*", r"(Exception|AssertionError|ValueError|ArrayLike|Figure|PPoly|optional)"),
+    # NumPy's array of floats under a shorter name.
+    (r"py:.*", r"(knotwork\.waypoints\.)?FloatArray"),
+]
+
+html_theme = "furo"
+html_title = f"Knotwork {version}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_sphinx = False
+html_copy_source = False
+html_show_sourcelink = False
+html_math_renderer = "mathml"
+html_theme_options = {"navigation_with_keys": True}
+pygments_style = "friendly"
+pygments_dark_style = "github-dark"

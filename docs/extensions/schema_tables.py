@@ -1,0 +1,195 @@
+"""The directive `schema`: every key of a kind of file, from the schema that files are checked by.
+
+`schema scenario` and `schema robot` make a section for each mapping that such a file may hold, and
+in it a table of its keys: what is accepted, the unit, what is taken if the key is left out, and
+what it means. A unit stands in brackets at the end of a description in the schema.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from docutils import nodes
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+TITLES = {
+    "ScenarioFile": "The file",
+    "Units": "units",
+    "Tool": "tool",
+    "Frame": "frames",
+    "PoseWaypoint": "A waypoint by pose",
+    "JointWaypoint": "A waypoint by joints",
+    "Pose": "pose",
+    "Placement": "offset",
+    "Euler": "euler",
+    "Velocity": "velocity",
+    "Branch": "branch",
+    "Balanced": "knots: balanced",
+    "EndAcceleration": "end_acceleration",
+    "PlannerOptionsFile": "planner_options",
+    "Limits": "limits",
+    "Tolerances": "tolerances",
+    "RobotFile": "The file",
+    "LimitsFile": "limits",
+}
+HEADER = ("key", "accepted", "unit", "left out", "meaning")
+# Bounds that only keep nonsense out, which nobody needs to read about.
+FAR_AWAY = 1e9
+
+
+def schema_of(kind: str) -> dict[str, Any]:
+    """The JSON Schema of scenario or robot files, the root among its definitions."""
+    if kind == "scenario":
+        from knotwork.scenario.schema import ScenarioFile as Model
+    else:
+        from knotwork.robot.file import RobotFile as Model  # type: ignore[assignment]
+    whole = Model.model_json_schema()
+    found: dict[str, Any] = whole.pop("$defs", {})
+    return {Model.__name__: whole, **found}
+
+
+def order(definitions: dict[str, Any]) -> list[str]:
+    """Names of the definitions in the order of the titles; all of them must have one."""
+    missing = set(definitions) - set(TITLES)
+    if missing:
+        raise KeyError(f"no title for {', '.join(sorted(missing))} of the schema")
+    return [name for name in TITLES if name in definitions]
+
+
+def accepted(part: dict[str, Any]) -> str:
+    """What a part of the schema accepts, in words; definitions as `{name}`."""
+    if "$ref" in part:
+        return "{" + str(part["$ref"]).rpartition("/")[2] + "}"
+    for key in ("anyOf", "oneOf"):
+        if key in part:
+            words = [accepted(p) for p in part[key] if p.get("type") != "null"]
+            return " or ".join(dict.fromkeys(words))
+    if "const" in part:
+        return f"`{json.dumps(part['const']).strip(chr(34))}`"
+    if "enum" in part:
+        return ", ".join(f"`{value}`" for value in part["enum"])
+    return {
+        "array": _array,
+        "object": _mapping,
+        "number": _number,
+        "string": lambda _: "text",
+    }[part["type"]](part)
+
+
+def _array(part: dict[str, Any]) -> str:
+    items = accepted(part["items"] if "items" in part else part["prefixItems"][0])
+    plural = {"number": "numbers", "positive number": "positive numbers"}.get(items, items)
+    least, most = part.get("minItems", 0), part.get("maxItems")
+    if most is not None:
+        return f"list of {most} {plural}" if "list" not in items else f"{most} times a {items}"
+    return f"list of {plural}" + (f", {least} or more" if least else "")
+
+
+def _mapping(part: dict[str, Any]) -> str:
+    inner = part.get("additionalProperties")
+    if not isinstance(inner, dict):
+        return "mapping"
+    return f"mapping of names to {accepted(inner)}"
+
+
+def _number(part: dict[str, Any]) -> str:
+    least, most = part.get("exclusiveMinimum"), part.get("exclusiveMaximum")
+    if least == 0 and most is None:
+        return "positive number"
+    if least is not None and most is not None and most < FAR_AWAY:
+        return f"number between {least:g} and {most:g}"
+    return "number"
+
+
+def left_out(name: str, part: dict[str, Any], required: list[str]) -> str:
+    """What leaving a key out means."""
+    if name in required:
+        return "needed"
+    default = part.get("default")
+    if default is None or isinstance(default, dict) or default == "":
+        return "–"
+    return f"`{json.dumps(default).strip(chr(34))}`"
+
+
+def rows(definition: dict[str, Any]) -> Iterator[tuple[str, ...]]:
+    """The rows of the table of one definition."""
+    for name, part in definition["properties"].items():
+        text = str(part.get("description", ""))
+        text, unit = re.fullmatch(r"(.*?)(?: \[([^\]]+)\])?", text, re.DOTALL).groups()  # type: ignore[union-attr]
+        if not text:
+            raise KeyError(f"{definition['title']}.{name} has no description in the schema")
+        unit = (unit or "–").replace(" or ", ", ")
+        yield (
+            f"`{name}`",
+            accepted(part),
+            unit,
+            left_out(name, part, definition.get("required", [])),
+            text,
+        )
+
+
+class Schema(SphinxDirective):
+    """Sections and tables of one kind of file."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Build them."""
+        kind = self.arguments[0]
+        definitions = schema_of(kind)
+        return [self.section(kind, name, definitions[name]) for name in order(definitions)]
+
+    def section(self, kind: str, name: str, definition: dict[str, Any]) -> nodes.Node:
+        """The section of one definition."""
+        title = TITLES[name]
+        section = nodes.section(ids=[f"{kind}-{name.lower()}"], names=[f"{kind} {name}".lower()])
+        code = re.fullmatch(r"[a-z_]+", title)
+        section += nodes.title("", "", nodes.literal(title, title) if code else nodes.Text(title))
+        section += self.parse(str(definition.get("description", "")).split("\n\n")[0])
+        table = nodes.table(classes=["schema"])
+        group = nodes.tgroup(cols=len(HEADER))
+        table += group
+        for width in (14, 26, 10, 12, 38):
+            group += nodes.colspec(colwidth=width)
+        head, body = nodes.thead(), nodes.tbody()
+        head += self.row(HEADER, kind)
+        for cells in rows(definition):
+            body += self.row(cells, kind)
+        group += head
+        group += body
+        section += nodes.container("", table, classes=["table-wrapper"])
+        return section
+
+    def row(self, cells: tuple[str, ...], kind: str) -> nodes.Node:
+        """One row of a table."""
+        row = nodes.row()
+        for cell in cells:
+            entry = nodes.entry()
+            linked = re.sub(
+                r"\{(\w+)\}", lambda m: f"[{_shown(m[1])}](#{kind}-{m[1].lower()})", cell
+            )
+            entry += self.parse(linked)
+            row += entry
+        return row
+
+    def parse(self, text: str) -> list[nodes.Node]:
+        """Markdown as nodes."""
+        holder = nodes.Element()
+        self.state.nested_parse(StringList([text], self.env.docname), 0, holder)
+        return holder.children
+
+
+def _shown(name: str) -> str:
+    title = TITLES[name].replace("A waypoint", "a waypoint")
+    return f"`{title}`" if re.fullmatch(r"[a-z_]+", title) else title
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register the directive."""
+    app.add_directive("schema", Schema)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
