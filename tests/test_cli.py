@@ -173,13 +173,37 @@ def test_knots_of_every_form(knots: str, breaks: list[float], knotwork: Command)
 
 
 @pytest.mark.parametrize(
-    "knots", ["even", "balanced:", "balanced:0", "balanced:x", "1,2,x", "", "nan", "balanced:nan"]
+    "knots",
+    [
+        "even",
+        "balanced:",
+        "balanced:0",
+        "balanced:x",
+        "1,2,x",
+        "",
+        "nan",
+        "balanced:nan",
+        "balanced:1,2",
+    ],
 )
 def test_knots_of_no_form(knots: str, knotwork: Command) -> None:
     ran = knotwork("plan", "paper_case", "--knots", knots)
     assert ran.code == 2
     assert not ran.out
     assert "balanced" in ran.err or "knots" in ran.err
+
+
+def test_a_single_knot_is_taken_for_a_slip(knotwork: Command) -> None:
+    ran = knotwork("plan", "paper_case", "--knots", "0.2")
+    assert ran.code == 2
+    assert "did you mean balanced:0.2?" in ran.err
+
+
+def test_half_is_a_constant_of_balanced_knots_in_a_file_too(knotwork: Command) -> None:
+    times = (5.0, 15.0, 25.0)
+    waypoints = [{"joints": {"j": t}, "velocity": {"j": 1}, "time": t} for t in times]
+    task = {"knots": {"balanced": 0.5}, "waypoints": [{"joints": {"j": 0}}, *waypoints]}
+    assert kw.plan(task).trajectory.breaks.tolist() == [0, 2.5, 7.5, 10, 20, 25]
 
 
 def test_another_planner_is_another_motion(knotwork: Command) -> None:

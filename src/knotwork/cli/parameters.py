@@ -17,16 +17,26 @@ class Knots(click.ParamType[Any]):
         if value in ("paper", "balanced"):
             return value
         text = str(value).removeprefix("balanced:")
+        ruled = text != value
         try:
             numbers = [float(part) for part in text.split(",")]
         except ValueError:
+            numbers = []
+        if not numbers or (ruled and len(numbers) > 1):
             self.fail(
                 f"{value!r} is not accepted; give paper, balanced, balanced:C with a constant C "
-                "between 0 and 0.5, or the knot times in s divided by commas",
+                "over 0 up to 0.5, or the knot times in s divided by commas",
                 param,
                 ctx,
             )
-        return numbers[0] if value != text and len(numbers) == 1 else numbers
+        if len(numbers) == 1 and not ruled:
+            self.fail(
+                f"{value!r} is a single time, and a motion has knots at its start and its end; "
+                f"did you mean balanced:{text}?",
+                param,
+                ctx,
+            )
+        return numbers[0] if ruled else numbers
 
 
 class Names(click.ParamType[Any]):

@@ -232,7 +232,7 @@ Waypoint = Annotated[
 class Balanced(StrictModel):
     """Balanced knots with their constant given."""
 
-    balanced: Annotated[float, Field(strict=True, gt=0, lt=0.5)] = Field(
+    balanced: Annotated[float, Field(strict=True, gt=0, le=0.5)] = Field(
         description="Constant c: knots sit c times the shorter neighbouring interval away from "
         "each waypoint; smaller lowers the peaks of velocity and raises the jerk"
     )
