@@ -10,7 +10,7 @@ INSTALL := $(PIP) install --quiet --constraint constraints.txt --no-build-isolat
 # Tests are spread over the processors there are; `make test JOBS=0` runs them in one process.
 JOBS ?= auto
 
-.PHONY: demo test lint types suite picture scene clean
+.PHONY: demo test lint types suite docs picture scene clean
 
 demo: $(VENV)/run
 	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
@@ -26,6 +26,11 @@ types: $(VENV)/dev
 
 suite: $(VENV)/dev
 	$(BIN)/pytest --numprocesses $(JOBS)
+
+# The tests build the documentation too; this puts it where it can be read: build/docs/index.html.
+docs: $(VENV)/dev
+	@$(BIN)/python -c 'import sphinx' || { echo "the documentation needs Python 3.11 or newer" >&2; exit 2; }
+	$(BIN)/python -m sphinx --fail-on-warning --nitpicky --keep-going --fresh-env --quiet docs build/docs
 
 picture: $(VENV)/dev
 	$(BIN)/python docs/picture.py
@@ -46,7 +51,7 @@ $(VENV)/run: $(VENV)/base
 	@touch $@
 
 $(VENV)/dev: $(VENV)/run
-	$(INSTALL) --editable '.[dev]'
+	$(INSTALL) --editable '.[dev,docs]'
 	@touch $@
 
 clean:

@@ -22,6 +22,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_click",
+    "docstrings",
     "links",
     "mathml",
     "schema_tables",
@@ -57,6 +58,11 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(bool|bytes|dict|float|frozenset|int|list|object|str|tuple|type|None)"),
     (r"py:.*", r"(Any|Callable|Iterable|Iterator|Literal|Mapping|Path|Sequence|TypeAlias)"),
     (r"py:.*", r"(Exception|AssertionError|ValueError|ArrayLike|Figure|PPoly|optional)"),
+    # Parts that callers never name: a file as it was read, what a robot is made of, a union of
+    # types that its description spells out.
+    (r"py:.*", r"(knotwork\.documents\.)?(document\.)?Document"),
+    (r"py:.*", r"(knotwork\.robot\.model\.)?Description"),
+    (r"py:.*", r"(knotwork\.view\.motions\.)?Drawable"),
     # NumPy's array of floats under a shorter name.
     (r"py:.*", r"(knotwork\.waypoints\.)?FloatArray"),
 ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
 import re
 from typing import Any
 
@@ -59,6 +58,7 @@ MODULES = {
         "velocity_fluctuation",
         "velocity_miss",
     ),
+    "knotwork.view.page": ("Page",),
     "knotwork.tool_path": ("PathDeviation", "deviation_from_line", "straight_path_deviation"),
 }
 """What is public of modules that have no `__all__`: what those packages give and raise."""
@@ -78,6 +78,11 @@ def public_names() -> dict[str, list[str]]:
     return found
 
 
+def _shared(one: list[str], other: list[str]) -> int:
+    """How many parts two dotted names have in common from the left."""
+    return next((i for i, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), len(one))
+
+
 def _full_name(text: str, module: str | None, names: dict[str, list[str]]) -> str | None:
     """The full name that a word of a docstring or signature means, if it means a public one."""
     path = text.removesuffix("()").split(".")
@@ -85,7 +90,7 @@ def _full_name(text: str, module: str | None, names: dict[str, list[str]]) -> st
         if part not in names:
             continue
         inside = ".".join(path[:start]) or module or ""
-        best = max(names[part], key=lambda full: len(os.path.commonprefix([full, inside])))
+        best = max(names[part], key=lambda full: _shared(full.split("."), inside.split(".")))
         return ".".join((best, *path[start + 1 :]))
     return None
 

@@ -77,7 +77,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
 
     On the interval between two waypoints, with the velocities v₀ and v₁ asked for at its ends and
     the mean velocity m = Δq/h that its displacement makes, no motion can do with less variation
-    than |m − v₀| + |m − v₁|: the velocity must go from v₀ to m and on to v₁, because it takes its
+    than `|m − v₀| + |m − v₁|`: the velocity must go from v₀ to m and on to v₁, because it takes its
     mean somewhere. What a motion does on top of it is its fluctuation there,
 
         F = |v(t₀) − v₀| + ∫ |a| dt + |v₁ − v(t₁)| − |m − v₀| − |m − v₁| ≥ 0,

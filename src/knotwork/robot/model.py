@@ -247,7 +247,8 @@ class Robot:
         (`local_world_aligned`).
 
         Raises:
-            As `forward`.
+            WaypointDataError: A value is not finite, or an array is of another shape.
+            RobotError: No tool frame has been chosen.
         """
         return self.forward_and_jacobian(q)[1]
 
@@ -271,7 +272,8 @@ class Robot:
             v: Joint velocities [rad/s or m/s], shape (d,).
 
         Raises:
-            As `forward`.
+            WaypointDataError: A value is not finite, or an array is of another shape.
+            RobotError: No tool frame has been chosen.
         """
         frame = self._tool("the velocity of the tool")
         q, v = self._checked(q, "q"), self._checked(v, "v")

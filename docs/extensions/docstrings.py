@@ -1,0 +1,72 @@
+"""What docstrings say in shorter ways than reStructuredText knows.
+
+An indented block after a blank line is a formula or code, shown as it is; several names before one
+colon share a description.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from sphinx.application import Sphinx
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip())
+
+
+def _compiles(lines: list[str]) -> bool:
+    width = min(_indent(line) for line in lines if line.strip())
+    try:
+        compile("\n".join(line[width:] for line in lines), "<docstring>", "exec")
+    except SyntaxError:
+        return False
+    return True
+
+
+def show_blocks(_app: Any, _what: str, _name: str, _obj: Any, _opt: Any, lines: list[str]) -> None:
+    """Mark indented blocks as literal ones, before Napoleon reads the sections."""
+    i, before = 1, lines[0] if lines else ""
+    while i < len(lines):
+        line = lines[i]
+        if not line.strip():
+            i += 1
+            continue
+        block = not lines[i - 1].strip() and _indent(line) >= _indent(before) + 4
+        if not block or re.match(r"\s*([*-]|\d+\.|\.\.) ", before):
+            before = line
+            i += 1
+            continue
+        end = i
+        while end < len(lines) and (not lines[end].strip() or _indent(lines[end]) >= _indent(line)):
+            end += 1
+        language = "python" if _compiles(lines[i:end]) else "none"
+        lines[i:i] = [" " * _indent(before) + f".. code-block:: {language}", ""]
+        i = end + 2
+        if i < len(lines):
+            before = lines[i]
+
+
+def split_names(_app: Any, _what: str, _name: str, _obj: Any, _opt: Any, lines: list[str]) -> None:
+    """Give each of several names a field of its own, after Napoleon has made the fields."""
+    for i in range(len(lines) - 1, -1, -1):
+        found = re.match(r":(ivar|raises|param) ([\w.]+(?:, [\w.]+)+): ?(.*)", lines[i])
+        if found is None:
+            continue
+        end = i + 1
+        while end < len(lines) and (_indent(lines[end]) > 0 or not lines[end].strip()):
+            end += 1
+        rest = [line for line in lines[i + 1 : end] if line.strip()]
+        lines[i:end] = [
+            text
+            for name in found[2].split(", ")
+            for text in (f":{found[1]} {name}: {found[3]}", *rest)
+        ] + [""] * (end < len(lines) and not lines[end - 1].strip())
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Hook both in, before Napoleon and after it."""
+    app.connect("autodoc-process-docstring", show_blocks, priority=400)
+    app.connect("autodoc-process-docstring", split_names, priority=600)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
