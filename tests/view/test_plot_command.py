@@ -101,7 +101,6 @@ def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
         (["paper_case", "--knots", "even"], "balanced"),
         (["paper_case", "-o", "a.gif"], "give .png, .svg, .pdf"),
         (["paper_case", "-o", "a"], "it has no suffix"),
-        (["paper_case", "-o", "nowhere/a.png"], "there is no folder nowhere"),
         (["paper_case", "--tool"], "without a robot"),
         (["paper_case", "--tool", "--joints", "joint_1"], "leave out --joints"),
         (["paper_case", "--scenario", "paper_case"], "leave out --scenario"),

@@ -1,13 +1,16 @@
-"""The system's Chromium, headless and without a network."""
+"""The system's Chromium, headless, without a network; a page is opened once, looked at often."""
 
 from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
+
+from knotwork.view.page import Page
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 ARGUMENTS = (
@@ -19,6 +22,15 @@ ARGUMENTS = (
     "--disable-component-update",
     "--disable-sync",
 )
+# As it was when it was opened: everything shown, at the start, from the first camera.
+AFRESH = """() => {
+  for (const box of document.querySelectorAll("#switches input")) if (!box.checked) box.click();
+  viewer.set_property(["Knotwork", "arm"], "visible", true);
+  document.getElementById("rate").value = "1";
+  document.getElementById("rate").dispatchEvent(new Event("change"));
+  knotwork.seek(0);
+  document.getElementById("first-view").click();
+}"""
 
 
 def _unavailable(reason: str) -> None:
@@ -43,18 +55,105 @@ def chromium() -> Iterator[Any]:
         browser.close()
 
 
+class Tabs:
+    """Tabs without a network, in which no page may complain in any way."""
+
+    def __init__(self, browser: Any) -> None:
+        self.browser = browser
+        self.complaints: list[str] = []
+        self.opened: dict[str, Any] = {}
+
+    def new(self, **options: Any) -> Any:
+        """Open an empty tab."""
+        size = {"width": 640, "height": 400}
+        page = self.browser.new_context(viewport=size, offline=True, **options).new_page()
+        complaints = self.complaints
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on(
+            "console",
+            lambda message: complaints.append(message.text) if message.type == "error" else None,
+        )
+        page.on("requestfailed", lambda request: complaints.append(request.url[:200]))
+        return page
+
+    def scene(self, name: str, build: Callable[[], Page], folder: Path) -> Any:
+        """Show a scene from disk; it is built and opened once, and looks as at first each time."""
+        if name not in self.opened:
+            page = self.new()
+            page.goto(build().save(folder / f"{name}.html").as_uri() + "#paused")
+            page.wait_for_function("document.documentElement.dataset.ready === 'true'")
+            self.opened[name] = page
+        page = self.opened[name]
+        page.set_viewport_size({"width": 640, "height": 400})
+        page.evaluate(AFRESH)
+        return page
+
+
+@pytest.fixture(scope="session")
+def all_tabs(chromium: Any) -> Tabs:
+    """All tabs of the session."""
+    return Tabs(chromium)
+
+
 @pytest.fixture
-def tab(chromium: Any) -> Iterator[Any]:
-    """A tab without a network; the test fails if the page complains in any way."""
-    context = chromium.new_context(viewport={"width": 1000, "height": 700}, offline=True)
-    page = context.new_page()
-    complaints: list[str] = []
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on(
-        "console",
-        lambda message: complaints.append(message.text) if message.type == "error" else None,
-    )
-    page.on("requestfailed", lambda request: complaints.append(request.url[:200]))
-    yield page
-    context.close()
+def tabs(all_tabs: Tabs) -> Iterator[Tabs]:
+    """Tabs to open pages in; the test fails if one of them complains."""
+    yield all_tabs
+    complaints = all_tabs.complaints[:]
+    all_tabs.complaints.clear()
     assert not complaints
+
+
+CUBE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="1"/></asset>
+<library_images><image id="two"><init_from>two%20colours.png</init_from></image></library_images>
+<library_effects><effect id="e"><profile_COMMON>
+  <newparam sid="surface"><surface type="2D"><init_from>two</init_from></surface></newparam>
+  <newparam sid="sampler"><sampler2D><source>surface</source></sampler2D></newparam>
+  <technique sid="t"><phong><diffuse><texture texture="sampler" texcoord="UV"/></diffuse></phong>
+  </technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
+<library_geometries><geometry id="g"><mesh>
+  <source id="p"><float_array id="pa" count="24">{points}</float_array><technique_common>
+    <accessor source="#pa" count="8" stride="3"/></technique_common></source>
+  <source id="u"><float_array id="ua" count="8">0 0 1 0 1 1 0 1</float_array><technique_common>
+    <accessor source="#ua" count="4" stride="2"/></technique_common></source>
+  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+  <polylist material="s" count="6"><input semantic="VERTEX" source="#v" offset="0"/>
+    <input semantic="TEXCOORD" source="#u" offset="1" set="0"/>
+    <vcount>4 4 4 4 4 4</vcount><p>{faces}</p></polylist>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="scene"><node><instance_geometry url="#g">
+  <bind_material><technique_common><instance_material symbol="s" target="#m"/></technique_common>
+  </bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#scene"/></scene></COLLADA>"""
+ROBOT = """<robot name="dice">
+  <link name="base"><visual><geometry><mesh filename="cube.dae"/></geometry></visual></link>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/>
+    <origin xyz="0 0 0.3"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+  <link name="arm"><visual><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.03" length="0.1"/>
+    </geometry><material name="blue"><color rgba="0 0 1 1"/></material></visual></link>
+</robot>"""
+
+
+@pytest.fixture
+def textured_robot(tmp_path: Path) -> Any:
+    """A robot with a cube whose sides are red below and green above, by an image."""
+    import numpy as np
+    from PIL import Image
+
+    import knotwork as kw
+
+    points = [(x, y, z) for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (-0.2, 0.2)]
+    sides = [(1, 5, 7, 3), (0, 2, 6, 4), (0, 4, 5, 1), (6, 2, 3, 7), (2, 0, 1, 3), (4, 6, 7, 5)]
+    text = CUBE.format(
+        points=" ".join(f"{value}" for point in points for value in point),
+        faces=" ".join(f"{point} {corner}" for side in sides for corner, point in enumerate(side)),
+    )
+    (tmp_path / "cube.dae").write_text(text, encoding="utf-8")
+    rows = np.zeros((8, 8, 3), dtype=np.uint8)
+    rows[:4, :, 1] = rows[4:, :, 0] = 230
+    Image.fromarray(rows).save(tmp_path / "two colours.png")
+    (tmp_path / "dice.urdf").write_text(ROBOT, encoding="utf-8")
+    return kw.load_robot(tmp_path / "dice.urdf").with_tool("arm")

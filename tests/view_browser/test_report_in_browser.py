@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from PIL import Image
 
 import knotwork as kw
 from knotwork.view.report_page import report_page
 
 
-def test_the_report_reads_on_screen_phone_and_paper(tab: Any, tmp_path: Path) -> None:
-    plan = kw.plan("planar2_closed_form")
+def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -> None:
+    plan = kw.plan("planar2_closed_form", planner="parabolic-blend")
     path = report_page(plan).save(tmp_path / "report.html")
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 1000, "height": 700})
     tab.goto(path.as_uri())
-    inside = tab.frame_locator("iframe").locator("html[data-ready=true]")
-    inside.wait_for(state="attached", timeout=60_000)
-    assert tab.inner_text(".verdict") == "passed"
+    tab.wait_for_selector("html.has-still", state="attached")
+    assert tab.inner_text(".verdict") == "FAILED"
     rows = tab.locator("#requirements tbody tr")
     assert rows.count() == len(plan.report.requirements)
     assert "three four" in tab.inner_text("#requirements")
     assert tab.locator("#plots img").count() == 2
     assert tab.evaluate("[...document.images].every((i) => !i.src || i.naturalWidth > 300)")
     assert "Planar two-link arm through points" in tab.inner_text("#appendix pre")
+    the_still_shows_labels_and_legend(tab)
+
+    tab.emulate_media(media="print")
+    assert tab.locator("#still").is_visible()
+    assert not tab.locator("iframe").is_visible()
+    # before there is a still picture the scene itself is printed
+    tab.evaluate("document.documentElement.classList.remove('has-still')")
+    assert tab.locator("iframe").is_visible()
+    tab.emulate_media(media="screen")
+
     tab.set_viewport_size({"width": 390, "height": 800})
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     # what matters lies on the screen, not beside it
@@ -30,15 +46,55 @@ def test_the_report_reads_on_screen_phone_and_paper(tab: Any, tmp_path: Path) ->
             for box in tab.locator(f"{section} {selector}").all()[:6]:
                 place = box.bounding_box()
                 assert place is None or place["x"] + place["width"] <= 390
-    tab.wait_for_function("document.getElementById('still').src.startsWith('data:image/png')")
-    tab.emulate_media(media="print")
-    assert tab.locator("#still").is_visible()
+
+
+def the_still_shows_labels_and_legend(tab: Any) -> None:
+    """Words are drawn where they stand on the screen: what fails in red, names on white."""
+    data = tab.evaluate("document.getElementById('still').src").partition(",")[2]
+    still = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB")).astype(int)
+    inside = tab.frame_locator("iframe")
+    scale = still.shape[1] / inside.locator("#scene").bounding_box()["width"]
+    corner = inside.locator("#scene").bounding_box()
+
+    def part(element: Any) -> Any:
+        box = element.bounding_box()
+        left, top = scale * (box["x"] - corner["x"]), scale * (box["y"] - corner["y"])
+        right, bottom = left + scale * box["width"], top + scale * box["height"]
+        return still[round(top) : round(bottom), round(left) : round(right)]
+
+    misses = inside.locator(".label.miss").all()
+    assert misses
+    for label in misses:
+        ground = np.median(part(label), axis=(0, 1))
+        assert ground[0] > 170
+        assert ground[1:].max() < 40
+        assert (part(label).min(axis=2) > 200).mean() > 0.05  # the words, in white
+    dark = (part(inside.locator("#legend .word").first).max(axis=2) < 90).mean()
+    assert 0.05 < dark < 0.6
+    colours = part(inside.locator("#legend .scale"))
+    middle = colours[len(colours) // 2]
+    assert (np.abs(middle[2] - [68, 1, 84]) < 12).all()
+    assert (np.abs(middle[-3] - [217, 222, 31]) < 12).all()
+
+
+def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
+    path = report_page(kw.plan("planar2_closed_form")).save(tmp_path / "report.html")
+    tab = tabs.new(java_script_enabled=False)
+    tab.goto(path.as_uri())
+    assert "switched off" in tab.inner_text("#view")
     assert not tab.locator("iframe").is_visible()
+    assert not tab.locator("#still").is_visible()
+    assert all(picture.is_visible() for picture in tab.locator("#plots img").all())
 
 
-def test_without_a_robot_the_report_says_so(tab: Any, tmp_path: Path) -> None:
-    plan = kw.plan("paper_case")
-    tab.goto(report_page(plan).save(tmp_path / "report.html").as_uri())
-    assert "no arm to show" in tab.inner_text("#view")
+def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
+    page = report_page(kw.plan("paper_case"))
+    tab = tabs.new()
+    tab.goto(page.save(tmp_path / "report.html").as_uri())
+    said = tab.inner_text("#view")
+    assert "names no robot" in said
+    assert "plots of the joints only" in said
+    assert "names no robot" in page.warnings[0]
     assert tab.locator("iframe").count() == 0
+    assert tab.locator("#still").count() == 0
     assert tab.locator("#plots img").count() == 1

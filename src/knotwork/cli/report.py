@@ -24,7 +24,7 @@ Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 
     metavar="FILE",
     required=True,
     type=click.Path(path_type=Path),
-    help="Page to write; an existing one is replaced.",
+    help="Page to write; an existing one is replaced, a folder that is missing is made.",
 )
 @planner_option
 @knots_option
@@ -34,8 +34,10 @@ def report(scenario: str, out: Path, planner: str | None, knots: Any) -> int:
     The page is one file that needs no network.
     """
     from knotwork import pipeline
+    from knotwork.view.files import checked_page_path
     from knotwork.view.report_page import report_page
 
+    checked_page_path(out)
     plan = pipeline.plan(scenario, planner=planner, knots=knots)
     page = report_page(plan)
     for warning in page.warnings:

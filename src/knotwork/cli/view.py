@@ -33,7 +33,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     metavar="FILE",
     type=click.Path(path_type=Path),
     help="Write the scene to one self-contained file instead, which any browser opens without a "
-    "network. An existing file is replaced.",
+    "network. An existing file is replaced, a folder that is missing is made.",
 )
 @click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to show over it.")
 @planner_option
@@ -76,6 +76,9 @@ def view(
     until Ctrl-C.
     """
     if out is not None:
+        from knotwork.view.files import checked_page_path
+
+        checked_page_path(out)
         refuse({"--port": port, "--no-open": no_open or None}, "--html writes a file")
     if is_trajectory(source):
         given = {"--compare": compare, "--planner": planner, "--knots": knots}

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SUFFIXES = (".png", ".svg", ".pdf")
+PAGE_SUFFIXES = (".html", ".htm")
 # Without the date, the same figure gives the same file.
 _UNDATED: dict[str, dict[str, Any]] = {
     ".png": {},
@@ -28,23 +29,35 @@ def checked_picture_path(path: str | Path) -> Path:
     """Return the path of a picture to be written.
 
     Raises:
-        InputError: Its suffix is none that can be written, its folder does not exist, or it is a
-            folder itself.
+        InputError: Its suffix is none that can be written, or it can't be a file.
     """
+    return _checked("a picture", path, SUFFIXES)
+
+
+def checked_page_path(path: str | Path) -> Path:
+    """Return the path of a page to be written.
+
+    Raises:
+        InputError: Its suffix is none that browsers show as a page, or it can't be a file.
+    """
+    return _checked("a page", path, PAGE_SUFFIXES)
+
+
+def _checked(what: str, path: str | Path, suffixes: tuple[str, ...]) -> Path:
+    """Return a path if a file of one of some suffixes may be there; its folder need not exist."""
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        found = f"the suffix is {path.suffix!r}" if path.suffix else "it has no suffix"
-        raise InputError(f"can't write a picture to {path}: {found}; give {', '.join(SUFFIXES)}")
     reason = ""
+    if path.suffix.lower() not in suffixes:
+        found = f"the suffix is {path.suffix!r}" if path.suffix else "it has no suffix"
+        reason = f"{found}; give {', '.join(suffixes)}"
     with contextlib.suppress(OSError, ValueError):  # these show when it is written
+        above = next((folder for folder in path.parents if folder.exists()), None)
         if path.is_dir():
             reason = "it is a folder; give the path of a file"
-        elif not path.parent.exists():
-            reason = f"there is no folder {path.parent}; make it first"
-        elif not path.parent.is_dir():
-            reason = f"{path.parent} is no folder"
+        elif above is not None and not above.is_dir():
+            reason = f"{above} is no folder"
     if reason:
-        raise InputError(f"can't write a picture to {path}: {reason}")
+        raise InputError(f"can't write {what} to {path}: {reason}")
     return path
 
 
@@ -53,7 +66,8 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 
     Args:
         figure: What to write.
-        path: The file. Its suffix, `.png`, `.svg` or `.pdf`, says what is written.
+        path: The file; its folder is made if it does not exist. The suffix, `.png`, `.svg` or
+            `.pdf`, says what is written.
 
     Returns:
         The path.
@@ -68,6 +82,7 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
         figure.savefig(picture, format=suffix[1:], metadata=_UNDATED[suffix])
     temporary: Path | None = None
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=".knotwork-", suffix=suffix)
         temporary = Path(name)
         with os.fdopen(handle, "wb") as file:

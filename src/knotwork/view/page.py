@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
 from knotwork.storage import write_files
+from knotwork.view.files import checked_page_path
 from knotwork.view.scene import Scene
 
 if TYPE_CHECKING:
@@ -36,12 +37,13 @@ class Page:
     def save(self, path: str | Path) -> Path:
         """Write the page to a file, whole or not at all; an existing one is replaced.
 
+        Args:
+            path: The file, `.html` or `.htm`; its folder is made if it does not exist.
+
         Raises:
-            InputError: The file can't be written, or is a folder.
+            InputError: The file can't be written, is a folder, or has another suffix.
         """
-        path = Path(path)
-        if path.is_dir() or not path.name:
-            raise InputError(f"can't write a page to {path}: it is a folder; give a file's path")
+        path = checked_page_path(path)
         return write_files(path.parent, {path.name: self.html})[0]
 
     def _repr_html_(self) -> str:

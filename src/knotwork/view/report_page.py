@@ -25,6 +25,10 @@ QUANTITY_WORDS = {
     "linear_velocity": "tool velocity",
     "angular_velocity": "tool turning velocity",
 }
+NO_ROBOT = (
+    "the scenario names no robot, so there is no arm to show: this report has plots of the joints "
+    "only; name a robot in the scenario to see it move"
+)
 # An orientation is a quaternion, which has no unit.
 _UNITLESS = ("orientation",)
 
@@ -32,7 +36,7 @@ _UNITLESS = ("orientation",)
 def report_page(plan: PlanLike) -> Page:
     """Put the report of a plan on a page.
 
-    Without a robot there is no 3D view, and the page says so.
+    Without a robot there is no 3D view: plots only, and the page says so and why.
 
     Args:
         plan: What was planned and checked.
@@ -46,6 +50,7 @@ def report_page(plan: PlanLike) -> Page:
         if robot.tcp_frame_id is not None:
             plots.append(("The tool over time", plot_tool(plan)))
         scene = view_plan(plan, embedded=True, autoplay=False)
+    warnings = scene.warnings if scene is not None else (NO_ROBOT,)
     text = (
         environment()
         .get_template("report.html")
@@ -59,13 +64,13 @@ def report_page(plan: PlanLike) -> Page:
             limits=list(_limits(report)),
             plots=[(name, _picture(figure)) for name, figure in plots],
             scene=Markup(frame(scene.html, height="100%", name="3D view")) if scene else None,
-            warnings=scene.warnings if scene is not None else (),
+            warnings=warnings,
             source=read_text(scenario.source) if scenario.source is not None else None,
             style=Markup(asset("report.css")),
             version=version(),
         )
     )
-    return Page(f"{scenario.name}: report", text, scene.warnings if scene is not None else ())
+    return Page(f"{scenario.name}: report", text, warnings)
 
 
 def _picture(figure: Figure) -> str:

@@ -318,6 +318,14 @@ function showScene(data, options) {
       .filter(([left, top, right, bottom]) => right - left > 2 * least && bottom - top > least);
   }
 
+  let touched = false; // turned by hand: then the camera stays
+
+  function resized() {
+    const pane = byId("scene").getBoundingClientRect();
+    if (touched) viewer.set_3d_pane_size(pane.width, pane.height);
+    else look();
+  }
+
   function look() {
     const camera = viewer.camera;
     const pane = byId("scene").getBoundingClientRect();
@@ -376,14 +384,18 @@ function showScene(data, options) {
   function placeLabels() {
     const camera = viewer.camera;
     camera.updateMatrixWorld();
-    const view = [...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
+    const pane = byId("scene").getBoundingClientRect();
+    const view = [pane.width, pane.height, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
     if (view === seenFrom) return;
     seenFrom = view;
-    const pane = byId("scene").getBoundingClientRect();
     const taken = panels(pane);
     const free = (box) =>
       box[0] >= 2 && box[1] >= 2 && box[2] <= pane.width - 2 && box[3] <= pane.height - 2 &&
       taken.every((t) => box[2] < t[0] || box[0] > t[2] || box[3] < t[1] || box[1] > t[3]);
+    for (const label of labels) {
+      const { width, height } = label.box.getBoundingClientRect(); // on a phone words are smaller
+      Object.assign(label, { width, height });
+    }
     const spots = labels.map((label) => {
       const p = label.point.clone().project(viewer.camera);
       const visible = p.z < 1 && Math.abs(p.x) < 1 && Math.abs(p.y) < 1;
@@ -392,8 +404,6 @@ function showScene(data, options) {
       return { label, visible, x, y };
     });
     for (const { label, visible, x, y } of spots) {
-      label.width = label.width || label.box.offsetWidth;
-      label.height = label.height || label.box.offsetHeight;
       const at = (place) => {
         const [dx, dy] = places[place];
         const left = x + dx - (dx < 0 ? label.width : 0);
@@ -429,8 +439,9 @@ function showScene(data, options) {
     const fine = Math.min(2, 2400 / pane.width);
     const before = viewer.renderer.getPixelRatio();
     viewer.renderer.setPixelRatio(fine);
-    viewer.set_3d_pane_size(pane.width, pane.height);
+    resized();
     viewer.render();
+    placeLabels();
     const canvas = document.createElement("canvas");
     canvas.width = Math.round(fine * pane.width);
     canvas.height = Math.round(fine * pane.height);
@@ -610,14 +621,9 @@ function showScene(data, options) {
   animate();
   switches();
   look();
-  let touched = false;
   viewer.controls.addEventListener("start", () => { touched = true; });
   window.onload = null; // Meshcat's own would take the whole window
-  window.addEventListener("resize", () => {
-    const box = byId("scene").getBoundingClientRect();
-    if (touched) viewer.set_3d_pane_size(box.width, box.height);
-    else look();
-  });
+  window.addEventListener("resize", resized);
   byId("first-view").addEventListener("click", () => { touched = false; look(); });
   const asked = /[#&]t=([\d.]+)/.exec(location.hash);
   if (asked) seek(Number(asked[1]) - start);
@@ -638,7 +644,6 @@ function showScene(data, options) {
     play: () => { if (!animator.playing) toggle(); },
     pause: () => { if (animator.playing) toggle(); },
     picture: () => viewer.capture_image(),
-    still,
   };
   placeLabels();
   hideGhosts();
@@ -649,6 +654,12 @@ function showScene(data, options) {
     if (window.parent === window) return;
     const show = () => window.parent.postMessage({ knotwork: still() }, "*");
     show();
-    viewer.controls.addEventListener("end", show); // the picture on paper is as it was turned
+    // The picture on paper is as the scene was turned, and as wide.
+    viewer.controls.addEventListener("end", show);
+    let waiting = 0;
+    window.addEventListener("resize", () => {
+      clearTimeout(waiting);
+      waiting = setTimeout(show, 300);
+    });
   });
 }
