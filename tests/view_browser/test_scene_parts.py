@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import re
 from dataclasses import replace
@@ -12,17 +13,21 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+from PIL import Image
 
 import knotwork as kw
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.view import images
 from knotwork.view.animation import LEAST_RATE, frames, joint_tree
 from knotwork.view.links import find_mesh, link_shapes
 from knotwork.view.mesh import Mesh
 from knotwork.view.page import Page, json_in_html
 from knotwork.view.path import robot_curve, tool_path
-from knotwork.view.show import view_plan
-from knotwork.view.solids import box, capsule, cylinder, sphere
+from knotwork.view.show import view_plan, view_trajectory
+from knotwork.view.solids import box, capsule, cylinder, frame_along, sphere
+from knotwork.view.speed_arrows import round_arrows
+from knotwork.view.targets import Target, targets
 
 FAILING = Path(__file__).parents[1] / "failing"
 
@@ -203,7 +208,18 @@ def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) 
     assert json.loads(text) == {"a": name, "b": "\u2028"}
 
 
-def test_a_page_is_not_written_over_a_folder(tmp_path: Path) -> None:
+def test_a_page_makes_its_folder_and_is_never_one(tmp_path: Path) -> None:
+    path = Page("a", "b").save(tmp_path / "new" / "er" / "a.html")
+    assert path.read_text(encoding="utf-8") == "b"
+    (tmp_path / "folder.html").mkdir()
+    for name, says in (
+        ("folder.html", "it is a folder"),
+        ("new/er/a.html/b.html", "is no folder"),
+        ("a", r"it has no suffix; give \.html, \.htm"),
+        ("a.pdf", r"the suffix is '\.pdf'; give \.html"),
+    ):
+        with pytest.raises(InputError, match=says):
+            Page("a", "b").save(tmp_path / name)
     with pytest.raises(InputError, match="it is a folder"):
         Page("a", "b").save(tmp_path)
     with pytest.raises(InputError, match="can't write"):
@@ -232,3 +248,120 @@ def test_numbers_on_the_page_are_those_of_the_trajectory() -> None:
     true = plan.trajectory.sample(120)
     assert position == pytest.approx(true.position, abs=1e-6)
     assert time == pytest.approx(true.time, abs=1e-6)
+
+
+def test_a_stored_trajectory_leaves_the_tool_unsaid() -> None:
+    trajectory = kw.plan("planar2_closed_form").trajectory
+    robot = kw.load_robot("planar2")
+    (warning,) = view_trajectory(robot, trajectory).warnings
+    assert "does not say which tool" in warning
+    assert f"frame {robot.tool_frame!r}" in warning
+    offset = pin.SE3(np.eye(3), np.array([0, 0, 0.1]))
+    assert not view_trajectory(robot.with_tool(robot.tool_frame, offset), trajectory).warnings
+
+
+def test_a_turn_asked_for_goes_as_far_as_the_tool_turns() -> None:
+    """The arrow's points: on a circle about the axis, right-handed, up to the angle."""
+    turn = np.array([0.0, 0.3, 0.4])
+    pose = pin.SE3(np.eye(3), np.array([1.0, 2.0, 3.0]))
+    still = Target("b", 1.0, pose, np.zeros(3), np.zeros(3))
+    arrows = round_arrows([Target("a", 0.0, pose, np.zeros(3), turn), still], radius=0.1)
+    assert arrows is not None
+    assert arrows.seconds == 10.0  # 5 rad; in 20 s it would be more than a round
+    axes = frame_along(turn / 0.5)
+    local = (arrows.mesh.vertices - pose.translation) @ axes
+    assert np.linalg.norm(local[:, :2], axis=1) == pytest.approx(0.1, abs=0.03)
+    assert np.abs(local[:, 2]).max() < 0.03
+    angle = np.arctan2(local[:, 1], local[:, 0]) % (2 * np.pi)
+    angle = angle[angle < 2 * np.pi - 0.3]  # the foot is as thick as the rod
+    assert angle.max() == pytest.approx(5.0, abs=0.1)
+    assert round_arrows([still], radius=0.1) is None
+
+
+def test_targets_turn_with_the_robots_base() -> None:
+    plan = kw.plan("kinova_dispense")
+    robot = plan.space.robot
+    assert robot is not None
+    for target, waypoint in zip(
+        targets(plan.scenario, plan.space, robot), plan.scenario.waypoints, strict=True
+    ):
+        twist = robot.twist(
+            plan.trajectory.position(target.time), plan.trajectory.velocity(target.time)
+        )
+        turn = robot.base_placement.rotation
+        assert target.name == waypoint.name
+        assert target.angular == pytest.approx(turn @ twist.angular, abs=1e-6)
+        assert target.linear == pytest.approx(turn @ twist.linear, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["ur5", "panda"])
+def test_colours_are_those_of_the_meshes_materials(name: str) -> None:
+    robot = kw.load_robot(name)
+    names = re.findall(r'<mesh filename="([^"]*\.dae)"', robot.urdf.read_text(encoding="utf-8"))
+    given = set()
+    for mesh in names:
+        path = find_mesh(mesh, robot.urdf)
+        assert path is not None
+        text = path.read_text(encoding="utf-8")
+        for numbers in re.findall(r"<diffuse>\s*<color[^>]*>([^<]*)<", text):
+            given.add(tuple(float(number) for number in numbers.split()[:3]))
+    shown = link_shapes(robot)
+    assert not shown.warnings
+    drawn = {tuple(row) for mesh in shown.shapes if mesh for row in np.unique(mesh.colours, axis=0)}
+    assert drawn <= given
+    assert len(drawn) > 2
+
+
+def test_a_mesh_without_colours_is_said(tmp_path: Path) -> None:
+    corners = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]], dtype="<f4")
+    record = np.zeros(1, [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
+    record["c"] = corners
+    (tmp_path / "base.stl").write_bytes(bytes(80) + (1).to_bytes(4, "little") + record.tobytes())
+    path = tmp_path / "one.urdf"
+    text = URDF.format(collision="").replace("package://lost/base.stl", "base.stl")
+    path.write_text(text, encoding="utf-8")
+    (warning,) = link_shapes(kw.load_robot(path).with_tool("arm")).warnings
+    assert warning == "no colour is given for parts of base; they are drawn grey"
+    red = text.replace("</geometry>", '</geometry><material name="r"><color rgba="1 0 0 1"/>', 1)
+    path.write_text(red.replace('1"/></visual>', '1"/></material></visual>', 1), encoding="utf-8")
+    shown = link_shapes(kw.load_robot(path).with_tool("arm"))
+    assert not shown.warnings
+    assert shown.shapes[0] is not None
+    assert (shown.shapes[0].colours == [1, 0, 0]).all()
+
+
+def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot, tmp_path: Path) -> None:
+    trajectory = kw.JointTrajectory.from_knots(["turn"], [0, 1], [[0], [0.5]], [[0], [0]])
+    shown = link_shapes(textured_robot)
+    assert not shown.warnings
+    (skin,) = shown.shapes[0].skins if shown.shapes[0] is not None else ()
+    assert (skin.start, skin.count, skin.image.name) == (0, 12, "two colours.png")
+    page = view_trajectory(textured_robot, trajectory)
+    assert "data:image/jpeg;base64," in page.html
+    # a picture that is none is a warning, and one that is missing leaves the mesh without colour
+    skin.image.write_bytes(b"no picture")
+    assert any(
+        "can't be read" in said for said in view_trajectory(textured_robot, trajectory).warnings
+    )
+    skin.image.unlink()
+    assert link_shapes(textured_robot).warnings == (
+        "no colour is given for parts of base; they are drawn grey",
+    )
+
+
+def test_images_are_made_small_enough_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    noise = np.random.default_rng(0).integers(0, 256, (300, 600, 3), dtype=np.uint8)
+    Image.fromarray(noise).save(tmp_path / "noise.bmp")
+
+    def widths(most: int) -> set[tuple[int, int]]:
+        monkeypatch.setattr(images, "MOST_BYTES", most)
+        addresses, warnings = images.image_addresses([tmp_path / "noise.bmp"] * 3)
+        assert not warnings
+        assert sum(len(address or "") for address in addresses) <= most
+        data = (base64.b64decode((address or "").partition(",")[2]) for address in addresses)
+        return {Image.open(io.BytesIO(one)).size for one in data}
+
+    assert widths(images.MOST_BYTES) == {(600, 300)}
+    assert widths(200_000) == {(256, 128)}

@@ -10,6 +10,7 @@ import sys
 import urllib.error
 import urllib.request
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,24 +19,23 @@ ENVIRONMENT = {
 }
 
 
-def run(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "knotwork", *arguments],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        cwd=folder,
-        env=ENVIRONMENT,
-        timeout=120,
-        check=False,
-    )
+@pytest.fixture
+def run(knotwork: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The command in this process and an empty folder, without a display."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    return knotwork
 
 
-def test_a_stored_trajectory_is_shown_with_its_scenario_or_robot(tmp_path: Path) -> None:
-    assert run("plan", "planar2_closed_form", "--out", "moved", folder=tmp_path).returncode == 0
+def test_a_stored_trajectory_is_shown_with_its_scenario_or_robot(run: Any, tmp_path: Path) -> None:
+    assert run("plan", "planar2_closed_form", "--out", "moved").code == 0
     for option in (("-s", "planar2_closed_form"), ("--robot", "planar2")):
-        ran = run("view", "moved", *option, "--html", "a.html", folder=tmp_path)
-        assert (ran.returncode, ran.stdout.strip()) == (0, "wrote a.html"), ran.stderr
+        ran = run("view", "moved", *option, "--html", "a.html")
+        assert (ran.code, ran.out.strip()) == (0, "wrote a.html"), ran.err
+        text = (tmp_path / "a.html").read_text(encoding="utf-8")
+        for said in (ran.err, text):
+            assert ("does not say which tool" in said) == (option[0] == "--robot")
         (tmp_path / "a.html").unlink()
     for options, words in (
         ((), "--scenario"),
@@ -43,27 +43,41 @@ def test_a_stored_trajectory_is_shown_with_its_scenario_or_robot(tmp_path: Path)
         (("-s", "ur5_deburring"), "lacks joint"),
         (("-s", "planar2_closed_form", "--planner", "cubic"), "planned already"),
     ):
-        ran = run("view", "moved", *options, "--html", "a.html", folder=tmp_path)
-        assert ran.returncode == 2
-        assert words in ran.stderr
-        assert "Traceback" not in ran.stderr
+        ran = run("view", "moved", *options, "--html", "a.html")
+        assert ran.code == 2
+        assert words in ran.err
+        assert "Traceback" not in ran.err
         assert not (tmp_path / "a.html").exists()
 
 
-def test_joints_alone_are_plots_only(tmp_path: Path) -> None:
-    ran = run("view", "paper_case", "--no-open", folder=tmp_path)
-    assert ran.returncode == 2
-    assert "only plots" in ran.stderr
+def test_joints_alone_are_plots_only(run: Any, tmp_path: Path) -> None:
+    ran = run("view", "paper_case", "--no-open")
+    assert ran.code == 2
+    assert "only plots" in ran.err
+    ran = run("report", "paper_case", "--html", "new/report.html")
+    assert ran.code == 0
+    assert "names no robot" in ran.err
+    assert (tmp_path / "new" / "report.html").is_file()
 
 
-def test_a_port_in_use_is_said(tmp_path: Path) -> None:
+@pytest.mark.parametrize("command", ["view", "report"])
+def test_a_page_that_can_not_be_written_is_said_first(
+    command: str, run: Any, tmp_path: Path
+) -> None:
+    ran = run(command, "no_such_scenario", "--html", "page.pdf")
+    assert ran.code == 2
+    assert "give .html, .htm" in ran.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_port_in_use_is_said(run: Any) -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = str(other.getsockname()[1])
-        ran = run("view", "planar2_closed_form", "--no-open", "--port", port, folder=tmp_path)
-    assert ran.returncode == 2
-    assert f"port {port} is in use" in ran.stderr
+        ran = run("view", "planar2_closed_form", "--no-open", "--port", port)
+    assert ran.code == 2
+    assert f"port {port} is in use" in ran.err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
@@ -90,11 +104,11 @@ def test_it_serves_until_interrupted(tmp_path: Path) -> None:
     assert said.strip() == "no browser could be opened here; open the address in one"
 
 
-def test_a_report_is_written_whether_the_check_passes_or_not(tmp_path: Path) -> None:
-    ran = run("report", "planar2_closed_form", "--html", "good.html", folder=tmp_path)
-    assert ran.returncode == 0, ran.stderr
+def test_a_report_is_written_whether_the_check_passes_or_not(run: Any, tmp_path: Path) -> None:
+    ran = run("report", "planar2_closed_form", "--html", "good.html")
+    assert ran.code == 0, ran.err
     other = ("--planner", "trapezoidal")
-    ran = run("report", "planar2_closed_form", *other, "--html", "bad.html", folder=tmp_path)
-    assert ran.returncode == 1
+    ran = run("report", "planar2_closed_form", *other, "--html", "bad.html")
+    assert ran.code == 1
     assert "What fails" in (tmp_path / "bad.html").read_text(encoding="utf-8")
     assert "What fails" not in (tmp_path / "good.html").read_text(encoding="utf-8")
