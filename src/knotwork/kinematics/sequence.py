@@ -16,6 +16,9 @@ INFEASIBLE = 1e6
 # Costs that differ by less [s, relative above 1 s] are equal: then the first candidate wins, on
 # every machine.
 TIE = 1e-9
+# A mean speed is too fast beyond this part of the limit: at the limit itself rounding must not
+# decide.
+AT_LIMIT = 1.0 + 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,12 @@ class Layer:
     weight: FloatArray
     signs: FloatArray
     fixed: bool = False
+
+    def take(self, index: Any) -> Layer:
+        """Those candidates of the given indices."""
+        return Layer(
+            self.q[index], self.cost[index], self.weight[index], self.signs[index], self.fixed
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,32 +84,46 @@ class Sequence:
     blocked: int | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """The candidates of a layer that are kept, and the cheapest way to each.
+
+    Attributes:
+        cost: Of the cheapest way to each and of being there [s], shape (m,).
+        q: Positions at the turn that way comes to, shape (m, d).
+        signs: What tells their branches apart, shape (m, k).
+        weight: Factors of travel, shape (m,).
+        index: Which candidates of the layer they are, shape (m,).
+        came: From which of those kept at the layer before, shape (m,).
+    """
+
+    cost: FloatArray
+    q: FloatArray
+    signs: FloatArray
+    weight: FloatArray
+    index: Any
+    came: Any
+
+
 def step_costs(
-    rules: Rules,
-    before: FloatArray,
-    weight_before: FloatArray,
-    signs_before: FloatArray,
-    layer: Layer,
-    duration: float,
+    rules: Rules, state: Reached, layer: Layer, duration: float
 ) -> tuple[FloatArray, FloatArray]:
     """Cost of each step between two waypoints, and how far the joints turn.
 
     Args:
         rules: What steps cost.
-        before: Positions at the waypoint before, shape (l, d).
-        weight_before: Factors of travel there, shape (l,).
-        signs_before: What tells branches apart there, shape (l, k).
-        layer: The candidates that steps lead to, m of them.
+        state: Where steps start, l candidates.
+        layer: Where they lead, m candidates.
         duration: Time for the step [s].
 
     Returns:
         Costs, shape (l, m), and the motion of the joints without limits, shape (u, l, m).
     """
-    square = np.zeros((len(before), len(layer.q)))
+    square = np.zeros((len(state.q), len(layer.q)))
     fastest, buffer = np.zeros_like(square), np.empty_like(square)
     turns: list[FloatArray] = []
     for j, speed in enumerate(rules.speed):
-        move = np.subtract.outer(before[:, j], layer.q[:, j], out=buffer)
+        move = np.subtract.outer(state.q[:, j], layer.q[:, j], out=buffer)
         if rules.unbounded[j] and not layer.fixed:
             move -= FULL_TURN * np.round(move / FULL_TURN)
             turns.append(-move)
@@ -112,12 +135,12 @@ def step_costs(
         square += move
     fastest /= duration
     cost = rules.travel * np.sqrt(square)
-    cost *= 0.5 * (weight_before[:, None] + layer.weight[None, :])
-    too_fast = fastest > 1.0
+    cost *= 0.5 * (state.weight[:, None] + layer.weight[None, :])
+    too_fast = fastest > AT_LIMIT
     if too_fast.any():
         cost[too_fast] += INFEASIBLE * fastest[too_fast]
     if rules.change:
-        product = signs_before[:, None, :] * layer.signs[None, :, :]
+        product = state.signs[:, None, :] * layer.signs[None, :, :]
         cost[(product < 0).any(axis=2)] += rules.change
     return cost, np.array(turns)
 
@@ -134,71 +157,97 @@ def choose_sequence(layers: list[Layer], durations: FloatArray, rules: Rules) ->
         durations: Time between them [s], shape (n - 1,).
         rules: What steps cost.
     """
-    bound = _greedy_cost(layers, durations, rules) * (1.0 + 1e-6) + 1e-6
+    states = reach(layers, durations, rules, widened(_greedy_cost(layers, durations, rules)))
+    if len(states) < len(layers):
+        return Sequence((), np.empty((0, len(rules.speed))), np.inf, blocked=len(states))
+    last = int(first_least(states[-1].cost[:, None])[0])
+    rows = way_to(states, last)
+    index = tuple(int(s.index[row]) for s, row in zip(states, rows, strict=True))
+    q = np.array([s.q[row] for s, row in zip(states, rows, strict=True)])
+    return Sequence(index, q, float(states[-1].cost[last]))
+
+
+def widened(cost: float) -> float:
+    """A bound that costs equal to the given one but for rounding are within."""
+    return cost * (1.0 + 1e-6) + 1e-6
+
+
+def reach(
+    layers: list[Layer], durations: FloatArray, rules: Rules, bound: float = np.inf
+) -> list[Reached]:
+    """Find the cheapest way to each candidate of each layer.
+
+    Args:
+        layers: The candidates at each of n waypoints.
+        durations: Time between them [s], shape (n - 1,).
+        rules: What steps cost.
+        bound: Candidates that cost more to get to are left out [s]. Costs only grow: none is on a
+            way to the end that costs no more.
+
+    Returns:
+        A state for each layer; fewer where nothing allowed leads on.
+    """
     first = layers[0]
     kept = np.flatnonzero(first.cost <= bound)
-    state = _Reached(first.cost[kept], first.q[kept], first.signs[kept], first.weight[kept], kept)
-    chosen: list[Any] = []
+    state = _start(first.take(kept), kept)
     states = [state]
-    for i, layer in enumerate(layers[1:]):
-        steps, turns = step_costs(
-            rules, state.q, state.weight, state.signs, layer, float(durations[i])
-        )
+    for layer, duration in zip(layers[1:], durations, strict=True):
+        steps, turns = step_costs(rules, state, layer, float(duration))
         total = state.cost[:, None] + steps
         came = first_least(total)
         cost = total[came, np.arange(len(layer.q))] + layer.cost
-        if not np.isfinite(cost).any():
-            return Sequence((), np.empty((0, state.q.shape[1])), np.inf, blocked=i + 1)
-        # Costs only grow: what has cost more than some way to the end is on no cheaper one.
-        kept = np.flatnonzero(cost <= bound)
-        came = came[kept]
-        q = layer.q[kept]
-        if not layer.fixed:
-            for row, j in enumerate(np.flatnonzero(rules.unbounded)):
-                q[:, j] = state.q[came, j] + turns[row][came, kept]
-        # On a singularity a branch has no sign of its own, and keeps that of the way to it.
-        signs = np.where(layer.signs[kept] == 0.0, state.signs[came], layer.signs[kept])
-        state = _Reached(cost[kept], q, signs, layer.weight[kept], kept)
-        chosen.append(came)
+        kept = np.flatnonzero((cost <= bound) & np.isfinite(cost))
+        if not kept.size:
+            break
+        state = _moved(state, layer, cost, came, kept, turns, rules)
         states.append(state)
-    row = int(first_least(state.cost[:, None])[0])
-    least = float(state.cost[row])
+    return states
+
+
+def _start(first: Layer, index: Any) -> Reached:
+    came = np.zeros(len(index), dtype=int)
+    return Reached(first.cost, first.q, first.signs, first.weight, index, came)
+
+
+def _moved(
+    state: Reached,
+    layer: Layer,
+    cost: FloatArray,
+    came: Any,
+    kept: Any,
+    turns: FloatArray,
+    rules: Rules,
+) -> Reached:
+    """The candidates kept of a layer, each reached the cheapest way."""
+    came = came[kept]
+    q = layer.q[kept]
+    if not layer.fixed:
+        for row, j in enumerate(np.flatnonzero(rules.unbounded)):
+            q[:, j] = state.q[came, j] + turns[row][came, kept]
+    # On a singularity a branch has no sign of its own, and keeps that of the way to it.
+    signs = np.where(layer.signs[kept] == 0.0, state.signs[came], layer.signs[kept])
+    return Reached(cost[kept], q, signs, layer.weight[kept], kept, came)
+
+
+def way_to(states: list[Reached], row: int) -> list[int]:
+    """The rows of the states on the cheapest way to a row of the last of them."""
     rows = [row]
-    for came in reversed(chosen):
-        rows.append(int(came[rows[-1]]))
+    for state in reversed(states[1:]):
+        rows.append(int(state.came[rows[-1]]))
     rows.reverse()
-    index = tuple(int(s.index[row]) for s, row in zip(states, rows, strict=True))
-    return Sequence(index, np.array([s.q[r] for s, r in zip(states, rows, strict=True)]), least)
-
-
-@dataclass(frozen=True, eq=False)
-class _Reached:
-    """The candidates of a layer that the best sequence may pass, and the cheapest way to each."""
-
-    cost: FloatArray
-    q: FloatArray
-    signs: FloatArray
-    weight: FloatArray
-    index: Any
+    return rows
 
 
 def _greedy_cost(layers: list[Layer], durations: FloatArray, rules: Rules) -> float:
     """Cost of going from each waypoint to the candidate that is cheapest next."""
-    first = layers[0]
-    k = int(np.argmin(first.cost))
-    q, weight, signs, cost = first.q[[k]], first.weight[[k]], first.signs[[k]], first.cost[k]
-    for i, layer in enumerate(layers[1:]):
-        steps, turns = step_costs(rules, q, weight, signs, layer, float(durations[i]))
-        total = steps[0] + layer.cost
-        k = int(np.argmin(total))
-        cost += total[k]
-        before, q = q, layer.q[[k]]
-        if not layer.fixed:
-            for row, j in enumerate(np.flatnonzero(rules.unbounded)):
-                q[0, j] = before[0, j] + turns[row][0, k]
-        signs = np.where(layer.signs[[k]] == 0.0, signs, layer.signs[[k]])
-        weight = layer.weight[[k]]
-    return float(cost)
+    k = np.array([int(np.argmin(layers[0].cost))])
+    state = _start(layers[0].take(k), k)
+    for layer, duration in zip(layers[1:], durations, strict=True):
+        steps, turns = step_costs(rules, state, layer, float(duration))
+        cost = state.cost[0] + steps[0] + layer.cost
+        kept = np.array([int(np.argmin(cost))])
+        state = _moved(state, layer, cost, np.zeros(len(cost), int), kept, turns, rules)
+    return float(state.cost[0])
 
 
 def first_least(cost: FloatArray) -> Any:

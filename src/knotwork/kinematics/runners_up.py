@@ -1,0 +1,147 @@
+"""What the next best choice would have cost: the best sequence with another branch at a waypoint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Many
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from knotwork.kinematics.sequence import (
+    Layer,
+    Reached,
+    Rules,
+    Sequence,
+    first_least,
+    reach,
+    step_costs,
+    way_to,
+    widened,
+)
+from knotwork.waypoints import FloatArray
+
+# Copies of each branch that a first guess at the next best sequence is made with: those nearest
+# the sequence chosen.
+COPIES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class RunnerUp:
+    """The best sequence that has another branch at one waypoint.
+
+    Attributes:
+        index: Its candidate at each waypoint.
+        q: Its joint positions, shape (n, d).
+        cost: What it costs [s].
+    """
+
+    index: tuple[int, ...]
+    q: FloatArray
+    cost: float
+
+
+def runners_up(
+    layers: list[Layer],
+    durations: FloatArray,
+    rules: Rules,
+    chosen: Sequence,
+    groups: Many[Any],
+) -> list[RunnerUp | None]:
+    """Find for each waypoint the best sequence that passes it in another branch.
+
+    The cheapest way to each candidate and the cheapest way on from it give the cheapest sequence
+    through it, for all waypoints at once. A first guess with few candidates bounds what that
+    may cost, so that most candidates can be left out.
+
+    Args:
+        layers: The candidates at each of n waypoints.
+        durations: Time between them [s], shape (n - 1,).
+        rules: What steps cost.
+        chosen: The best sequence.
+        groups: For each layer the branch of each candidate, shape (m,).
+
+    Returns:
+        For each waypoint the runner-up, or `None` where all that is allowed is of one branch.
+    """
+    few = [
+        _few(layer, group, q, k, rules)
+        for layer, group, q, k in zip(layers, groups, chosen.q, chosen.index, strict=True)
+    ]
+    guess = _through(
+        [layer.take(k) for layer, k in zip(layers, few, strict=True)],
+        durations,
+        rules,
+        [group[k] != group[own] for group, k, own in zip(groups, few, chosen.index, strict=True)],
+        np.inf,
+    )
+    bounds = [found.cost for found in guess if found is not None]
+    if not bounds:
+        return [None] * len(layers)
+    others = [group != group[k] for group, k in zip(groups, chosen.index, strict=True)]
+    return _through(layers, durations, rules, others, widened(max(bounds)))
+
+
+def _few(layer: Layer, group: Any, q: FloatArray, own: int, rules: Rules) -> Any:
+    """The copies of each branch that are nearest the sequence chosen, in order."""
+    gap = layer.q - q
+    if not layer.fixed:
+        turns = 2 * np.pi * np.round(gap / (2 * np.pi))
+        gap = np.where(rules.unbounded, gap - turns, gap)
+    order = np.argsort(np.linalg.norm(gap / rules.speed, axis=1), kind="stable")
+    kept = {own}
+    for one in np.unique(group):
+        kept.update(order[group[order] == one][:COPIES].tolist())
+    return np.array(sorted(kept))
+
+
+def _through(
+    layers: list[Layer],
+    durations: FloatArray,
+    rules: Rules,
+    others: Many[Any],
+    bound: float,
+) -> list[RunnerUp | None]:
+    """The best sequence through one of the candidates asked for at each layer, within a bound."""
+    states = reach(layers, durations, rules, bound)
+    if len(states) < len(layers):
+        return [None] * len(layers)
+    onward, follows = _ways_on(layers, states, durations, rules)
+    found: list[RunnerUp | None] = []
+    for i, (state, wanted) in enumerate(zip(states, others, strict=True)):
+        cost = np.where(wanted[state.index], state.cost + onward[i], np.inf)
+        row = int(first_least(cost[:, None])[0])
+        if not np.isfinite(cost[row]):
+            found.append(None)
+            continue
+        rows = way_to(states[: i + 1], row)
+        for after in follows[i:]:
+            rows.append(int(after[rows[-1]]))
+        index = tuple(int(s.index[r]) for s, r in zip(states, rows, strict=True))
+        found.append(RunnerUp(index, _positions(layers, index, rules), float(cost[row])))
+    return found
+
+
+def _ways_on(
+    layers: list[Layer], states: list[Reached], durations: FloatArray, rules: Rules
+) -> tuple[list[FloatArray], list[Any]]:
+    """Cost of the cheapest way to the end from what is kept of each layer, and where it goes."""
+    onward, follows = [np.zeros(len(states[-1].index))], []
+    for i in range(len(layers) - 2, -1, -1):
+        layer = layers[i + 1].take(states[i + 1].index)
+        steps, _ = step_costs(rules, states[i], layer, float(durations[i]))
+        total = (steps + (layer.cost + onward[0])).T
+        row = first_least(total)
+        onward.insert(0, total[row, np.arange(total.shape[1])])
+        follows.insert(0, row)
+    return onward, follows
+
+
+def _positions(layers: list[Layer], index: tuple[int, ...], rules: Rules) -> FloatArray:
+    """Positions of a sequence, joints without limits at the turn they come to the short way."""
+    q = np.array([layer.q[k] for layer, k in zip(layers, index, strict=True)])
+    for i in range(1, len(q)):
+        if not layers[i].fixed:
+            turns = 2 * np.pi * np.round((q[i] - q[i - 1]) / (2 * np.pi))
+            q[i] = np.where(rules.unbounded, q[i] - turns, q[i])
+    return q
