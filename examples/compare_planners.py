@@ -1,0 +1,35 @@
+"""Compare planners on one task, by the figures that matter to it.
+
+    python examples/compare_planners.py [SCENARIO]
+
+What `knotwork compare` prints as a table, here as data: which planners meet every position and
+speed without a jump of acceleration, and which of these has the least peak of jerk?
+"""
+
+import sys
+
+import knotwork as kw
+
+
+def main(scenario: str) -> None:
+    """Rank the planners that do all that is asked."""
+    comparison = kw.compare(scenario)
+    smooth = [
+        score
+        for score in comparison.scores
+        if max(score.position_miss, score.velocity_miss, score.acceleration_jump) < 1e-9
+        and score.peak_jerk is not None
+    ]
+    print(
+        f"{comparison.scenario}: {len(smooth)} of {len(comparison.rows)} meet everything smoothly"
+    )
+    for score in sorted(smooth, key=lambda score: score.peak_jerk.value):
+        print(
+            f"{score.planner:26} jerk {score.peak_jerk.value:8.4f}"
+            f"   acceleration {score.peak_acceleration.value:7.4f}"
+            f"   velocity {score.peak_velocity.value:7.4f}"
+        )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else "ur5_deburring")

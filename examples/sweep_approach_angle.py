@@ -1,0 +1,74 @@
+"""Sweep the angle at which a UR5 holds its tool over 100 scenarios, and plot what it costs.
+
+    python examples/sweep_approach_angle.py [FOLDER]
+
+The picture shows the peak joint speed over the angle. Angles at which the arm can't do the task
+are shaded, with the reason printed.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import knotwork as kw
+
+ANGLES = np.linspace(-50.0, 98.5, 100)
+
+
+def task(angle: float) -> dict[str, object]:
+    """Follow 150 mm of an edge at 50 mm/s, the tool tilted by an angle [deg]."""
+    along = [
+        {
+            "name": f"edge {i}",
+            "after": 1 if i else 2,
+            "pose": {"position": [50 * i, 0, 0], "rpy": [angle - 180, 0, 180]},
+            "velocity": {"linear": [50, 0, 0]},
+        }
+        for i in range(4)
+    ]
+    return {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "tool": {"frame": "tool0", "offset": {"position": [0, 0, 180], "rpy": [0, 0, 0]}},
+        "frames": {"block": {"position": [700, -75, 200], "rpy": [0, 0, 90]}},
+        "frame": "block",
+        "start": "home",
+        "waypoints": [*along, {"after": 2, "joints": "home"}],
+    }
+
+
+def main(folder: Path) -> None:
+    """Plan every angle and draw the result."""
+    speed = np.full(len(ANGLES), np.nan)
+    for i, angle in enumerate(ANGLES):
+        try:
+            plan = kw.plan(task(float(angle)))
+        except kw.InputError as error:  # out of reach, at a singularity, too fast
+            print(f"{angle:6.1f} deg: {error}")
+            continue
+        if plan.report.ok:
+            speed[i] = plan.trajectory.extrema("velocity").peak.max()
+        else:
+            print(f"{angle:6.1f} deg: {plan.report.failures[0]}")
+    best = int(np.nanargmin(speed))
+    print(f"slowest joints at {ANGLES[best]:.0f} deg: {speed[best]:.3f} rad/s")
+    print(f"{np.isnan(speed).sum()} of {len(ANGLES)} angles can't be done")
+
+    figure = Figure(figsize=(7, 4), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(ANGLES, speed, ".-")
+    step = ANGLES[1] - ANGLES[0]
+    for angle in ANGLES[np.isnan(speed)]:
+        axes.axvspan(angle - step / 2, angle + step / 2, color="0.85", linewidth=0)
+    axes.set(xlabel="tilt of the tool [deg]", ylabel="peak joint speed [rad/s]", ylim=(0, None))
+    axes.set_title("Tilt of the tool and peak joint speed (shaded: can't be done)")
+    folder.mkdir(parents=True, exist_ok=True)
+    FigureCanvasAgg(figure).print_png(folder / "sweep.png")
+    print(f"wrote {folder / 'sweep.png'}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "sweep_approach_angle"))
