@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from docutils import nodes
-from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
@@ -150,7 +149,8 @@ class Schema(SphinxDirective):
         section = nodes.section(ids=[f"{kind}-{name.lower()}"], names=[f"{kind} {name}".lower()])
         code = re.fullmatch(r"[a-z_]+", title)
         section += nodes.title("", "", nodes.literal(title, title) if code else nodes.Text(title))
-        section += self.parse(str(definition.get("description", "")).split("\n\n")[0])
+        about = str(definition.get("description", "")).split("\n\n")[0].replace("\n", " ")
+        section += nodes.paragraph("", "", *_inline(about, kind))
         table = nodes.table(classes=["schema"])
         group = nodes.tgroup(cols=len(HEADER))
         table += group
@@ -170,23 +170,24 @@ class Schema(SphinxDirective):
         row = nodes.row()
         for cell in cells:
             entry = nodes.entry()
-            linked = re.sub(
-                r"\{(\w+)\}", lambda m: f"[{_shown(m[1])}](#{kind}-{m[1].lower()})", cell
-            )
-            entry += self.parse(linked)
+            entry += nodes.paragraph("", "", *_inline(cell, kind))
             row += entry
         return row
 
-    def parse(self, text: str) -> list[nodes.Node]:
-        """Markdown as nodes."""
-        holder = nodes.Element()
-        self.state.nested_parse(StringList([text], self.env.docname), 0, holder)
-        return holder.children
 
-
-def _shown(name: str) -> str:
-    title = TITLES[name].replace("A waypoint", "a waypoint")
-    return f"`{title}`" if re.fullmatch(r"[a-z_]+", title) else title
+def _inline(text: str, kind: str) -> Iterator[nodes.Node]:
+    """Text with `code` and {definitions}, which are links to their sections."""
+    for part in re.split(r"(`[^`]+`|\{\w+\})", text):
+        if part.startswith("`"):
+            yield nodes.literal(part, part.strip("`"))
+        elif part.startswith("{"):
+            name = part.strip("{}")
+            title = TITLES[name].replace("A waypoint", "a waypoint")
+            code = re.fullmatch(r"[a-z_]+", title)
+            shown = nodes.literal(title, title) if code else nodes.Text(title)
+            yield nodes.reference("", "", shown, refuri=f"#{kind}-{name.lower()}", internal=True)
+        elif part:
+            yield nodes.Text(part)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
