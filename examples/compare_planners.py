@@ -15,17 +15,15 @@ def main(scenario: str) -> None:
     """Rank the planners that do all that is asked."""
     comparison = kw.compare(scenario)
     smooth = [
-        score
+        (score.peak_jerk.value, score)
         for score in comparison.scores
         if max(score.position_miss, score.velocity_miss, score.acceleration_jump) < 1e-9
         and score.peak_jerk is not None
     ]
-    print(
-        f"{comparison.scenario}: {len(smooth)} of {len(comparison.rows)} meet everything smoothly"
-    )
-    for score in sorted(smooth, key=lambda score: score.peak_jerk.value):
+    print(f"{len(smooth)} of {len(comparison.rows)} meet everything smoothly: {scenario}")
+    for jerk, score in sorted(smooth, key=lambda pair: pair[0]):
         print(
-            f"{score.planner:26} jerk {score.peak_jerk.value:8.4f}"
+            f"{score.planner:26} jerk {jerk:8.4f}"
             f"   acceleration {score.peak_acceleration.value:7.4f}"
             f"   velocity {score.peak_velocity.value:7.4f}"
         )

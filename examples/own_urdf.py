@@ -62,9 +62,7 @@ def main() -> None:
         )
     for use in plan.report.limits:
         if use.limit is not None and use.quantity in ("velocity", "acceleration"):
-            print(
-                f"{use.joint:9} {use.quantity:12} {use.value:7.3f} of {use.limit:5.1f} {use.unit}"
-            )
+            print(f"{use.joint} {use.quantity}: {use.value:.3f} of {use.limit:.1f} {use.unit}")
     print("all requirements met" if plan.report.ok else "FAILED")
     plan.report.raise_if_failed()
 

@@ -12,23 +12,22 @@ import numpy as np
 
 import knotwork as kw
 
-TIME = [0.0, 5.0, 15.0, 25.0]
-ANGLE = [0.0, 30.0, 90.0, 180.0]  # of two joints, one a column
-RATE = [0.0, 8.0, 8.0, 0.0]
+TIME = np.array([0.0, 5.0, 15.0, 25.0])
+ANGLE = np.array([0.0, 30.0, 90.0, 180.0])
+RATE = np.array([0.0, 8.0, 8.0, 0.0])
 
 
 def main() -> None:
     """Build the curve, evaluate it, and show that it keeps what it promises."""
-    values = np.column_stack((ANGLE, np.negative(ANGLE)))
-    rates = np.column_stack((RATE, np.negative(RATE)))
+    values = np.column_stack((ANGLE, -ANGLE))  # two joints, a column each
+    rates = np.column_stack((RATE, -RATE))
     spline = kw.ModifiedHermiteSpline(TIME, values, rates)
 
     assert np.allclose(spline(TIME), values)
     assert np.allclose(spline(TIME, 1), rates)
     print("knots [s]:", np.round(spline.x, 2))
-    print(
-        "value, rate and acceleration at 7.5 s:", *(spline(7.5, nu)[0].round(3) for nu in range(3))
-    )
+    at = [spline(7.5, order)[0].round(3) for order in range(3)]
+    print("value, rate and acceleration at 7.5 s:", *at)
 
     # The same waypoints as a motion of named joints, which any of the planners can make.
     waypoints = kw.JointWaypoints(("pan", "tilt"), TIME, np.radians(values), np.radians(rates))

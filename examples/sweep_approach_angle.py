@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import knotwork as kw
@@ -66,7 +65,7 @@ def main(folder: Path) -> None:
     axes.set(xlabel="tilt of the tool [deg]", ylabel="peak joint speed [rad/s]", ylim=(0, None))
     axes.set_title("Tilt of the tool and peak joint speed (shaded: can't be done)")
     folder.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_png(folder / "sweep.png")
+    figure.savefig(folder / "sweep.png")
     print(f"wrote {folder / 'sweep.png'}")
 
 

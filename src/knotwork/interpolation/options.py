@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -153,5 +152,18 @@ def _numbers(what: str, given: Any, *, positive: bool = False, infinite: bool = 
     return array
 
 
-Planner = Callable[[JointWaypoints, PlannerOptions], JointTrajectory]
-"""A planner: joint waypoints and options in, a trajectory through them out."""
+class Planner(Protocol):
+    """A planner: joint waypoints and options in, a trajectory through them out."""
+
+    def __call__(
+        self, waypoints: JointWaypoints, options: PlannerOptions | None = None
+    ) -> JointTrajectory:
+        """Plan a motion.
+
+        Args:
+            waypoints: Positions and velocities.
+            options: What is asked for beyond them; the defaults for `None`.
+
+        Raises:
+            InputError: The planner can't serve these waypoints, or can't honour an option.
+        """
