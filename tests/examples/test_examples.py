@@ -1,0 +1,127 @@
+"""The examples run as they say, and what they show is true."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCRIPTS = sorted(path.name for path in EXAMPLES.glob("*.py"))
+
+
+def run(name: str, folder: Path, *arguments: str) -> str:
+    """Run an example in a folder of its own, with warnings as errors; what it prints."""
+    command = [sys.executable, "-W", "error", str(EXAMPLES / name), *arguments]
+    if name.startswith("test_"):
+        command[3:4] = ["-m", "pytest", "-p", "no:cacheprovider", "-q", str(EXAMPLES / name)]
+    environment = {**os.environ, "PYTHONIOENCODING": "utf-8"}
+    environment.pop("PYTEST_ADDOPTS", None)
+    ran = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, encoding="utf-8", check=False
+    )
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert not ran.stderr
+    return ran.stdout
+
+
+def numbers(text: str) -> list[float]:
+    return [float(number) for number in re.findall(r"-?\d+\.?\d*", text)]
+
+
+def test_a_scenario_in_code(tmp_path: Path) -> None:
+    said = run("scenario_in_code.py", tmp_path, "out")
+    assert "3 s by modified-hermite, 6 knots" in said
+    samples = (tmp_path / "out" / "samples.csv").read_text(encoding="utf-8")
+    assert len(samples.splitlines()) == 302
+    assert (tmp_path / "out" / "trajectory.json").is_file()
+    assert (tmp_path / "out" / "report.json").is_file()
+
+
+def test_a_test_of_ones_own(tmp_path: Path) -> None:
+    assert "4 passed" in run("test_my_task.py", tmp_path)
+
+
+def test_a_sweep(tmp_path: Path) -> None:
+    said = run("sweep_approach_angle.py", tmp_path, "out")
+    refused = re.findall(r"^ *(-?\d+\.\d) deg: .*not in this orientation", said, re.MULTILINE)
+    (count,) = re.findall(r"(\d+) of 100 angles can't be done", said)
+    assert 0 < len(refused) == int(count) < 100
+    angle, speed = numbers(re.findall(r"slowest joints at (.*)", said)[0])
+    assert float(refused[-1]) < angle < 90
+    assert 0.1 < speed < 3.15
+    assert (tmp_path / "out" / "sweep.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_ones_own_urdf(tmp_path: Path) -> None:
+    said = run("own_urdf.py", tmp_path)
+    assert "all requirements met" in said
+    uses = re.findall(r"(\w+) (velocity|acceleration): (-?[\d.]+) of (-?[\d.]+) rad", said)
+    assert len(uses) == 6
+    for _, quantity, value, limit in uses:
+        assert abs(float(limit)) == {"velocity": 2.5, "acceleration": 8.0}[quantity]
+        assert 0 < float(value) / float(limit) < 1
+
+
+def test_the_spline_alone(tmp_path: Path) -> None:
+    said = run("spline_alone.py", tmp_path)
+    assert "Pinocchio loaded: False" in said
+    assert numbers(said.splitlines()[0]) == [0, 3.09, 7.5, 12.5, 18.82, 25]
+    jumps = dict(re.findall(r"^(\S+) +acceleration: .*jump ([\d.]+)", said, re.MULTILINE))
+    assert float(jumps["cubic"]) > 0.01
+    assert float(jumps["modified-hermite"]) == float(jumps["quintic:estimated"]) == 0
+
+
+def test_planners_compared(tmp_path: Path) -> None:
+    said = run("compare_planners.py", tmp_path, "paper_case")
+    rows = re.findall(r"^(\S+) +jerk +([\d.]+)", said, re.MULTILINE)
+    assert {"modified-hermite", "quintic", "3-5-3"} <= {name for name, _ in rows}
+    assert "cubic" not in {name for name, _ in rows}
+    assert (jerks := [float(jerk) for _, jerk in rows]) == sorted(jerks)
+
+
+def test_each_has_its_test_and_says_how_it_is_run() -> None:
+    tests = Path(__file__).read_text(encoding="utf-8")
+    for name in SCRIPTS:
+        assert f'"{name}"' in tests
+        text = (EXAMPLES / name).read_text(encoding="utf-8")
+        assert f"examples/{name}" in text.split('"""')[1]
+        assert len(text.splitlines()) < 80
+
+
+@pytest.fixture(scope="module")
+def notebook(tmp_path_factory: pytest.TempPathFactory) -> nbformat.NotebookNode:
+    """The notebook as it runs, with warnings as errors."""
+    notebook = nbformat.read(EXAMPLES / "method.ipynb", 4)
+    assert not any(cell.get("outputs") for cell in notebook.cells), "it is kept without outputs"
+    strict = "import warnings\n\nwarnings.simplefilter('error')"
+    notebook.cells.insert(0, nbformat.v4.new_code_cell(strict))
+    notebook.cells.append(nbformat.v4.new_code_cell("warnings.resetwarnings()"))
+    folder = tmp_path_factory.mktemp("notebook")
+    return NotebookClient(notebook, timeout=300, kernel_name="python3").execute(cwd=str(folder))
+
+
+def test_the_notebook_tells_the_story(notebook: nbformat.NotebookNode) -> None:
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    said = "".join(output.text for output in outputs if output.output_type == "stream")
+    pictures = [output for output in outputs if "image/png" in output.get("data", {})]
+    assert len(pictures) == 7
+    assert "jump of 1.00 °/s² at 15 s" in said
+    swing = [numbers(line)[0] for line in said.splitlines() if "peak velocity" in line]
+    assert swing == sorted(swing, reverse=True)
+    assert len(swing) == 3
+    for label in ("at the knots", "over all time"):
+        (difference,) = re.findall(rf"largest difference {label}: (\S+)", said)
+        assert float(difference) < 1e-9
+    velocity = {
+        line.split("peaks:")[0].strip(): numbers(line)[0]
+        for line in said.splitlines()
+        if "peaks:" in line
+    }
+    assert velocity["paper's knots"] > 2 * velocity["balanced knots"]
