@@ -18,6 +18,7 @@ PACKAGES = (
     "knotwork.scenario",
     "knotwork.robot",
     "knotwork.kinematics",
+    "knotwork.task_to_joint",
     "knotwork.witness",
     "knotwork.storage",
     "knotwork.export",
@@ -45,7 +46,13 @@ MODULES = {
     ),
     "knotwork.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
     "knotwork.joint_space": ("JointSpace", "joint_space"),
-    "knotwork.task_to_joint": ("Choice", "TaskSolution", "solve_task", "task_to_joint"),
+    "knotwork.task_to_joint": (
+        "Alternative",
+        "Choice",
+        "TaskSolution",
+        "solve_task",
+        "task_to_joint",
+    ),
     "knotwork.comparison": ("Refusal", "Score"),
     "knotwork.kinematics.batch": ("BatchSolution",),
     "knotwork.metrics": (

@@ -69,6 +69,13 @@ class Plan:
         others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
         return view_plan(self, others)
 
+    def report_to_dict(self) -> dict[str, Any]:
+        """Give the report as plain data, with `solutions`: how those of poses were chosen."""
+        data = self.report.to_dict()
+        if self.solution is not None and self.solution.choices:
+            data["solutions"] = self.solution.to_dict()
+        return data
+
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
 
@@ -88,7 +95,7 @@ class Plan:
             {
                 "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
                 "samples.csv": storage.samples_to_csv(self.trajectory, rate),
-                "report.json": storage.to_json(self.report.to_dict()),
+                "report.json": storage.to_json(self.report_to_dict()),
             },
         )
 

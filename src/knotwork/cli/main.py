@@ -195,7 +195,7 @@ def _plan_to_dict(
     return {
         "scenario": result.scenario.name,
         "ok": result.report.ok,
-        "report": result.report.to_dict(),
+        "report": result.report_to_dict(),
         "trajectory": trajectory_to_dict(result.trajectory),
         "files": [str(path) for path in written],
     }

@@ -103,6 +103,9 @@ def print_report(
     if solution is not None and solution.choices:
         out.print(_choice_table(solution.choices))
         out.print()
+        if any(choice.alternative is not None for choice in solution.choices):
+            out.print(_alternative_table(solution.choices))
+            out.print()
     out.print(_limit_table(report.limits))
     out.print()
     for obstacle in solution.obstacles if solution is not None else ():
@@ -163,12 +166,45 @@ def _choice_table(choices: Sequence[Choice]) -> Table:
     """One row a waypoint given by a pose: which of its solutions was taken, and why."""
     table = plain_table("Solutions chosen", ["waypoint", "branch", "turns", "of", "why"], 5)
     for choice in choices:
-        turns = ", ".join(f"{joint} {turn:+d}" for joint, turn in choice.turns)
-        kind = "samples" if choice.sampled else "branch" if choice.branches == 1 else "branches"
+        kind = "branch" if choice.branches == 1 else "branches"
         count = f"{choice.branches} {kind}, {choice.solutions} with turns"
-        cells = (choice.waypoint, choice.branch or "-", turns or "-", count, choice.reason)
+        if choice.sampled:
+            count = f"{choice.branches} samples of its free motion"
+        cells = (choice.waypoint, choice.branch or "-", _turns(choice.turns), count, choice.reason)
         table.add_row(*map(escape, cells))
     return table
+
+
+def _turns(turns: Sequence[tuple[str, int]]) -> str:
+    return ", ".join(f"{joint} {turn:+d}" for joint, turn in turns) or "-"
+
+
+def _alternative_table(choices: Sequence[Choice]) -> Table:
+    """What the next best sequence has, and costs: one row for waypoints where that is the same."""
+    columns = ["waypoints", "next best", "against the one chosen"]
+    table = plain_table("Best sequence with another solution there", columns, 3)
+    rows: list[tuple[list[str], tuple[str, str] | None]] = []
+    for choice in choices:
+        cells = _alternative(choice)
+        if not rows or rows[-1][1] != cells:
+            rows.append(([], cells))
+        rows[-1][0].append(choice.waypoint)
+    for names, cells in rows:
+        if cells is not None:
+            span = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
+            table.add_row(*map(escape, (span, *cells)))
+    return table
+
+
+def _alternative(choice: Choice) -> tuple[str, str] | None:
+    """The next best branch, or the turns where it is the same one, and what is against it."""
+    other = choice.alternative
+    if other is None:
+        return None
+    way = other.branch
+    if other.branch == choice.branch:
+        way = f"turns {_turns(other.turns)}" if other.turns != choice.turns else "another"
+    return way, other.hindrance or f"{other.extra:.3g} s more travel"
 
 
 def _limit_table(limits: Sequence[LimitUse]) -> Table:

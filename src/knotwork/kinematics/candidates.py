@@ -10,9 +10,16 @@ import numpy as np
 
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import MOST_BRANCHES, find_branches, joint_axes
+from knotwork.kinematics.passage import limit_nearness, singular_nearness
 from knotwork.kinematics.pose import IKSolution, solve_pose_ik
-from knotwork.kinematics.sequence import INFEASIBLE
-from knotwork.kinematics.solutions import farthest_apart, spread_free_motion, turns_inside
+from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE
+from knotwork.kinematics.solutions import (
+    farthest_apart,
+    in_order,
+    spread_free_motion,
+    turns_inside,
+)
+from knotwork.kinematics.velocity import solve_velocities
 from knotwork.kinematics.words import branch_signs
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -20,10 +27,6 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 # Every so many waypoints the search for branches starts afresh; between, it starts from those of
 # the waypoints beside, and goes on where their number differs.
 ANCHOR_EVERY = 8
-# Nearer than this to a limit [rad or m] or with a singular value below, travel counts for more, up
-# to twice as much on a limit, and likewise on a singularity.
-LIMIT_MARGIN = 0.2
-SINGULAR_MARGIN = 0.05
 # Joint speeds leave this much of a twist over [m/s, rad/s] where the arm can't do it.
 RESIDUAL = 1e-7
 SPREAD = 24
@@ -39,6 +42,8 @@ class Candidates:
         signs: What tells branches apart, shape (m, k).
         cost: `INFEASIBLE` and more where the twist can't be had within the velocity limits.
         weight: Factor of the travel from and to each, shape (m,).
+        velocity: Joint velocities that give the twist [rad/s or m/s], shape (m, d).
+        lost: Where no joint velocities give it, shape (m,).
         branches: Number of branches inside the limits.
         free: The arm moves freely at the pose, and the candidates are samples of that motion.
     """
@@ -48,6 +53,8 @@ class Candidates:
     signs: FloatArray
     cost: FloatArray
     weight: FloatArray
+    velocity: FloatArray
+    lost: Any
     branches: int
     free: bool
 
@@ -79,6 +86,9 @@ def find_candidates(
         free = redundant or len(solutions) > MOST_BRANCHES
         if free and not redundant:
             solutions = farthest_apart(robot, solutions, SPREAD)
+        if not free:
+            # The order decides ties, and must not hang on which search came to which solution.
+            solutions = np.array(sorted(solutions, key=in_order)).reshape(-1, robot.dof)
         copies = [turns_inside(robot, q) for q in solutions]
         copies = [turns for turns in copies if len(turns) and _reaches(robot, pose, turns[0])]
         if free or not copies:
@@ -144,22 +154,12 @@ def _valued(
 ) -> Candidates:
     """Say what each solution is worth: the speeds it takes, and how near limits it is."""
     first = np.array([turns[0] for turns in copies])
-    J = joint_axes(robot).jacobians(first)
-    limit = robot.velocity_limit
-    scale = np.where(np.isfinite(limit), limit, 1.0)
     twist = np.concatenate([waypoint.linear, waypoint.angular])
-    U, s, Vt = np.linalg.svd(J if robot.dof <= 6 else J * scale, full_matrices=False)
-    smallest = np.asarray(np.linalg.svd(J, compute_uv=False)[:, -1], dtype=float)
-    cost = np.zeros(len(first))
-    if twist.any():
-        inverse = np.where(s > 1e-11 * s[:, :1], 1.0 / np.maximum(s, 1e-300), 0.0)
-        v = np.einsum("nki,nk,njk,j->ni", Vt, inverse, U, twist, optimize=False)
-        v = v if robot.dof <= 6 else v * scale
-        left = np.abs(np.einsum("nij,nj->ni", J, v) - twist).max(axis=1)
-        fastest = (np.abs(v) / np.where(np.isfinite(limit), limit, np.inf)).max(axis=1)
-        cost = np.where(fastest > 1.0 + 1e-9, INFEASIBLE * fastest, 0.0)
-        bad = left > RESIDUAL * max(1.0, float(np.abs(twist).max()))
-        cost[bad] = 1e3 * INFEASIBLE * (1.0 + left[bad])
+    v, left, smallest = solve_velocities(robot, first, twist)
+    fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
+    cost = np.where(fastest > AT_LIMIT, INFEASIBLE * fastest, 0.0)
+    bad = left > RESIDUAL * max(1.0, float(np.abs(twist).max()))
+    cost[bad] = 1e3 * INFEASIBLE * (1.0 + left[bad])
     owner = np.repeat(np.arange(len(copies)), [len(turns) for turns in copies])
     q = np.concatenate(copies)
     return Candidates(
@@ -168,17 +168,8 @@ def _valued(
         signs=branch_signs(robot, first)[owner],
         cost=cost[owner],
         weight=1.0 + limit_nearness(robot, q) + singular_nearness(smallest)[owner],
+        velocity=v[owner],
+        lost=bad[owner],
         branches=len(copies),
         free=free,
     )
-
-
-def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
-    """How near configurations (n, d) are to position limits: 0 far, 1 on one, shape (n,)."""
-    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q).min(axis=1)
-    return np.asarray(np.maximum(0.0, 1.0 - np.maximum(room, 0.0) / LIMIT_MARGIN) ** 2)
-
-
-def singular_nearness(smallest: FloatArray) -> FloatArray:
-    """How near a smallest singular value is to a singularity: 0 far, 1 on it."""
-    return np.asarray(np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2)

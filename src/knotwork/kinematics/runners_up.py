@@ -1,4 +1,4 @@
-"""What the next best choice would have cost: the best sequence with another branch at a waypoint."""
+"""The next best choice: the best sequence that passes a waypoint in another branch."""
 
 from __future__ import annotations
 
@@ -126,7 +126,8 @@ def _ways_on(
     layers: list[Layer], states: list[Reached], durations: FloatArray, rules: Rules
 ) -> tuple[list[FloatArray], list[Any]]:
     """Cost of the cheapest way to the end from what is kept of each layer, and where it goes."""
-    onward, follows = [np.zeros(len(states[-1].index))], []
+    onward = [np.zeros(len(states[-1].index))]
+    follows: list[Any] = []
     for i in range(len(layers) - 2, -1, -1):
         layer = layers[i + 1].take(states[i + 1].index)
         steps, _ = step_costs(rules, states[i], layer, float(durations[i]))

@@ -98,7 +98,7 @@ def solve_all(
         if len(found) > MOST_BRANCHES:
             found = farthest_apart(robot, found, spread)
     kept = inside_limits(robot, found)
-    branches = [_branch(robot, pose, q) for q in sorted(kept, key=_order)]
+    branches = [_branch(robot, pose, q) for q in sorted(kept, key=in_order)]
     branches = [
         branch
         for branch in branches
@@ -120,7 +120,7 @@ def solve_all(
     return tuple(branches)
 
 
-def _order(q: FloatArray) -> tuple[float, ...]:
+def in_order(q: FloatArray) -> tuple[float, ...]:
     """Key that sorts configurations alike on every machine."""
     return tuple((np.round(q, 5) + 0.0).tolist())
 

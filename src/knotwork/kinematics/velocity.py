@@ -9,6 +9,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import SingularityError
+from knotwork.kinematics.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -103,6 +104,33 @@ def solve_velocity_ik(
         joint_velocity=dict(zip(robot.joint_names, v.tolist(), strict=True)),
         where=where,
     )
+
+
+def solve_velocities(
+    robot: Robot, q: FloatArray, twists: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Find joint velocities for many configurations at once, as `solve_velocity_ik` does for one.
+
+    Args:
+        robot: The robot.
+        q: Joint positions [rad or m], shape (n, d).
+        twists: Linear [m/s], then angular [rad/s], in base axes: shape (n, 6) or (6,).
+
+    Returns:
+        Velocities [rad/s or m/s], shape (n, d), for more than six joints of least norm measured by
+        the velocity limits; what they leave of the twist [m/s, rad/s], shape (n,); and the
+        smallest singular value, shape (n,).
+    """
+    J = joint_axes(robot).jacobians(q)
+    scale = _speeds(robot)
+    U, s, Vt = np.linalg.svd(J * scale, full_matrices=False)
+    smallest = s[:, -1] if robot.dof <= 6 else np.linalg.svd(J, compute_uv=False)[:, -1]
+    wanted = np.broadcast_to(twists, (len(q), 6))
+    inverse = np.where(s > RANK_TOLERANCE * s[:, :1], 1.0 / np.maximum(s, 1e-300), 0.0)
+    part = (U.transpose(0, 2, 1) @ wanted[:, :, None])[:, :, 0] * inverse
+    v = (Vt.transpose(0, 2, 1) @ part[:, :, None])[:, :, 0] * scale
+    left = np.abs((J @ v[:, :, None])[:, :, 0] - wanted).max(axis=1)
+    return v, left, np.asarray(smallest, dtype=float)
 
 
 def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:

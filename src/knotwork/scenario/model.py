@@ -223,6 +223,8 @@ class Scenario:
         near: Joint values (or configuration) that solutions are to be near, or `None`.
         branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or the word
             asked for by `"shoulder"`, `"elbow"` and `"wrist"`.
+        pull_to_middle: With joints to spare, how fast they are pulled to the middle of their
+            ranges while the tool passes a waypoint [1/s]; 0 for not at all.
         planner: Name of the planner, with a rule after a colon or without.
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
@@ -246,6 +248,7 @@ class Scenario:
     tool: ToolPlacement = field(default_factory=ToolPlacement)
     near: JointValues | None = None
     branch: str | Mapping[str, str] = "free"
+    pull_to_middle: float = 0.0
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"
     end_acceleration: str | tuple[JointValues, JointValues] | None = None

@@ -92,6 +92,7 @@ class _Resolver:
             tool=self._tool(),
             near=self.reader.joint_values(file.near, ("near",)) if file.near is not None else None,
             branch=self._branch(),
+            pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
             end_acceleration=self._end_acceleration(),
@@ -126,7 +127,7 @@ class _Resolver:
                     "a pose needs a robot",
                     "robot: the name of one (`knotwork robots` lists them) or a path",
                 )
-        for key in ("tool", "near", "branch"):
+        for key in ("tool", "near", "branch", "pull_to_middle"):
             if getattr(self.file, key) not in (None, "free"):
                 raise self.document.error((key,), "needs a robot, and the file names none")
 

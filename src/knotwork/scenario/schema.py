@@ -417,7 +417,13 @@ class ScenarioFile(StrictModel):
     ] = Field(
         "free",
         description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
-        "it, hold it fixed, or the one named",
+        "it, hold it fixed, or the one named; for arms of six joints, all others have near",
+    )
+    pull_to_middle: Positive | None = Field(
+        None,
+        description="For an arm of more than six joints: where it passes a pose at speed, its "
+        "joints also move at this rate to the middle of their ranges, as far as tool and velocity "
+        "limits let them [1/s]; left out: the least joint speeds that move the tool as asked",
     )
     planner: Text = Field(
         "modified-hermite", description="A planner's name; `knotwork planners` lists them"

@@ -1,0 +1,72 @@
+"""How near limits and singularities configurations are, at waypoints and on the way between."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.kinematics.enumeration import joint_axes
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray
+
+# Nearer than this to a limit [rad or m] or with a singular value below, travel counts for more, up
+# to twice as much on a limit, and likewise on a singularity.
+LIMIT_MARGIN = 0.2
+SINGULAR_MARGIN = 0.05
+# Times between two waypoints at which the way is looked at, evenly spread.
+SAMPLES = 4
+
+
+def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
+    """How near configurations (n, d) are to position limits, shape (n,).
+
+    0 far, 1 on one, and more beyond one: the square of how much of `LIMIT_MARGIN` is used up.
+    """
+    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q).min(axis=1)
+    return np.asarray(np.maximum(0.0, 1.0 - room / LIMIT_MARGIN) ** 2)
+
+
+def singular_nearness(smallest: FloatArray) -> FloatArray:
+    """How near a smallest singular value is to a singularity: 0 far, 1 on it."""
+    return np.asarray(np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2)
+
+
+def weights(robot: Robot, q: FloatArray) -> FloatArray:
+    """Factor of the travel at configurations (n, d): 1, and more near limits, singularities."""
+    J = joint_axes(robot).jacobians(q)
+    # Of J Jᵀ or Jᵀ J the smaller; its smallest eigenvalue is the square of what is asked for.
+    gram = J @ J.transpose(0, 2, 1) if robot.dof > 6 else J.transpose(0, 2, 1) @ J
+    smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, 0], 0.0))
+    return 1.0 + limit_nearness(robot, q) + singular_nearness(smallest)
+
+
+def passage_weights(
+    robot: Robot,
+    q0: FloatArray,
+    v0: FloatArray,
+    q1: FloatArray,
+    v1: FloatArray,
+    durations: FloatArray,
+    samples: int = SAMPLES,
+) -> FloatArray:
+    """Mean factor of the travel along cubics between configurations.
+
+    Each joint moves as the cubic Hermite polynomial with these positions and velocities, which is
+    near what any planner makes of them. The mean is that of the trapezoidal rule, the ends counting
+    half.
+
+    Args:
+        robot: The robot.
+        q0: Joint positions at the start [rad or m], shape (n, d).
+        v0: Joint velocities there [rad/s or m/s], shape (n, d).
+        q1: Joint positions at the end, likewise.
+        v1: Joint velocities at the end, likewise.
+        durations: [s], shape (n,).
+        samples: Times between at which it is looked at.
+    """
+    s = np.linspace(0.0, 1.0, samples + 2)[:, None, None]
+    h = durations[:, None]
+    q = (1 + 2 * s) * (1 - s) ** 2 * q0 + s**2 * (3 - 2 * s) * q1
+    q = q + h * s * (1 - s) * ((1 - s) * v0 - s * v1)
+    found = weights(robot, q.reshape(-1, robot.dof)).reshape(samples + 2, -1)
+    total = found.sum(axis=0) - 0.5 * (found[0] + found[-1])
+    return np.asarray(total / (samples + 1))

@@ -1,0 +1,96 @@
+"""What a scenario's `branch` asks for, and saying so when it can't be had."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import BranchError
+from knotwork.kinematics.candidates import Candidates
+from knotwork.kinematics.words import WORDS, branch_signs, describe_branch, geometry
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.waypoints import CartesianWaypoint
+
+
+def check_branch(scenario: Scenario, robot: Robot) -> None:
+    """Check that the arm has branches of the kind that `branch` speaks of.
+
+    Raises:
+        BranchError: It has none.
+    """
+    wanted = scenario.branch
+    if wanted == "free":
+        return
+    first = next(w for w in scenario.waypoints if isinstance(w, CartesianWaypoint))
+    if not isinstance(wanted, str):
+        if geometry(robot) is None:
+            raise BranchError(
+                first.name,
+                f"branch: {', '.join(wanted)} can't be chosen for {robot.name}: these words "
+                "are defined for arms of six joints with a spherical wrist, or with three "
+                "parallel axes, 2 to 4",
+                branches=(),
+                where=first.where,
+            )
+        return
+    if not branch_signs(robot, np.zeros((1, robot.dof))).size:
+        why = (
+            "joints to spare lead from one solution of a pose to others without moving the tool"
+            if robot.dof > 6
+            else "they are told apart for arms of six joints only"
+        )
+        raise BranchError(
+            first.name,
+            f"branch: {wanted} has no meaning for {robot.name}, an arm of {robot.dof} joints, "
+            f"which has no branches: {why}; near: a configuration keeps the solutions near that",
+            branches=(),
+            where=first.where,
+        )
+
+
+def allowed(scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None) -> Any:
+    """Indices of the candidates in the branch asked for by name.
+
+    Raises:
+        BranchError: None is.
+    """
+    wanted = scenario.branch
+    if candidates is None:
+        return np.arange(1)
+    if isinstance(wanted, str):
+        return np.arange(len(candidates.q))
+    signs = np.array(
+        [
+            0.0 if k not in wanted else 1.0 if wanted[k] == words[0] else -1.0
+            for k, words in WORDS.items()
+        ]
+    )
+    rows = np.flatnonzero((candidates.signs * signs >= 0).all(axis=1))
+    if not rows.size:
+        raise no_branch(scenario, robot, index, candidates)
+    return rows
+
+
+def no_branch(
+    scenario: Scenario, robot: Robot, index: int, candidates: Candidates | None
+) -> BranchError:
+    """The error of a waypoint that is not reached in the branch asked for."""
+    target = scenario.waypoints[index]
+    there: tuple[str, ...] = ()
+    if candidates is not None:
+        there = tuple(dict.fromkeys(describe_branch(robot, signs) for signs in candidates.signs))
+    wanted = scenario.branch
+    asked = (
+        "the branch of the waypoints before it"
+        if isinstance(wanted, str)
+        else "branch " + ", ".join(f"{k}: {v}" for k, v in wanted.items())
+    )
+    reached = f"; it is reached in: {'; '.join(there)}" if there else ""
+    return BranchError(
+        target.name,
+        f"can't be reached in {asked}{reached}",
+        branches=there,
+        where=target.where,
+    )

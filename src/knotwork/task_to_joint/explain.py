@@ -1,0 +1,161 @@
+"""Saying which solutions were chosen and why, and what no choice can do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from knotwork.kinematics.candidates import Candidates
+from knotwork.kinematics.runners_up import RunnerUp, runners_up
+from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE
+from knotwork.kinematics.words import branch_signs, describe_branch
+from knotwork.task_to_joint.search import CHANGE, Found, Search
+from knotwork.task_to_joint.solution import Alternative, Choice
+from knotwork.waypoints import FloatArray
+
+
+class Explanation:
+    """What there is to say of a choice.
+
+    Args:
+        search: The search.
+        found: What it found.
+    """
+
+    def __init__(self, search: Search, found: Found) -> None:
+        self.search, self.found = search, found
+        self.scenario, self.robot = search.scenario, search.robot
+        self.names = [waypoint.name for waypoint in self.scenario.waypoints]
+
+    def choices(self) -> tuple[Choice, ...]:
+        """How each waypoint given by a pose was solved."""
+        alternatives = self._alternatives()
+        result = []
+        for i, candidates in enumerate(self.search.candidates):
+            if candidates is None:
+                continue
+            q = self.found.positions[i]
+            result.append(
+                Choice(
+                    waypoint=self.names[i],
+                    branch=describe_branch(self.robot, branch_signs(self.robot, q[None])[0]),
+                    turns=self._turns(q),
+                    branches=candidates.branches,
+                    solutions=len(candidates.q),
+                    sampled=candidates.free,
+                    reason=self._reason(candidates),
+                    alternative=None if candidates.free else alternatives[i],
+                )
+            )
+        return tuple(result)
+
+    def obstacles(self) -> tuple[str, ...]:
+        """Intervals and waypoints that ask for more than a limit whatever is chosen."""
+        said = [self._interval(*fault) for fault in self._too_fast(self.found.positions)]
+        for i, candidates in enumerate(self.search.candidates):
+            if candidates is not None:
+                v = np.abs(self.found.velocities[i])
+                faults = np.flatnonzero(v > self.robot.velocity_limit * AT_LIMIT)
+                said += [self._waypoint(i, int(j), float(v[j])) for j in faults]
+        return tuple(said)
+
+    def _too_fast(self, positions: FloatArray) -> list[tuple[int, int, float]]:
+        """Interval, joint and distance where a mean speed is beyond its limit."""
+        move = np.abs(np.diff(positions, axis=0))
+        most = self.robot.velocity_limit * self.search.durations[:, None] * AT_LIMIT
+        return [(int(i), int(j), float(move[i, j])) for i, j in np.argwhere(move > most)]
+
+    def _interval(self, i: int, j: int, move: float) -> str:
+        duration, limit = self.search.durations[i], self.robot.velocity_limit[j]
+        return (
+            f"from {self.names[i]!r} to {self.names[i + 1]!r} {self.robot.joint_names[j]} needs "
+            f"{move / duration:.4g} {self.robot.joint_units[j]}/s on average (limit {limit:.4g}), "
+            f"and every other choice of solutions breaks limits by more; {move / limit:.4g} s or "
+            f"more would do for the mean, and they have {duration:.4g} s"
+        )
+
+    def _waypoint(self, i: int, j: int, speed: float) -> str:
+        limit = self.robot.velocity_limit[j]
+        return (
+            f"at {self.names[i]!r} {self.robot.joint_names[j]} needs {speed:.4g} "
+            f"{self.robot.joint_units[j]}/s (limit {limit:.4g}), and every other choice of "
+            f"solutions breaks limits by more; at {limit / speed:.3g} of the tool's speed it would "
+            "be within"
+        )
+
+    def _reason(self, candidates: Candidates) -> str:
+        if len(candidates.q) == 1:
+            return "the only solution"
+        feasible = int((candidates.cost < INFEASIBLE).sum())
+        wanted = self.scenario.branch
+        if isinstance(wanted, str):
+            asked = {"free": "", "keep": ", branch kept", "fixed": ", branch fixed"}[wanted]
+        else:
+            asked = ", branch as asked"
+        if feasible == 0:
+            return f"least beyond the velocity limits{asked}"
+        aim = "nearest to near" if self.search.near is not None else "least travel"
+        left = len(candidates.q) - feasible
+        fast = f"; {left} too fast for the joints" if left else ""
+        return f"{aim}{asked}{fast}"
+
+    def _turns(self, q: FloatArray) -> tuple[tuple[str, int], ...]:
+        turns = np.round(q / (2 * np.pi)).astype(int)
+        joints = zip(self.robot.joint_names, turns, self.robot.joint_units, strict=True)
+        return tuple((name, int(turn)) for name, turn, unit in joints if turn and unit == "rad")
+
+    def _alternatives(self) -> list[Alternative | None]:
+        """The best sequence with another branch at each waypoint, against the one chosen."""
+        search, chosen = self.search, self.found.sequence
+        found = runners_up(search.layers, search.durations, search.rules, chosen, self._groups())
+        return [self._alternative(i, one) if one else None for i, one in enumerate(found)]
+
+    def _groups(self) -> list[Any]:
+        """The branch of each candidate; where there is only one, its turns tell them apart."""
+        groups = []
+        for layer, candidates, rows in zip(
+            self.search.layers, self.search.candidates, self.search.rows, strict=True
+        ):
+            group = np.zeros(len(layer.q), dtype=int)
+            if candidates is not None and not candidates.free:
+                group = candidates.branch[rows]
+                if (group == group[0]).all():
+                    group = np.arange(len(layer.q))
+            groups.append(group)
+        return groups
+
+    def _alternative(self, i: int, other: RunnerUp) -> Alternative:
+        q, least = other.q[i], self.found.sequence.cost
+        branch = describe_branch(self.robot, branch_signs(self.robot, q[None])[0])
+        hindrance = ""
+        if other.cost >= INFEASIBLE > least:
+            hindrance = self._hindrance(other)
+        elif other.cost - least >= 0.5 * CHANGE:
+            hindrance = "the branch would change on the way"
+        extra = None if hindrance else other.cost - least
+        return Alternative(branch, self._turns(q), extra, hindrance)
+
+    def _hindrance(self, other: RunnerUp) -> str:
+        """What is too fast in a sequence: the worst of its intervals and waypoints."""
+        limit, worst, said = self.robot.velocity_limit, 1.0, "too fast"
+        for i, candidates in enumerate(self.search.candidates):
+            if candidates is None:
+                continue
+            row = self.search.rows[i][other.index[i]]
+            if candidates.lost[row]:
+                return f"singular at {self.names[i]!r}"
+            use = np.abs(candidates.velocity[row]) / limit
+            if use.max() > worst:
+                j, worst = int(np.argmax(use)), float(use.max())
+                said = f"{self._speed(j, worst * limit[j])} at {self.names[i]!r}"
+        for i, j, move in self._too_fast(other.q):
+            use_there = move / (limit[j] * self.search.durations[i])
+            if use_there > worst:
+                worst, speed = use_there, move / self.search.durations[i]
+                said = f"{self._speed(j, speed)} from {self.names[i]!r} to {self.names[i + 1]!r}"
+        return said
+
+    def _speed(self, j: int, speed: float) -> str:
+        limit, unit = self.robot.velocity_limit[j], self.robot.joint_units[j]
+        return f"{self.robot.joint_names[j]} {speed:.3g} {unit}/s (limit {limit:.3g})"

@@ -1,0 +1,217 @@
+"""The choice of one solution at each waypoint of a scenario, over the whole sequence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from knotwork.joint_space import JointSpace
+from knotwork.kinematics.candidates import Candidates, find_candidates
+from knotwork.kinematics.passage import weights
+from knotwork.kinematics.sequence import Layer, Rules, Sequence, choose_sequence
+from knotwork.kinematics.settling import Way, settle_sequence
+from knotwork.kinematics.velocity import pull_to_middle, solve_velocity_ik
+from knotwork.kinematics.words import branch_signs
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+HOME = "home"
+# With `near`, travel decides only between solutions that are equally near.
+TRAVEL_BESIDE_NEAR = 1e-6
+# What a change of branch costs where the branch is to be kept [s]: more than any travel, less than
+# breaking a velocity limit.
+CHANGE = 1e4
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was chosen.
+
+    Attributes:
+        sequence: The choice among the candidates.
+        positions: Joint positions [rad or m], shape (n, d).
+        velocities: Joint velocities [rad/s or m/s], shape (n, d).
+    """
+
+    sequence: Sequence
+    positions: FloatArray
+    velocities: FloatArray
+
+
+def home(space: JointSpace) -> FloatArray:
+    """Home, or for a robot that has none the middle of the joints' ranges."""
+    if HOME in space.configurations:
+        return np.array(space.configurations[HOME])
+    bounded = np.isfinite(space.lower_position_limit) & np.isfinite(space.upper_position_limit)
+    middle = np.zeros(len(space.joint_names))
+    middle[bounded] = (
+        space.lower_position_limit[bounded] + space.upper_position_limit[bounded]
+    ) / 2
+    return middle
+
+
+class Search:
+    """The search for the best sequence of one scenario.
+
+    Args:
+        scenario: The task.
+        space: The joints it is for.
+        robot: Their robot.
+        given: Joint positions at each waypoint, `None` where a pose is given.
+        speeds: Joint velocities, likewise.
+        near: Configuration to be near, or `None`.
+
+    Attributes:
+        rules: What steps of the sequence cost.
+        candidates: Found at each waypoint; `None` where joint positions are given.
+        layers: The candidates allowed at each waypoint, and what they cost.
+        rows: Which of the candidates those are.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        space: JointSpace,
+        robot: Robot,
+        given: list[FloatArray | None],
+        speeds: list[FloatArray | None],
+        near: FloatArray | None,
+    ) -> None:
+        self.scenario, self.space, self.robot = scenario, space, robot
+        self.given, self.speeds, self.near = given, speeds, near
+        check_branch(scenario, robot)
+        limit = robot.velocity_limit
+        bounded = np.isfinite(robot.lower_position_limit) & np.isfinite(robot.upper_position_limit)
+        self.revolute = np.array([unit == "rad" for unit in robot.joint_units])
+        change = {"free": 0.0, "keep": CHANGE, "fixed": np.inf}
+        wanted = scenario.branch
+        self.rules = Rules(
+            speed=np.where(np.isfinite(limit), limit, 1.0),
+            limit=limit,
+            unbounded=self.revolute & ~bounded,
+            travel=1.0 if near is None else TRAVEL_BESIDE_NEAR,
+            change=change[wanted] if isinstance(wanted, str) else 0.0,
+        )
+        self.candidates: list[Candidates | None] = []
+        self.layers: list[Layer] = []
+        self.rows: list[Any] = []
+
+    def solve(self) -> Found:
+        """Positions and velocities at all waypoints."""
+        self.candidates = self._candidates()
+        self.rows = [allowed(self.scenario, self.robot, i, c) for i, c in self._numbered()]
+        self.layers = [self._layer(i) for i in range(len(self.given))]
+        chosen = choose_sequence(self.layers, self.durations, self.rules)
+        if chosen.blocked is not None:
+            raise no_branch(
+                self.scenario, self.robot, chosen.blocked, self.candidates[chosen.blocked]
+            )
+        positions = self._settled(chosen)
+        velocities = [self._velocity(i, q) for i, q in enumerate(positions)]
+        return Found(chosen, positions, np.array(velocities))
+
+    @property
+    def durations(self) -> FloatArray:
+        """Times between the waypoints [s], shape (n - 1,)."""
+        return np.diff(self.scenario.times)
+
+    def _numbered(self) -> enumerate[Candidates | None]:
+        return enumerate(self.candidates)
+
+    def _candidates(self) -> list[Candidates | None]:
+        poses = [
+            (i, target)
+            for i, target in enumerate(self.scenario.waypoints)
+            if isinstance(target, CartesianWaypoint)
+        ]
+        references = [self._reference(i) for i, _ in poses]
+        found = find_candidates(self.robot, [target for _, target in poses], references)
+        result: list[Candidates | None] = [None] * len(self.given)
+        for (i, _), candidates in zip(poses, found, strict=True):
+            result[i] = candidates
+        return result
+
+    def _reference(self, index: int) -> FloatArray:
+        """The configuration nearest in the sequence that is known beforehand."""
+        if self.near is not None:
+            return self.near
+        before = [q for q in self.given[:index] if q is not None]
+        return before[-1] if before else home(self.space)
+
+    def _layer(self, index: int) -> Layer:
+        q, candidates, rows = self.given[index], self.candidates[index], self.rows[index]
+        if q is not None or candidates is None:
+            one = np.array([q])
+            signs = branch_signs(self.robot, one)
+            if not isinstance(self.scenario.branch, str):
+                signs = np.zeros_like(signs)
+            return Layer(one, np.zeros(1), weights(self.robot, one), signs, fixed=True)
+        q = candidates.q[rows]
+        cost, weight = candidates.cost[rows], candidates.weight[rows]
+        if self.near is not None:
+            # Which branch is nearest does not depend on turns: these are the nearest at the first
+            # waypoint and then follow the motion, or joints would be wound back on the way.
+            gap = q - self.near
+            gap -= np.where(self.revolute, 2 * np.pi * np.round(gap / (2 * np.pi)), 0.0)
+            cost = cost + np.linalg.norm(gap / self.rules.speed, axis=1)
+        if index == 0:
+            gap = q - (home(self.space) if self.near is None else self.near)
+            turns = np.where(self.rules.unbounded, np.round(gap / (2 * np.pi)), 0.0)
+            q, gap = q - 2 * np.pi * turns, gap - 2 * np.pi * turns
+            cost = cost + self.rules.travel * np.linalg.norm(gap / self.rules.speed, axis=1)
+        return Layer(q, cost, weight, candidates.signs[rows])
+
+    def _settled(self, chosen: Sequence) -> FloatArray:
+        """Move free arms along their free motion to where the way through is best."""
+        free = [c is not None and c.free for c in self.candidates]
+        if not any(free):
+            return chosen.q
+        v = [
+            c.velocity[rows[k]] if c is not None else given
+            for c, rows, k, given in zip(
+                self.candidates, self.rows, chosen.index, self.speeds, strict=True
+            )
+        ]
+        way = Way(
+            self.scenario.times,
+            [
+                target if moves and isinstance(target, CartesianWaypoint) else None
+                for target, moves in zip(self.scenario.waypoints, free, strict=True)
+            ],
+            self.near,
+            home(self.space) if self.given[0] is None else None,
+        )
+        return settle_sequence(self.robot, way, chosen.q, np.array(v))
+
+    def _velocity(self, index: int, q: FloatArray) -> FloatArray:
+        """Joint velocities that give the tool its twist (eq 4)."""
+        target, given = self.scenario.waypoints[index], self.speeds[index]
+        if given is not None or not isinstance(target, CartesianWaypoint):
+            return np.array(given)
+
+        def solved(preferred: FloatArray | None) -> FloatArray:
+            return solve_velocity_ik(
+                self.robot,
+                q,
+                target.twist,
+                preferred=preferred,
+                waypoint=target.name,
+                where=target.where,
+            )
+
+        v, rate = solved(None), self.scenario.pull_to_middle
+        if not rate or not v.any():
+            return v
+        more = solved(pull_to_middle(self.robot, q, rate)) - v
+        return v + _most_within(v, more, self.robot.velocity_limit) * more
+
+
+def _most_within(v: FloatArray, more: FloatArray, limit: FloatArray) -> float:
+    """The largest part, up to 1, of `more` that brings no velocity to its limit."""
+    room = np.where(more > 0, limit - v, limit + v)
+    parts = np.where(more != 0, np.maximum(room, 0.0) / np.maximum(np.abs(more), 1e-300), np.inf)
+    return float(min(1.0, parts.min()))

@@ -1,0 +1,86 @@
+"""What is found: waypoints at the joints, which solutions were chosen for them, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import Any
+
+from knotwork.waypoints import JointWaypoints
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """The best sequence that passes a waypoint another way than the one chosen.
+
+    Attributes:
+        branch: What its branch is called there; empty where branches have no names.
+        turns: Joint and whole turns away from within half a turn of zero, where there are any.
+        extra: What it costs more than the sequence chosen [s]: travel at the velocity limits,
+            weighted; `None` if it is not allowed or breaks a limit.
+        hindrance: Why it is no choice at all; empty if it is one.
+    """
+
+    branch: str
+    turns: tuple[tuple[str, int], ...]
+    extra: float | None
+    hindrance: str = ""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The solution chosen at a waypoint given by a pose.
+
+    Attributes:
+        waypoint: Name of the waypoint.
+        branch: What its branch is called, for example `shoulder left, elbow up, no flip`; empty
+            where branches have no names.
+        turns: Joint and whole turns away from within half a turn of zero, where there are any.
+        branches: Branches inside the limits; for an arm that moves freely at the pose, samples.
+        solutions: Solutions inside the limits, turns counted.
+        sampled: The arm moves freely at the pose.
+        reason: Why this one.
+        alternative: The best of the sequences with another branch here, or where there is one
+            branch only with other turns; `None` if there is none, or the arm moves freely.
+    """
+
+    waypoint: str
+    branch: str
+    turns: tuple[tuple[str, int], ...]
+    branches: int
+    solutions: int
+    sampled: bool
+    reason: str
+    alternative: Alternative | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TaskSolution:
+    """Waypoints at the joints, and how they were chosen.
+
+    Attributes:
+        waypoints: Joint positions and velocities.
+        obstacles: What can't be done within the velocity limits however the solutions are chosen:
+            the interval or waypoint, the joint, the speed it needs and the time that would do.
+    """
+
+    waypoints: JointWaypoints
+    obstacles: tuple[str, ...] = ()
+    _explain: Callable[[], tuple[Choice, ...]] | None = field(default=None, repr=False)
+
+    @cached_property
+    def choices(self) -> tuple[Choice, ...]:
+        """For the waypoints given by poses, in order; found when they are asked for."""
+        return self._explain() if self._explain is not None else ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the choices and obstacles as plain data, ready for JSON."""
+        choices = []
+        for choice in self.choices:
+            data = asdict(choice)
+            data["turns"] = dict(choice.turns)
+            if choice.alternative is not None:
+                data["alternative"]["turns"] = dict(choice.alternative.turns)
+            choices.append(data)
+        return {"choices": choices, "obstacles": list(self.obstacles)}

@@ -1,0 +1,99 @@
+"""From a scenario to its waypoints at the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from knotwork.errors import RobotError, UnknownNameError
+from knotwork.joint_space import JointSpace
+from knotwork.scenario import JointTarget, Scenario
+from knotwork.task_to_joint.solution import Choice, TaskSolution
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+
+def task_to_joint(scenario: Scenario, space: JointSpace) -> JointWaypoints:
+    """Find the joint positions and velocities that meet each waypoint: see `solve_task`."""
+    return solve_task(scenario, space).waypoints
+
+
+def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
+    """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
+
+    Of all solutions of all poses, turns of ±2π within limits included, the sequence is taken
+
+    1. that is feasible: the joint speeds that the twists ask for, and the mean speed of each
+       interval, within the velocity limits;
+    2. among those, of least joint travel: the sum over the intervals of the norm of the joint
+       motions, each divided by the joint's velocity limit, weighted up to threefold near position
+       limits and singularities. Without a start it includes the way from the robot's home.
+
+    With `near` in the scenario, the nearest to that instead of least travel, whole turns aside:
+    these are the nearest at the first waypoint, and then follow the motion. With `branch`, only
+    what that allows. Where nothing is feasible, the sequence that exceeds the velocity limits
+    least is taken, and what exceeds them is named in `obstacles`.
+
+    An arm with joints to spare moves freely at a pose. Samples of that motion take the place of the
+    branches, and those chosen are then moved along it to where the way through is best: the weight
+    is there the mean along the way between waypoints, so that the arm keeps away from limits and
+    singularities on the way too.
+
+    Args:
+        scenario: The task.
+        space: The joints and the robot it is for.
+
+    Raises:
+        UnreachablePoseError: No configuration reaches a pose.
+        OutsideLimitsError: A pose is reached only with joints outside their limits.
+        BranchError: A pose is not reached in the branch asked for.
+        SingularityError: The arm can't move as asked at a waypoint.
+        RobotError: The arm has no joints to spare that could be pulled to the middle.
+        DocumentError: Joint values name a joint or configuration that does not exist.
+    """
+    targets = scenario.waypoints
+    given = [space.values(t.joints) if isinstance(t, JointTarget) else None for t in targets]
+    near = space.values(scenario.near, missing=None) if scenario.near is not None else None
+    speeds = [_given_velocity(t, space) if isinstance(t, JointTarget) else None for t in targets]
+    explain: Callable[[], tuple[Choice, ...]] | None = None
+    obstacles: tuple[str, ...] = ()
+    _check_pull(scenario, space)
+    if any(q is None for q in given):
+        if space.robot is None:
+            raise UnknownNameError("robot", "", (), where=targets[given.index(None)].where)
+        from knotwork.task_to_joint.explain import Explanation
+        from knotwork.task_to_joint.search import Search
+
+        search = Search(scenario, space, space.robot, given, speeds, near)
+        found = search.solve()
+        explanation = Explanation(search, found)
+        explain, obstacles = explanation.choices, explanation.obstacles()
+        positions, velocities = found.positions, found.velocities
+    else:
+        positions, velocities = np.array(given, float), np.array(speeds, float)
+    waypoints = JointWaypoints(
+        joint_names=space.joint_names,
+        time=scenario.times,
+        position=positions,
+        velocity=velocities,
+        names=tuple(waypoint.name for waypoint in targets),
+        joint_units=space.joint_units,
+    )
+    return TaskSolution(waypoints, obstacles, explain)
+
+
+def _check_pull(scenario: Scenario, space: JointSpace) -> None:
+    robot = space.robot
+    if scenario.pull_to_middle and robot is not None and robot.dof <= 6:
+        with scenario.blaming("pull_to_middle"):
+            raise RobotError(
+                robot.name,
+                f"has {robot.dof} joints, and none to spare beside the motion of the tool; leave "
+                "it out, or use an arm of seven joints or more",
+            )
+
+
+def _given_velocity(target: JointTarget, space: JointSpace) -> FloatArray:
+    if target.velocity is None:
+        return np.zeros(len(space.joint_names))
+    return space.values(target.velocity, missing=0.0)
