@@ -52,29 +52,37 @@ def the_still_shows_labels_and_legend(tab: Any) -> None:
     """Words are drawn where they stand on the screen: what fails in red, names on white."""
     data = tab.evaluate("document.getElementById('still').src").partition(",")[2]
     still = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB")).astype(int)
+    assert still.shape[:2] == (1000, 1800)
     inside = tab.frame_locator("iframe")
-    scale = still.shape[1] / inside.locator("#scene").bounding_box()["width"]
-    corner = inside.locator("#scene").bounding_box()
+    # laid out as when the picture was taken
+    boxes = inside.locator("body").evaluate("""async (body) => {
+      body.classList.add("still");
+      window.dispatchEvent(new Event("resize"));
+      for (let i = 0; i < 3; i++) await new Promise((done) => requestAnimationFrame(done));
+      const found = (selector) => [...document.querySelectorAll(selector)]
+        .map((element) => element.getBoundingClientRect().toJSON());
+      return [found(".label.miss"), found("#legend .word"), found("#legend .scale")];
+    }""")
 
-    def part(element: Any) -> Any:
-        box = element.bounding_box()
-        left, top = scale * (box["x"] - corner["x"]), scale * (box["y"] - corner["y"])
-        right, bottom = left + scale * box["width"], top + scale * box["height"]
-        return still[round(top) : round(bottom), round(left) : round(right)]
+    def part(box: dict[str, float]) -> Any:
+        left, top, right, bottom = (
+            2 * round(box[side]) for side in ("left", "top", "right", "bottom")
+        )
+        return still[top:bottom, left:right]
 
-    misses = inside.locator(".label.miss").all()
+    misses, words, scales = boxes
     assert misses
-    for label in misses:
-        ground = np.median(part(label), axis=(0, 1))
+    for box in misses:
+        ground = np.median(part(box), axis=(0, 1))
         assert ground[0] > 170
         assert ground[1:].max() < 40
-        assert (part(label).min(axis=2) > 200).mean() > 0.05  # the words, in white
-    dark = (part(inside.locator("#legend .word").first).max(axis=2) < 90).mean()
+        assert (part(box).min(axis=2) > 200).mean() > 0.05  # the words, in white
+    dark = (part(words[0]).max(axis=2) < 90).mean()
     assert 0.05 < dark < 0.6
-    colours = part(inside.locator("#legend .scale"))
+    colours = part(scales[0])
     middle = colours[len(colours) // 2]
-    assert (np.abs(middle[2] - [68, 1, 84]) < 12).all()
-    assert (np.abs(middle[-3] - [217, 222, 31]) < 12).all()
+    assert (np.abs(middle[4] - [68, 1, 84]) < 12).all()
+    assert (np.abs(middle[-5] - [217, 222, 31]) < 12).all()
 
 
 def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> None:

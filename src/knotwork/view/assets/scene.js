@@ -372,7 +372,7 @@ function showScene(data, options) {
   const order = { miss: 0, waypoint: 1, frame: 2 };
   labels.sort((a, b) => order[a.kind] - order[b.kind]);
   const places = [];
-  for (const radius of [16, 30, 48, 70, 96, 126]) {
+  for (const radius of [16, 30, 48, 70, 96, 126, 165, 210]) {
     for (let k = 0; k < 12; k++) {
       const angle = ((k % 2 ? -1 : 1) * Math.ceil(k / 2) * Math.PI) / 6 - Math.PI / 3;
       places.push([radius * Math.cos(angle), radius * Math.sin(angle)]);
@@ -385,8 +385,11 @@ function showScene(data, options) {
     const camera = viewer.camera;
     camera.updateMatrixWorld();
     const pane = byId("scene").getBoundingClientRect();
-    const view = [pane.width, pane.height, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
+    const size = `${pane.width} ${pane.height}`;
+    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
     if (view === seenFrom) return;
+    // While the scene turns, words stay on their side of a point; in another window they start anew.
+    if (!seenFrom.startsWith(`${size},`)) for (const label of labels) label.place = -1;
     seenFrom = view;
     const taken = panels(pane);
     const free = (box) =>
@@ -410,18 +413,27 @@ function showScene(data, options) {
         const top = y + dy - label.height / 2;
         return [left, top, left + label.width, top + label.height];
       };
-      let place = -1;
-      if (visible) {
-        const choices = [label.place, ...places.keys()].filter((choice) => choice >= 0);
-        place = choices.find((choice) => free(at(choice)));
-        // what fails is said even where there is no free place for it
-        if (place === undefined) place = label.kind === "miss" ? 0 : -1;
+      // Moved into the pane
+      const inside = (place) => {
+        const [left, top] = at(place);
+        const [x0, y0] = [Math.min(left, pane.width - label.width - 2), Math.min(top, pane.height - label.height - 2)];
+        return [Math.max(x0, 2), Math.max(y0, 2), Math.max(x0, 2) + label.width, Math.max(y0, 2) + label.height];
+      };
+      const covered = (box) => taken.reduce((sum, t) => sum
+        + Math.max(Math.min(box[2], t[2]) - Math.max(box[0], t[0]), 0)
+        * Math.max(Math.min(box[3], t[3]) - Math.max(box[1], t[1]), 0), 0);
+      const choices = visible ? [label.place, ...places.keys()].filter((choice) => choice >= 0) : [];
+      let place = choices.find((choice) => free(at(choice)));
+      // What fails is said even where there is no free place for it: where it covers the least.
+      if (place === undefined && label.kind === "miss" && visible) {
+        const costs = choices.map((choice) => covered(inside(choice)));
+        place = choices[costs.indexOf(Math.min(...costs))];
       }
-      const shown = place >= 0;
-      label.place = place;
+      const shown = place !== undefined;
+      label.place = shown ? place : -1;
       label.box.style.visibility = label.line.style.visibility = shown ? "visible" : "hidden";
       if (!shown) continue;
-      const box = at(place);
+      const box = inside(place);
       taken.push([box[0] - 2, box[1] - 1, box[2] + 2, box[3] + 1]);
       label.box.style.transform = `translate(${box[0]}px, ${box[1]}px)`;
       const edge = places[place][0] < 0 ? box[2] : box[0];
@@ -432,24 +444,34 @@ function showScene(data, options) {
     }
   }
 
-  // A still picture: what is seen, with its labels and legend, for paper
+  // A still picture: what is seen, with its labels and legend, for paper; of one size everywhere
 
   function still() {
-    const pane = byId("scene").getBoundingClientRect();
-    const fine = Math.min(2, 2400 / pane.width);
+    const body = document.body;
+    body.classList.add("still");
+    const fine = 2;
     const before = viewer.renderer.getPixelRatio();
     viewer.renderer.setPixelRatio(fine);
     resized();
     viewer.render();
     placeLabels();
+    const address = drawn(fine);
+    body.classList.remove("still");
+    viewer.renderer.setPixelRatio(before);
+    resized();
+    viewer.render();
+    placeLabels();
+    return address;
+  }
+
+  // The canvas as it is, and over it the words
+  function drawn(fine) {
+    const pane = byId("scene").getBoundingClientRect();
     const canvas = document.createElement("canvas");
     canvas.width = Math.round(fine * pane.width);
     canvas.height = Math.round(fine * pane.height);
     const pen = canvas.getContext("2d");
     pen.drawImage(viewer.renderer.domElement, 0, 0, canvas.width, canvas.height);
-    viewer.renderer.setPixelRatio(before);
-    viewer.set_3d_pane_size(pane.width, pane.height);
-    viewer.set_dirty();
     pen.scale(fine, fine);
     pen.textBaseline = "middle";
     const inPane = (element) => {
@@ -473,8 +495,8 @@ function showScene(data, options) {
       pen.strokeStyle = look.borderColor;
       pen.stroke();
     };
-    const drawn = labels.filter(({ box }) => box.style.visibility === "visible" && layer.style.display !== "none");
-    for (const { line } of drawn) {
+    const said = labels.filter(({ box }) => box.style.visibility === "visible" && layer.style.display !== "none");
+    for (const { line } of said) {
       const [x1, y1, x2, y2] = ["x1", "y1", "x2", "y2"].map((name) => Number(line.getAttribute(name)));
       pen.strokeStyle = getComputedStyle(line).stroke;
       pen.beginPath();
@@ -482,7 +504,7 @@ function showScene(data, options) {
       pen.lineTo(x2, y2);
       pen.stroke();
     }
-    for (const { box } of drawn) {
+    for (const { box } of said) {
       plate(box);
       word(box);
     }
