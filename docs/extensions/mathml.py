@@ -16,6 +16,8 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 MATHML = "http://www.w3.org/1998/Math/MathML"
+ITALIC_A = 0x1D44E
+COMBINING_DOT = "\N{COMBINING DOT ABOVE}"
 logger = logging.getLogger(__name__)
 
 
@@ -28,17 +30,26 @@ def _mathml(node: Any, *, block: bool) -> str:
 
 
 def _dots_above(text: str) -> str:
-    """Put the index of a dotted letter beside it; docutils puts it below, as of a sum."""
+    """Dot letters by a combining dot on the italic letter, with an index beside it.
+
+    docutils puts the dot into an element of its own, which fonts without tables for mathematics set
+    onto the letter, and an index below it, as of a sum.
+    """
     ElementTree.register_namespace("", MATHML)
     root = ElementTree.fromstring(text)
-    for node in root.iter(f"{{{MATHML}}}munderover"):
-        if node[2].text == "˙":
-            letter, index, dot = node
+    for kind in ("mover", "munderover"):
+        for node in list(root.iter(f"{{{MATHML}}}{kind}")):
+            if node[-1].text != "˙":
+                continue
+            letter, *index, _ = node
             node.clear()
-            node.tag = f"{{{MATHML}}}msub"
-            dotted = ElementTree.SubElement(node, f"{{{MATHML}}}mover", accent="true")
-            dotted.extend([letter, dot])
-            node.append(index)
+            target = node
+            if index:
+                node.tag = f"{{{MATHML}}}msub"
+                target = ElementTree.SubElement(node, "")
+                node.extend(index)
+            target.tag = f"{{{MATHML}}}mi"
+            target.text = chr(ord(letter.text or "") - ord("a") + ITALIC_A) + COMBINING_DOT
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -51,7 +62,7 @@ def visit_inline(translator: Any, node: nodes.math) -> None:
 def visit_block(translator: Any, node: nodes.math_block) -> None:
     """Write an equation of its own, with its number if it has a label."""
     body = translator.body
-    body.append(translator.starttag(node, "div", CLASS="math"))
+    body.append('<div class="math">')
     body.append(f'<div class="scroll">{_mathml(node, block=True)}</div>')
     label = str(node.get("label") or "")
     if label.startswith("eq-"):

@@ -2,7 +2,7 @@
 
 `schema scenario` and `schema robot` make a section for each mapping that such a file may hold, and
 in it a table of its keys: what is accepted, the unit, what is taken if the key is left out, and
-what it means. A unit stands in brackets at the end of a description in the schema.
+what it means. A unit stands in brackets in a description in the schema.
 """
 
 from __future__ import annotations
@@ -80,9 +80,15 @@ def accepted(part: dict[str, Any]) -> str:
     }[part["type"]](part)
 
 
+def _many(words: str) -> str:
+    """The plural of what accepts numbers."""
+    words = re.sub(r"number$", "numbers", words)
+    return re.sub(r"^(list|mapping) of", r"\1s of", words)
+
+
 def _array(part: dict[str, Any]) -> str:
     items = accepted(part["items"] if "items" in part else part["prefixItems"][0])
-    plural = {"number": "numbers", "positive number": "positive numbers"}.get(items, items)
+    plural = _many(items)
     least, most = part.get("minItems", 0), part.get("maxItems")
     if most is not None:
         return f"list of {most} {plural}" if "list" not in items else f"{most} times a {items}"
@@ -93,7 +99,7 @@ def _mapping(part: dict[str, Any]) -> str:
     inner = part.get("additionalProperties")
     if not isinstance(inner, dict):
         return "mapping"
-    return f"mapping of names to {accepted(inner)}"
+    return f"mapping of names to {_many(accepted(inner))}"
 
 
 def _number(part: dict[str, Any]) -> str:
@@ -119,10 +125,11 @@ def rows(definition: dict[str, Any]) -> Iterator[tuple[str, ...]]:
     """The rows of the table of one definition."""
     for name, part in definition["properties"].items():
         text = str(part.get("description", ""))
-        text, unit = re.fullmatch(r"(.*?)(?: \[([^\]]+)\])?", text, re.DOTALL).groups()  # type: ignore[union-attr]
+        found = re.search(r" \[([^\]]+)\]", text)
+        unit = found[1].replace(" or ", ", ") if found else "–"
+        text = text.replace(found[0], "", 1) if found else text
         if not text:
             raise KeyError(f"{definition['title']}.{name} has no description in the schema")
-        unit = (unit or "–").replace(" or ", ", ")
         yield (
             f"`{name}`",
             accepted(part),
