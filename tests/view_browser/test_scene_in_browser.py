@@ -131,6 +131,23 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
     assert np.ptp(rows) > 60
 
 
+def test_lines_lead_to_labels_in_windows_of_all_sizes(show: Any) -> None:
+    """On a phone words are smaller: the sizes measured there are not those on a desktop."""
+    tab = show("planar2_closed_form")
+    for size in ((390, 700), (900, 600)):
+        resize(tab, *size)
+        shown = shown_labels(tab)
+        assert len(shown) == 4
+        ends = tab.evaluate(
+            """() => [...document.querySelectorAll("#leaders line")]
+              .filter((line) => line.style.visibility === "visible")
+              .map((line) => [Number(line.getAttribute("x2")), Number(line.getAttribute("y2"))])"""
+        )
+        for (_, box), (x, y) in zip(shown, ends, strict=True):
+            assert min(abs(x - box["left"]), abs(x - box["right"])) < 0.6
+            assert y == pytest.approx((box["top"] + box["bottom"]) / 2, abs=0.6)
+
+
 @pytest.mark.parametrize(
     ("scenario", "planner", "size"),
     [

@@ -19,7 +19,7 @@ NEARLY = 0.04
 # A scene lower than this, relative to its width, is looked at from above.
 FLAT = 0.3
 # So many points of the path are looked at, evenly along it.
-LOOKS = 90
+LOOKS = 60
 
 
 def first_view(
@@ -73,6 +73,9 @@ def hidden(points: FloatArray, triangles: FloatArray, towards: FloatArray) -> ND
     """
     axes = frame_along(towards)  # the screen's two, and the depth
     seen, corners = points @ axes, triangles @ axes
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    near = (low[:, :2] <= seen[:, :2].max(axis=0)) & (high[:, :2] >= seen[:, :2].min(axis=0))
+    corners = corners[near.all(axis=1) & (high[:, 2] >= seen[:, 2].min())]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     keep = np.abs(area) > 1e-12

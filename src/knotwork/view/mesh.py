@@ -175,6 +175,9 @@ def coarse(mesh: Mesh, cell: float) -> Mesh:
     inverse = inverse.reshape(-1)
     faces = inverse[mesh.faces]
     faces = faces[(faces != np.roll(faces, -1, axis=1)).all(axis=1)]
+    # each face once, from its least vertex on; its other side is another face
+    first = faces.argmin(axis=1)[:, np.newaxis]
+    faces = np.unique(np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1), axis=0)
     count = np.bincount(inverse)[:, np.newaxis]
 
     def mean(values: FloatArray) -> FloatArray:

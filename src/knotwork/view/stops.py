@@ -20,7 +20,7 @@ MOST_STOPS = 200
 DISTANCE = 0.12
 MOST_COPIES = 12
 # The arm as what hides things: no triangle finer than this, relative to the scene's size.
-DETAIL = 0.02
+DETAIL = 0.03
 
 
 @dataclass(frozen=True, eq=False)
