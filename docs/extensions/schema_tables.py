@@ -88,11 +88,11 @@ def _many(words: str) -> str:
 
 def _array(part: dict[str, Any]) -> str:
     items = accepted(part["items"] if "items" in part else part["prefixItems"][0])
-    plural = _many(items)
     least, most = part.get("minItems", 0), part.get("maxItems")
     if most is not None:
-        return f"list of {most} {plural}" if "list" not in items else f"{most} times a {items}"
-    return f"list of {plural}" + (f", {least} or more" if least else "")
+        return f"list of {most} {_many(items)}"
+    more = f", {least} or more" if least else ""
+    return f"list, each {items}{more}" if "{" in items else f"list of {_many(items)}{more}"
 
 
 def _mapping(part: dict[str, Any]) -> str:

@@ -1,0 +1,66 @@
+"""The documentation, built once for all tests and workers, and a browser to look at it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from site_build import Site, build
+
+DOCS = Path(__file__).parents[2] / "docs"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+PATIENCE = 300.0  # for another worker's build [s]
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    """The site; the first worker that asks builds it, the others wait."""
+    pytest.importorskip("sphinx", reason="the documentation needs Python 3.11 or newer")
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    folder, verdict = shared / "site", shared / "site-verdict"
+    try:
+        (shared / "site-begun").mkdir()
+    except FileExistsError:
+        until = time.monotonic() + PATIENCE
+        while not verdict.exists():
+            if time.monotonic() > until:
+                pytest.fail("another worker has not finished building the documentation")
+            time.sleep(0.2)
+        code, _, said = verdict.read_text(encoding="utf-8").partition("\n")
+        return Site(folder, int(code), said)
+    built = build(DOCS, folder)
+    partial = verdict.with_suffix(".part")
+    partial.write_text(f"{built.code}\n{built.said}", encoding="utf-8")
+    partial.rename(verdict)
+    return built
+
+
+@pytest.fixture
+def extensions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The documentation's own extensions, importable."""
+    pytest.importorskip("sphinx", reason="the documentation needs Python 3.11 or newer")
+    monkeypatch.syspath_prepend(str(DOCS / "extensions"))
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """A browser; without one the test is skipped, or fails where one is required."""
+    program = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if program is None:
+        if os.environ.get("KNOTWORK_REQUIRE_BROWSER"):
+            pytest.fail("KNOTWORK_REQUIRE_BROWSER is set, but there is no Chromium")
+        pytest.skip("there is no Chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=program, args=["--no-sandbox", "--disable-gpu"]
+        )
+        yield browser
+        browser.close()

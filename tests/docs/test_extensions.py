@@ -1,0 +1,114 @@
+"""The documentation's own extensions: what they show, and that they complain."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from site_build import Site, build
+
+pytestmark = pytest.mark.usefixtures("extensions")
+
+CONFIG = """
+import sys
+sys.path.insert(0, {extensions!r})
+extensions = ["myst_parser", "shown", "mathml"]
+myst_enable_extensions = ["dollarmath"]
+html_math_renderer = "mathml"
+html_theme = "basic"
+"""
+EXTENSIONS = str(Path(__file__).parents[2] / "docs" / "extensions")
+
+
+def built(folder: Path, page: str) -> Site:
+    source = folder / "source"
+    source.mkdir()
+    (source / "conf.py").write_text(CONFIG.format(extensions=EXTENSIONS), encoding="utf-8")
+    (source / "index.md").write_text(page, encoding="utf-8")
+    return build(source, folder / "built")
+
+
+def test_what_is_run_is_shown(tmp_path: Path) -> None:
+    page = "# P\n\n```{file} a.yaml\nrobot: nobody\n```\n\n"
+    page += "```{run}\n:exit: 2\nknotwork plan a.yaml\n```\n\n"
+    page += "```{python}\nx = 6 * 7\nprint('the answer', x)\n```\n\n"
+    page += "```{python}\n:raises: ZeroDivisionError\nx / 0\n```\n\n$\\dot{r}_j$\n"
+    site = built(tmp_path, page)
+    assert site.code == 0, site.said
+    shown = site.page("index")
+    for words in ("robot", "nobody", "the answer 42", "ZeroDivisionError: division by zero"):
+        assert words in shown
+    assert "error: a.yaml: line" in shown
+    assert "<msub><mi>𝑟\u0307</mi>" in shown.replace("\n", "").replace("  ", "")
+
+
+@pytest.mark.parametrize(
+    ("block", "complaint"),
+    [
+        ("```{run}\nknotwork plan nothing.yaml\n```", "ended with exit code 2"),
+        ("```{run}\n:exit: 1\nknotwork planners\n```", "ended with exit code 0"),
+        ("```{python}\n1 / 0\n```", "code ended with ZeroDivisionError, not None"),
+        ("```{python}\n:raises: KeyError\nx = 1\n```", "code ended with None, not KeyError"),
+        ("```{picture} never.svg\nA picture\n```", "has made never.svg"),
+        ("$\\nonsense{x}$", "nonsense"),
+    ],
+)
+def test_what_ends_otherwise_fails_the_build(tmp_path: Path, block: str, complaint: str) -> None:
+    site = built(tmp_path, f"# P\n\n{block}\n")
+    assert site.code != 0
+    assert complaint in site.said
+
+
+def test_blocks_in_docstrings_are_literal() -> None:
+    import docstrings
+
+    lines = [
+        "Words:",
+        "",
+        "    y = x + 1",
+        "",
+        "More.",
+        "",
+        "Args:",
+        "    x: A number",
+        "        on.",
+    ]
+    docstrings.show_blocks(None, "", "", None, None, lines)
+    assert lines[:5] == ["Words:", "", ".. code-block:: python", "", "    y = x + 1"]
+    assert lines[-3:] == ["Args:", "    x: A number", "        on."]
+
+
+def test_names_that_share_a_description_get_one_each() -> None:
+    import docstrings
+
+    lines = [
+        "",
+        ":ivar lower, upper: Limits [rad],",
+        "             shape (d,).",
+        ":ivar c: Another.",
+    ]
+    docstrings.split_names(None, "", "", None, None, lines)
+    assert [line for line in lines if line] == [
+        ":ivar lower: Limits [rad],",
+        "             shape (d,).",
+        ":ivar upper: Limits [rad],",
+        "             shape (d,).",
+        ":ivar c: Another.",
+    ]
+
+
+def test_types_are_said_in_words() -> None:
+    from schema_tables import accepted
+
+    number = {"type": "number", "minimum": -1e12, "maximum": 1e12}
+    positive = {"type": "number", "exclusiveMinimum": 0, "maximum": 1e12}
+    vector = {"type": "array", "items": number, "minItems": 3, "maxItems": 3}
+    assert accepted(positive) == "positive number"
+    assert accepted({"anyOf": [vector, {"type": "null"}]}) == "list of 3 numbers"
+    assert accepted({"type": "array", "items": vector, "minItems": 3, "maxItems": 3}) == (
+        "list of 3 lists of 3 numbers"
+    )
+    assert accepted({"oneOf": [{"const": "zero"}, {"$ref": "#/$defs/Part"}]}) == "`zero` or {Part}"
+    assert accepted({"type": "object", "additionalProperties": positive}) == (
+        "mapping of names to positive numbers"
+    )

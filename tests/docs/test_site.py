@@ -1,0 +1,176 @@
+"""The documentation builds without a warning, describes everything, and needs no network."""
+
+from __future__ import annotations
+
+import html
+import importlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+from site_build import Site
+
+from knotwork.cli.main import cli
+from knotwork.documents import StrictModel
+from knotwork.export.ros2 import GOAL, MESSAGE
+from knotwork.robot.file import RobotFile
+from knotwork.scenario.schema import ScenarioFile
+
+ROOT = Path(__file__).parents[2]
+SHOWN_ONLY = {"bash", "matlab", "python"}
+PACKAGES = (
+    "export",
+    "foreign",
+    "interpolation",
+    "kinematics",
+    "polynomial",
+    "robot",
+    "scenario",
+    "storage",
+    "view",
+    "witness",
+)
+
+
+def text_of(page: str) -> str:
+    return html.unescape(re.sub(r"<[^>]+>", "", page))
+
+
+def test_it_builds_without_a_warning(site: Site) -> None:
+    assert site.code == 0, site.said
+    assert site.said.strip() == ""
+
+
+def test_no_output_tells_of_a_fault(site: Site) -> None:
+    for page in site.pages:
+        words = text_of(page.read_text(encoding="utf-8"))
+        assert "internal error:" not in words, page
+        assert "Traceback (most" not in words, page
+
+
+def test_every_public_name_is_described(site: Site) -> None:
+    from sphinx.util.inventory import InventoryFile
+
+    content = (site.folder / "objects.inv").read_bytes()
+    inventory = InventoryFile.loads(content, uri="").data
+    described = {name for kind, names in inventory.items() if kind[:3] == "py:" for name in names}
+    endings = {name.rpartition(".")[2] for name in described}
+    top = importlib.import_module("knotwork").__all__
+    assert {f"knotwork.{name}" for name in top} <= described
+    for package in PACKAGES:
+        names = set(importlib.import_module(f"knotwork.{package}").__all__)
+        assert names <= endings, package
+
+
+def models(model: type[StrictModel]) -> Iterator[type[StrictModel]]:
+    """A model and all that its fields are made of."""
+    seen: list[Any] = []
+    waiting: list[Any] = [model]
+    while waiting:
+        part = waiting.pop()
+        waiting += getattr(part, "__args__", ())
+        if isinstance(part, type) and issubclass(part, StrictModel) and part not in seen:
+            seen.append(part)
+            waiting += [field.annotation for field in part.model_fields.values()]
+    return iter(seen)
+
+
+@pytest.mark.parametrize(
+    ("page", "kind", "root"),
+    [("scenario", "scenario", ScenarioFile), ("robot_file", "robot", RobotFile)],
+)
+def test_every_key_of_a_file_is_described(
+    site: Site, page: str, kind: str, root: type[StrictModel]
+) -> None:
+    content = site.page(page)
+    for model in models(root):
+        start = content.index(f'id="{kind}-{model.__name__.lower()}"')
+        section = text_of(content[start : content.index("</section>", start)])
+        for name, field in model.model_fields.items():
+            assert re.search(rf"^{field.alias or name}$", section, re.MULTILINE), (model, name)
+
+
+def test_every_command_and_option_is_described(site: Site) -> None:
+    words = text_of(site.page("cli"))
+    for name, command in cli.commands.items():
+        assert f"knotwork {name}" in words
+        for parameter in command.params:
+            if isinstance(parameter, click.Option):
+                assert all(option in words for option in parameter.opts), (name, parameter.opts)
+
+
+def test_every_example_is_shown(site: Site) -> None:
+    words = text_of(site.page("examples"))
+    scripts = sorted((ROOT / "examples").glob("*.py"))
+    assert scripts
+    for script in scripts:
+        assert script.read_text(encoding="utf-8").strip() in words, script.name
+
+
+def test_the_equations_of_the_paper_are_there(site: Site) -> None:
+    page = site.page("method")
+    for number in (1, 2, 3, 4, 18, 23, 30, 31, 34, 39):
+        part = page.split(f'id="equation-eq-{number}"')[1]
+        assert part.index("<math") < part.index(f"({number})") < 6000
+    assert not re.search(r"\\(frac|dot|left|begin|tfrac|ldots)", text_of(page))
+
+
+def test_nothing_is_loaded_from_a_network(site: Site) -> None:
+    loads = re.compile(
+        r"""<(?:script|img|iframe|source)\b[^>]*\bsrc=["']?(?:https?:)?//"""
+        r"""|<link\b[^>]*rel=["']?(?:stylesheet|preload|icon|preconnect)[^>]*(?:https?:)?//"""
+    )
+    for page in site.pages:
+        assert not loads.search(page.read_text(encoding="utf-8")), page
+    for sheet in (site.folder / "_static").rglob("*.css"):
+        assert not re.search(r"@import|url\(['\"]?(?:https?:)?//", sheet.read_text()), sheet
+
+
+def fences(language: str) -> list[str]:
+    """What the pages show in a language without running it."""
+    pages = sorted((ROOT / "docs").glob("*.md"))
+    return [
+        block
+        for page in pages
+        for block in re.findall(
+            rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S
+        )
+    ]
+
+
+def test_what_is_not_run_is_little() -> None:
+    found = {
+        language
+        for page in (ROOT / "docs").glob("*.md")
+        for language in re.findall(r"^```(\w+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    }
+    assert found <= SHOWN_ONLY
+
+
+def test_the_recipe_for_drake() -> None:
+    pytest.importorskip("pydrake.trajectories", reason="Drake has no wheel for this platform")
+    (recipe,) = fences("python")
+    names: dict[str, Any] = {}
+    exec(recipe, names)
+    curve, trajectory = names["curve"], names["kw"].plan("ur5_deburring").trajectory
+    assert curve.value(1.2).ravel() == pytest.approx(trajectory.position(1.2), abs=1e-12)
+
+
+def test_the_recipe_for_ros2_names_what_is_exported() -> None:
+    (recipe,) = fences("bash")
+    message, goal = recipe.strip().split("\n")
+    assert f" {MESSAGE} " in message
+    assert f" {GOAL} " in goal
+
+
+def test_the_recipe_for_matlab_names_what_is_in_the_file(tmp_path: Path) -> None:
+    from scipy.io import loadmat
+
+    import knotwork as kw
+
+    (recipe,) = fences("matlab")
+    path = kw.plan("paper_case").trajectory.save_as("mat", tmp_path / "motion.mat")
+    assert set(re.findall(r"\bs\.(\w+)", recipe)) == {"breaks", "coefs", "d"} <= set(loadmat(path))

@@ -1,0 +1,46 @@
+"""Pages of the documentation in a real browser, without a network."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from site_build import Site
+
+SCROLLS_SIDEWAYS = "document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"
+SIZES = """
+[...document.querySelectorAll('math')].map(m => m.getBoundingClientRect())
+                                      .map(r => [r.width, r.height])
+"""
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
+def test_pages_fit_and_do_not_complain(site: Site, chromium: Any, width: int, scheme: str) -> None:
+    context = chromium.new_context(
+        viewport={"width": width, "height": 900}, offline=True, color_scheme=scheme
+    )
+    tab = context.new_page()
+    complaints: list[str] = []
+    tab.on("pageerror", lambda error: complaints.append(str(error)))
+    tab.on("requestfailed", lambda request: complaints.append(request.url))
+    for page in site.pages:
+        if page.name in ("genindex.html", "py-modindex.html", "search.html"):
+            continue
+        tab.goto(page.as_uri())
+        assert not tab.evaluate(SCROLLS_SIDEWAYS), page
+    assert not complaints
+    context.close()
+
+
+def test_equations_are_drawn(site: Site, chromium: Any) -> None:
+    context = chromium.new_context(viewport={"width": 1280, "height": 900}, offline=True)
+    tab = context.new_page()
+    tab.goto((site.folder / "method.html").as_uri())
+    sizes = tab.evaluate(SIZES)
+    assert len(sizes) > 30
+    assert all(width > 4 and height > 4 for width, height in sizes)
+    # a fraction is laid out, not written in a row
+    height = tab.evaluate("document.querySelector('#equation-eq-31 math').clientHeight")
+    line = tab.evaluate("document.querySelector('#equation-eq-30 math').clientHeight")
+    assert height > 1.3 * line
+    context.close()
