@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 ASSETS = Path(__file__).parent / "assets"
+SCRIPTS = ("fit.js", "paper.js", "scene.js")
 
 
 class Page:
@@ -89,7 +90,7 @@ def scene_page(
             options_json=Markup(json_in_html(options)),
             json=Markup(json_in_html(scene.data)),
             meshcat=Markup(meshcat_viewer()),
-            script=Markup(asset("scene.js")),
+            scripts=[Markup(asset(name)) for name in SCRIPTS],
             style=Markup(asset("scene.css")),
             version=version(),
         )

@@ -107,27 +107,10 @@ def make_scene(
         InputError: A trajectory is not of the robot's joints, or too long to be shown.
     """
     others = others or {}
-    curve = robot_curve(trajectory, robot)
-    motions = {name: robot_curve(other, robot) for name, other in others.items()}
-    has_tool = robot.tcp_frame_id is not None
-    known = has_tool and scenario is not None and space is not None
-    asked = targets(scenario, space, robot) if known and scenario and space else []
-    times = [target.time for target in asked]
-    shapes = link_shapes(robot)
-    images = list(dict.fromkeys(skin.image for s in shapes.shapes if s for skin in s.skins))
+    shown = _gathered(robot, trajectory, scenario, space, report, others)
+    images = list(dict.fromkeys(skin.image for s in shown.shapes.shapes if s for skin in s.skins))
     addresses, unread = image_addresses(images)
-    shown = _Shown(
-        robot,
-        curve,
-        motions,
-        scenario,
-        report,
-        shapes,
-        find_stops(robot, shapes, curve, scenario, trajectory),
-        asked,
-        tool_path(robot, curve, space, report, times) if has_tool else None,
-    )
-    warnings = (*warnings, *shapes.warnings, *unread)
+    warnings = (*warnings, *shown.shapes.warnings, *unread)
     title = scenario.name if scenario is not None else f"{robot.name}: stored trajectory"
     data = {
         "title": title,
@@ -145,6 +128,27 @@ def make_scene(
         "description": scenario.description.strip() if scenario is not None else "",
     }
     return Scene(title, data, warnings)
+
+
+def _gathered(
+    robot: Robot,
+    trajectory: JointTrajectory,
+    scenario: Scenario | None,
+    space: JointSpace | None,
+    report: Report | None,
+    others: Mapping[str, JointTrajectory],
+) -> _Shown:
+    curve = robot_curve(trajectory, robot)
+    motions = {name: robot_curve(other, robot) for name, other in others.items()}
+    has_tool = robot.tcp_frame_id is not None
+    asked: Sequence[Target] = []
+    if has_tool and scenario is not None and space is not None:
+        asked = targets(scenario, space, robot)
+    shapes = link_shapes(robot)
+    stops = find_stops(robot, shapes, curve, scenario, trajectory)
+    times = [target.time for target in asked]
+    path = tool_path(robot, curve, space, report, times) if has_tool else None
+    return _Shown(robot, curve, motions, scenario, report, shapes, stops, asked, path)
 
 
 def _failures(

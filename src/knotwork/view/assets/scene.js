@@ -256,68 +256,6 @@ function showScene(data, options) {
       .map((box) => [box.left - pane.left, box.top - pane.top, box.right - pane.left, box.bottom - pane.top]);
   }
 
-  // Corners of the smallest convex polygon around points in the plane
-  function hull(points) {
-    const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
-    const left = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
-    const half = (list) => list.reduce((chain, point) => {
-      while (chain.length > 1 && !left(chain.at(-2), chain.at(-1), point)) chain.pop();
-      return [...chain, point];
-    }, []).slice(0, -1);
-    return [...half(sorted), ...half(sorted.reverse())];
-  }
-
-  // Whether a convex polygon touches a box: unless some line separates the two
-  function touches(polygon, box) {
-    const corners = [[box[0], box[1]], [box[2], box[1]], [box[2], box[3]], [box[0], box[3]]];
-    const edges = polygon.map((point, i) => {
-      const next = polygon[(i + 1) % polygon.length];
-      return [next[1] - point[1], point[0] - next[0]];
-    });
-    return [[1, 0], [0, 1], ...edges].every((axis) => {
-      const along = (point) => point[0] * axis[0] + point[1] * axis[1];
-      const [one, other] = [polygon.map(along), corners.map(along)];
-      return Math.max(...one) >= Math.min(...other) && Math.max(...other) >= Math.min(...one);
-    });
-  }
-
-  // How near a camera can go so that points (across, up, towards it) fill a part of the pane, and
-  // where it is then; in the plane through `towards` = 0.
-  function fit(points, part, pane) {
-    const half = Math.tan((viewer.camera.fov / 2) * (Math.PI / 180));
-    const scale = [(half * pane.width) / pane.height, half];
-    const bounds = [
-      [(2 * part[0]) / pane.width - 1, (2 * part[2]) / pane.width - 1],
-      [1 - (2 * part[3]) / pane.height, 1 - (2 * part[1]) / pane.height],
-    ].map((range, i) => range.map((value) => value * scale[i]));
-    // x - at <= high (distance - z) and x - at >= low (distance - z) for each point
-    const extremes = bounds.map(([low, high], i) => [
-      Math.min(...points.map((p) => p[i] + low * p[2])),
-      Math.max(...points.map((p) => p[i] + high * p[2])),
-    ]);
-    const distance = Math.max(...bounds.map(([low, high], i) =>
-      (extremes[i][1] - extremes[i][0]) / (high - low)));
-    const at = bounds.map(([low, high], i) =>
-      (extremes[i][0] - low * distance + extremes[i][1] - high * distance) / 2);
-    const onScreen = points.map((p) => {
-      const [x, y] = [0, 1].map((i) => (p[i] - at[i]) / ((distance - p[2]) * scale[i]));
-      return [((x + 1) / 2) * pane.width, ((1 - y) / 2) * pane.height];
-    });
-    return { distance, at, outline: hull(onScreen) };
-  }
-
-  // Parts of the pane that may do, between its edges and those of panels
-  function parts(taken, pane) {
-    const gap = 22; // for axes and arrows, too
-    const inner = [gap, gap, pane.width - gap, pane.height - gap];
-    const lefts = [inner[0], ...taken.map((box) => box[2] + gap)];
-    const tops = [inner[1], ...taken.map((box) => box[3] + gap)];
-    const bottoms = [inner[3], ...taken.map((box) => box[1] - gap)];
-    const least = Math.min(90, pane.height / 4);
-    return lefts.flatMap((left) => tops.flatMap((top) => bottoms.map((bottom) => [left, top, inner[2], bottom])))
-      .filter(([left, top, right, bottom]) => right - left > 2 * least && bottom - top > least);
-  }
-
   let touched = false; // turned by hand: then the camera stays
 
   function resized() {
@@ -343,9 +281,9 @@ function showScene(data, options) {
       return [p.dot(right), p.dot(up), p.dot(towards)];
     });
     const taken = panels(pane);
-    const choices = parts(taken, pane).map((part) => fit(points, part, pane));
+    const choices = parts(taken, pane).map((part) => fit(points, part, pane, camera.fov));
     const free = choices.filter(({ outline }) => !taken.some((box) => touches(outline, box)));
-    const whole = fit(points, [0, 0, pane.width, pane.height], pane);
+    const whole = fit(points, [0, 0, pane.width, pane.height], pane, camera.fov);
     const { distance, at } = free.reduce((best, one) => (one.distance < best.distance ? one : best), free[0] || whole);
     const target = middle.addScaledVector(right, at[0]).addScaledVector(up, at[1]);
     camera.position.copy(target).addScaledVector(towards, distance);
@@ -455,72 +393,16 @@ function showScene(data, options) {
     resized();
     viewer.render();
     placeLabels();
-    const address = drawn(fine);
+    const pane = byId("scene").getBoundingClientRect();
+    const said = layer.style.display === "none" ? [] : labels.filter(({ box }) => box.style.visibility === "visible");
+    const colours = data.legend.colours || [];
+    const address = pictureWithWords(viewer.renderer.domElement, pane, said, byId("legend"), colours, fine);
     body.classList.remove("still");
     viewer.renderer.setPixelRatio(before);
     resized();
     viewer.render();
     placeLabels();
     return address;
-  }
-
-  // The canvas as it is, and over it the words
-  function drawn(fine) {
-    const pane = byId("scene").getBoundingClientRect();
-    const canvas = document.createElement("canvas");
-    canvas.width = Math.round(fine * pane.width);
-    canvas.height = Math.round(fine * pane.height);
-    const pen = canvas.getContext("2d");
-    pen.drawImage(viewer.renderer.domElement, 0, 0, canvas.width, canvas.height);
-    pen.scale(fine, fine);
-    pen.textBaseline = "middle";
-    const inPane = (element) => {
-      const box = element.getBoundingClientRect();
-      return [box.left - pane.left, box.top - pane.top, box.width, box.height];
-    };
-    const word = (element) => {
-      const look = getComputedStyle(element);
-      const [x, y, , height] = inPane(element);
-      pen.font = `${look.fontStyle} ${look.fontWeight} ${look.fontSize} ${look.fontFamily}`;
-      pen.fillStyle = look.color;
-      pen.fillText(element.textContent, x + parseFloat(look.paddingLeft), y + height / 2);
-    };
-    const plate = (element) => {
-      const look = getComputedStyle(element);
-      pen.beginPath();
-      pen.roundRect(...inPane(element), parseFloat(look.borderRadius));
-      pen.fillStyle = look.backgroundColor;
-      pen.fill();
-      if (!parseFloat(look.borderWidth)) return;
-      pen.strokeStyle = look.borderColor;
-      pen.stroke();
-    };
-    const said = labels.filter(({ box }) => box.style.visibility === "visible" && layer.style.display !== "none");
-    for (const { line } of said) {
-      const [x1, y1, x2, y2] = ["x1", "y1", "x2", "y2"].map((name) => Number(line.getAttribute(name)));
-      pen.strokeStyle = getComputedStyle(line).stroke;
-      pen.beginPath();
-      pen.moveTo(x1, y1);
-      pen.lineTo(x2, y2);
-      pen.stroke();
-    }
-    for (const { box } of said) {
-      plate(box);
-      word(box);
-    }
-    const legend = byId("legend");
-    if (legend && legend.offsetHeight) {
-      plate(legend);
-      const [x, y, width, height] = inPane(legend.querySelector(".scale"));
-      const scale = pen.createLinearGradient(x, 0, x + width, 0);
-      data.legend.colours.forEach((colour, i, all) => scale.addColorStop(i / (all.length - 1), colour));
-      pen.fillStyle = scale;
-      pen.fillRect(x, y, width, height);
-      for (const element of legend.querySelectorAll(".word")) if (element.offsetHeight) word(element);
-      const broken = legend.querySelector(".red");
-      if (broken) plate(broken);
-    }
-    return canvas.toDataURL("image/png");
   }
 
   // Controls

@@ -1,0 +1,64 @@
+// How near a camera can go, so that all is in view and nothing lies behind a panel.
+"use strict";
+
+// Corners of the smallest convex polygon around points in the plane
+function hull(points) {
+  const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const left = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
+  const half = (list) => list.reduce((chain, point) => {
+    while (chain.length > 1 && !left(chain.at(-2), chain.at(-1), point)) chain.pop();
+    return [...chain, point];
+  }, []).slice(0, -1);
+  return [...half(sorted), ...half(sorted.reverse())];
+}
+
+// Whether a convex polygon touches a box: unless some line separates the two
+function touches(polygon, box) {
+  const corners = [[box[0], box[1]], [box[2], box[1]], [box[2], box[3]], [box[0], box[3]]];
+  const edges = polygon.map((point, i) => {
+    const next = polygon[(i + 1) % polygon.length];
+    return [next[1] - point[1], point[0] - next[0]];
+  });
+  return [[1, 0], [0, 1], ...edges].every((axis) => {
+    const along = (point) => point[0] * axis[0] + point[1] * axis[1];
+    const [one, other] = [polygon.map(along), corners.map(along)];
+    return Math.max(...one) >= Math.min(...other) && Math.max(...other) >= Math.min(...one);
+  });
+}
+
+// How near a camera can go so that points (across, up, towards it) fill a part of the pane, and
+// where it is then; in the plane through `towards` = 0.
+function fit(points, part, pane, fov) {
+  const half = Math.tan((fov / 2) * (Math.PI / 180));
+  const scale = [(half * pane.width) / pane.height, half];
+  const bounds = [
+    [(2 * part[0]) / pane.width - 1, (2 * part[2]) / pane.width - 1],
+    [1 - (2 * part[3]) / pane.height, 1 - (2 * part[1]) / pane.height],
+  ].map((range, i) => range.map((value) => value * scale[i]));
+  // x - at <= high (distance - z) and x - at >= low (distance - z) for each point
+  const extremes = bounds.map(([low, high], i) => [
+    Math.min(...points.map((p) => p[i] + low * p[2])),
+    Math.max(...points.map((p) => p[i] + high * p[2])),
+  ]);
+  const distance = Math.max(...bounds.map(([low, high], i) =>
+    (extremes[i][1] - extremes[i][0]) / (high - low)));
+  const at = bounds.map(([low, high], i) =>
+    (extremes[i][0] - low * distance + extremes[i][1] - high * distance) / 2);
+  const onScreen = points.map((p) => {
+    const [x, y] = [0, 1].map((i) => (p[i] - at[i]) / ((distance - p[2]) * scale[i]));
+    return [((x + 1) / 2) * pane.width, ((1 - y) / 2) * pane.height];
+  });
+  return { distance, at, outline: hull(onScreen) };
+}
+
+// Parts of the pane that may do, between its edges and those of panels
+function parts(taken, pane) {
+  const gap = 22; // for axes and arrows, too
+  const inner = [gap, gap, pane.width - gap, pane.height - gap];
+  const lefts = [inner[0], ...taken.map((box) => box[2] + gap)];
+  const tops = [inner[1], ...taken.map((box) => box[3] + gap)];
+  const bottoms = [inner[3], ...taken.map((box) => box[1] - gap)];
+  const least = Math.min(90, pane.height / 4);
+  return lefts.flatMap((left) => tops.flatMap((top) => bottoms.map((bottom) => [left, top, inner[2], bottom])))
+    .filter(([left, top, right, bottom]) => right - left > 2 * least && bottom - top > least);
+}
