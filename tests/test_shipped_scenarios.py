@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 import knotwork as kw
 from conftest import Command
 from knotwork import resources
+from knotwork.joint_space import joint_space
+from knotwork.pipeline import planner_options
 from knotwork.scenario import JointTarget, Scenario
-from knotwork.waypoints import CartesianWaypoint
+from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[1]
@@ -147,3 +149,86 @@ def test_joints_keep_their_limits_and_move_without_a_jump(path: Path) -> None:
         beyond = item.limit - values if lower else values - item.limit
         assert beyond.max() <= -item.margin + 1e-9 * max(1.0, abs(item.limit))
         assert item.margin >= 0
+
+
+def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:
+    """Joint waypoints as one takes them without looking ahead: each nearest the one before."""
+    space = joint_space(scenario)
+    assert space.robot is not None
+    q, positions, velocities = space.configurations["home"], [], []
+    for waypoint in scenario.waypoints:
+        if isinstance(waypoint, JointTarget):
+            q, v = space.values(waypoint.joints), np.zeros(len(space.joint_names))
+        else:
+            q = kw.solve_pose_ik(space.robot, waypoint.pose, q).q
+            v = kw.solve_velocity_ik(space.robot, q, waypoint.twist)
+        positions.append(q)
+        velocities.append(v)
+    return JointWaypoints(
+        space.joint_names, scenario.times, np.array(positions), np.array(velocities)
+    )
+
+
+@pytest.mark.parametrize("name", ["ur5_valve", "ur3_lid"])
+def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name: str) -> None:
+    scenario = kw.load_scenario(name)
+    waypoints = nearest_by_nearest(scenario)
+    options = planner_options(scenario, joint_space(scenario))
+    trajectory = kw.get_planner(scenario.planner)(waypoints, options)
+    report = kw.check(trajectory, scenario)
+    broken = {item.joint for item in report.limits if not item.ok and item.quantity == "velocity"}
+    assert len(broken) >= 3
+    assert all(item.ok for item in report.requirements)
+    plan = kw.plan(name)
+    assert plan.report.ok
+    assert plan.solution is not None
+    assert not plan.solution.obstacles
+    # The poses are the same, and so are the branches all the way: the arm does not change over.
+    assert len({choice.branch for choice in plan.solution.choices}) == 1
+
+
+def test_the_valve_is_taken_with_the_wrist_that_is_farther_away() -> None:
+    naive = nearest_by_nearest(kw.load_scenario("ur5_valve")).position
+    chosen = kw.plan("ur5_valve").joint_waypoints.position
+    assert np.sin(naive[1, 4]) == pytest.approx(-np.sin(chosen[1, 4]), abs=1e-9)
+    limit = np.radians(200)
+    assert np.abs(chosen[:, 5]).max() <= limit
+    # From where the nearest solution takes the key it is out of reach to turn it all the way.
+    assert naive[2, 5] + np.radians(240) > limit
+
+
+def test_the_last_joint_is_unwound_by_a_whole_turn_before_the_lid() -> None:
+    naive = nearest_by_nearest(kw.load_scenario("ur3_lid")).position
+    plan = kw.plan("ur3_lid")
+    chosen = plan.joint_waypoints.position
+    np.testing.assert_allclose(chosen[1], naive[1] - [0, 0, 0, 0, 0, 2 * np.pi], atol=1e-7)
+    assert plan.solution is not None
+    assert plan.solution.choices[0].turns == (("wrist_3_joint", -1),)
+    np.testing.assert_allclose(chosen[-2, 5] - chosen[2, 5], np.radians(300), atol=1e-9)
+
+
+@scenarios
+def test_it_reports_the_branches_it_takes(path: Path, knotwork: Command, tmp_path: Path) -> None:
+    scenario = kw.load_scenario(path)
+    posed = [w.name for w in scenario.waypoints if isinstance(w, CartesianWaypoint)]
+    printed = knotwork("plan", path, "--out", tmp_path).out
+    assert ("Solutions chosen" in printed) == bool(posed)
+    (plan,) = json.loads(knotwork("plan", path, "--json").out)["plans"]
+    for report in (plan["report"], json.loads((tmp_path / "report.json").read_text())):
+        if not posed:
+            assert "solutions" not in report
+            continue
+        assert report["solutions"]["obstacles"] == []
+        choices = report["solutions"]["choices"]
+        assert [choice["waypoint"] for choice in choices] == posed
+        for choice in choices:
+            assert choice["reason"] in printed
+            assert choice["branch"] in printed
+            assert choice["solutions"] >= choice["branches"] >= 1
+            other = choice["alternative"]
+            if other is None:
+                assert choice["sampled"] or choice["solutions"] == 1
+                continue
+            assert (other["extra"] is None) == bool(other["hindrance"])
+            assert other["extra"] is None or other["extra"] > -1e-9
+            assert other["branch"] != choice["branch"] or other["turns"] != choice["turns"]

@@ -204,7 +204,7 @@ def _alternative(choice: Choice) -> tuple[str, str] | None:
     way = other.branch
     if other.branch == choice.branch:
         way = f"turns {_turns(other.turns)}" if other.turns != choice.turns else "another"
-    return way, other.hindrance or f"{other.extra:.3g} s more travel"
+    return way, other.hindrance or f"{other.extra:.3g} s more"
 
 
 def _limit_table(limits: Sequence[LimitUse]) -> Table:

@@ -13,6 +13,7 @@ from knotwork.kinematics.sequence import (
     Reached,
     Rules,
     Sequence,
+    changes,
     first_least,
     reach,
     step_costs,
@@ -128,9 +129,10 @@ def _ways_on(
     """Cost of the cheapest way to the end from what is kept of each layer, and where it goes."""
     onward = [np.zeros(len(states[-1].index))]
     follows: list[Any] = []
+    prices = changes(rules, len(durations))
     for i in range(len(layers) - 2, -1, -1):
         layer = layers[i + 1].take(states[i + 1].index)
-        steps, _ = step_costs(rules, states[i], layer, float(durations[i]))
+        steps, _ = step_costs(rules, states[i], layer, float(durations[i]), float(prices[i]))
         total = (steps + (layer.cost + onward[0])).T
         row = first_least(total)
         onward.insert(0, total[row, np.arange(total.shape[1])])

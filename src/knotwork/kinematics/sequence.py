@@ -13,6 +13,9 @@ from knotwork.waypoints import FloatArray
 # What an infeasible interval or waypoint costs [s]: more than any travel. What exceeds the limits
 # by more costs more in proportion, so that where nothing is feasible the least infeasible wins.
 INFEASIBLE = 1e6
+# What a cubic between two waypoints costs that is beyond the limits in its middle [s]: the mean
+# speed is within them, but a planner would have to go faster on the way. It costs in proportion.
+STRAINED = 1e5
 # Costs that differ by less [s, relative above 1 s] are equal: then the first candidate wins, on
 # every machine.
 TIE = 1e-9
@@ -32,6 +35,8 @@ class Layer:
         weight: Factor of the travel from and to each, shape (m,).
         signs: What tells branches apart, shape (m, k); 0 for either.
         fixed: The positions are given, turns and all.
+        velocity: Joint velocities at each [rad/s or m/s], shape (m, d), or `None` to leave out of
+            account how fast joints are between waypoints.
     """
 
     q: FloatArray
@@ -39,11 +44,17 @@ class Layer:
     weight: FloatArray
     signs: FloatArray
     fixed: bool = False
+    velocity: FloatArray | None = None
 
     def take(self, index: Any) -> Layer:
         """Those candidates of the given indices."""
         return Layer(
-            self.q[index], self.cost[index], self.weight[index], self.signs[index], self.fixed
+            self.q[index],
+            self.cost[index],
+            self.weight[index],
+            self.signs[index],
+            self.fixed,
+            None if self.velocity is None else self.velocity[index],
         )
 
 
@@ -57,14 +68,15 @@ class Rules:
         limit: Velocity limits [rad/s or m/s], shape (d,), infinite where there is none.
         unbounded: Joints that turn without limit, shape (d,).
         travel: Factor of the travel.
-        change: Cost of a change of branch [s], infinite where it is forbidden.
+        change: Cost of a change of branch [s], infinite where it is forbidden: for all intervals,
+            or one for each, shape (n - 1,).
     """
 
     speed: FloatArray
     limit: FloatArray
     unbounded: Any
     travel: float = 1.0
-    change: float = 0.0
+    change: float | FloatArray = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +107,7 @@ class Reached:
         weight: Factors of travel, shape (m,).
         index: Which candidates of the layer they are, shape (m,).
         came: From which of those kept at the layer before, shape (m,).
+        velocity: Joint velocities at each, shape (m, d), or `None`.
     """
 
     cost: FloatArray
@@ -103,10 +116,11 @@ class Reached:
     weight: FloatArray
     index: Any
     came: Any
+    velocity: FloatArray | None
 
 
 def step_costs(
-    rules: Rules, state: Reached, layer: Layer, duration: float
+    rules: Rules, state: Reached, layer: Layer, duration: float, change: float
 ) -> tuple[FloatArray, FloatArray]:
     """Cost of each step between two waypoints, and how far the joints turn.
 
@@ -115,34 +129,47 @@ def step_costs(
         state: Where steps start, l candidates.
         layer: Where they lead, m candidates.
         duration: Time for the step [s].
+        change: What a change of branch costs in it [s].
 
     Returns:
         Costs, shape (l, m), and the motion of the joints without limits, shape (u, l, m).
     """
-    square = np.zeros((len(state.q), len(layer.q)))
-    fastest, buffer = np.zeros_like(square), np.empty_like(square)
+    shape = (len(state.q), len(layer.q))
+    square, fastest, strain = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    buffer = np.empty(shape)
     turns: list[FloatArray] = []
     for j, speed in enumerate(rules.speed):
         move = np.subtract.outer(state.q[:, j], layer.q[:, j], out=buffer)
         if rules.unbounded[j] and not layer.fixed:
             move -= FULL_TURN * np.round(move / FULL_TURN)
             turns.append(-move)
-        np.abs(move, out=move)
         move /= speed
         if np.isfinite(rules.limit[j]):
-            np.maximum(fastest, move, out=fastest)
+            if state.velocity is not None and layer.velocity is not None:
+                # The speed of the cubic in its middle: 3/2 Δq/h − (v₀ + v₁)/4.
+                middle = move * (1.5 / duration)
+                middle += (0.25 / speed) * state.velocity[:, j, None]
+                middle += (0.25 / speed) * layer.velocity[:, j]
+                np.maximum(strain, np.abs(middle, out=middle), out=strain)
+            np.maximum(fastest, np.abs(move, out=move), out=fastest)
         move *= move
         square += move
     fastest /= duration
     cost = rules.travel * np.sqrt(square)
     cost *= 0.5 * (state.weight[:, None] + layer.weight[None, :])
-    too_fast = fastest > AT_LIMIT
-    if too_fast.any():
-        cost[too_fast] += INFEASIBLE * fastest[too_fast]
-    if rules.change:
+    for use, price in ((strain, STRAINED), (fastest, INFEASIBLE)):
+        beyond = use > AT_LIMIT
+        if beyond.any():
+            cost[beyond] += price * use[beyond]
+    if change:
         product = state.signs[:, None, :] * layer.signs[None, :, :]
-        cost[(product < 0).any(axis=2)] += rules.change
+        cost[(product < 0).any(axis=2)] += change
     return cost, np.array(turns)
+
+
+def changes(rules: Rules, count: int) -> FloatArray:
+    """What a change of branch costs in each of so many intervals [s], shape (count,)."""
+    return np.broadcast_to(np.asarray(rules.change, dtype=float), (count,))
 
 
 def choose_sequence(layers: list[Layer], durations: FloatArray, rules: Rules) -> Sequence:
@@ -191,8 +218,9 @@ def reach(
     kept = np.flatnonzero(first.cost <= bound)
     state = _start(first.take(kept), kept)
     states = [state]
-    for layer, duration in zip(layers[1:], durations, strict=True):
-        steps, turns = step_costs(rules, state, layer, float(duration))
+    costs = changes(rules, len(durations))
+    for layer, duration, change in zip(layers[1:], durations, costs, strict=True):
+        steps, turns = step_costs(rules, state, layer, float(duration), float(change))
         total = state.cost[:, None] + steps
         came = first_least(total)
         cost = total[came, np.arange(len(layer.q))] + layer.cost
@@ -206,7 +234,7 @@ def reach(
 
 def _start(first: Layer, index: Any) -> Reached:
     came = np.zeros(len(index), dtype=int)
-    return Reached(first.cost, first.q, first.signs, first.weight, index, came)
+    return Reached(first.cost, first.q, first.signs, first.weight, index, came, first.velocity)
 
 
 def _moved(
@@ -226,7 +254,8 @@ def _moved(
             q[:, j] = state.q[came, j] + turns[row][came, kept]
     # On a singularity a branch has no sign of its own, and keeps that of the way to it.
     signs = np.where(layer.signs[kept] == 0.0, state.signs[came], layer.signs[kept])
-    return Reached(cost[kept], q, signs, layer.weight[kept], kept, came)
+    velocity = None if layer.velocity is None else layer.velocity[kept]
+    return Reached(cost[kept], q, signs, layer.weight[kept], kept, came, velocity)
 
 
 def way_to(states: list[Reached], row: int) -> list[int]:
@@ -242,8 +271,9 @@ def _greedy_cost(layers: list[Layer], durations: FloatArray, rules: Rules) -> fl
     """Cost of going from each waypoint to the candidate that is cheapest next."""
     k = np.array([int(np.argmin(layers[0].cost))])
     state = _start(layers[0].take(k), k)
-    for layer, duration in zip(layers[1:], durations, strict=True):
-        steps, turns = step_costs(rules, state, layer, float(duration))
+    costs = changes(rules, len(durations))
+    for layer, duration, change in zip(layers[1:], durations, costs, strict=True):
+        steps, turns = step_costs(rules, state, layer, float(duration), float(change))
         cost = state.cost[0] + steps[0] + layer.cost
         kept = np.array([int(np.argmin(cost))])
         state = _moved(state, layer, cost, np.zeros(len(cost), int), kept, turns, rules)

@@ -8,9 +8,9 @@ import numpy as np
 
 from knotwork.kinematics.candidates import Candidates
 from knotwork.kinematics.runners_up import RunnerUp, runners_up
-from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE
+from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE, STRAINED, changes
 from knotwork.kinematics.words import branch_signs, describe_branch
-from knotwork.task_to_joint.search import CHANGE, Found, Search
+from knotwork.task_to_joint.search import CHANGE_IN_MOTION, Found, Search
 from knotwork.task_to_joint.solution import Alternative, Choice
 from knotwork.waypoints import FloatArray
 
@@ -106,35 +106,70 @@ class Explanation:
         return tuple((name, int(turn)) for name, turn, unit in joints if turn and unit == "rad")
 
     def _alternatives(self) -> list[Alternative | None]:
-        """The best sequence with another branch at each waypoint, against the one chosen."""
-        search, chosen = self.search, self.found.sequence
-        found = runners_up(search.layers, search.durations, search.rules, chosen, self._groups())
+        """The best other sequence for each waypoint: another branch there, else other turns."""
+        branches, turns = self._groups()
+        found = self._runners_up(branches)
+        if any(one is None for one in found):
+            found = [a or b for a, b in zip(found, self._runners_up(turns), strict=True)]
         return [self._alternative(i, one) if one else None for i, one in enumerate(found)]
 
-    def _groups(self) -> list[Any]:
-        """The branch of each candidate; where there is only one, its turns tell them apart."""
-        groups = []
+    def _runners_up(self, groups: list[Any]) -> list[RunnerUp | None]:
+        search = self.search
+        return runners_up(
+            search.layers, search.durations, search.rules, self.found.sequence, groups
+        )
+
+    def _groups(self) -> tuple[list[Any], list[Any]]:
+        """What tells the candidates of each layer apart: their branches, and their turns too."""
+        branches, turns = [], []
         for layer, candidates, rows in zip(
             self.search.layers, self.search.candidates, self.search.rows, strict=True
         ):
-            group = np.zeros(len(layer.q), dtype=int)
-            if candidates is not None and not candidates.free:
-                group = candidates.branch[rows]
-                if (group == group[0]).all():
-                    group = np.arange(len(layer.q))
-            groups.append(group)
-        return groups
+            one = np.zeros(len(layer.q), dtype=int)
+            free = candidates is None or candidates.free
+            branches.append(one if candidates is None or free else candidates.branch[rows])
+            turns.append(one if free else np.arange(len(layer.q)))
+        return branches, turns
 
     def _alternative(self, i: int, other: RunnerUp) -> Alternative:
         q, least = other.q[i], self.found.sequence.cost
         branch = describe_branch(self.robot, branch_signs(self.robot, q[None])[0])
         hindrance = ""
-        if other.cost >= INFEASIBLE > least:
+        if least >= STRAINED and other.cost - least >= 0.5 * CHANGE_IN_MOTION:
+            hindrance = "breaks limits by more"
+        elif other.cost >= INFEASIBLE:
             hindrance = self._hindrance(other)
-        elif other.cost - least >= 0.5 * CHANGE:
-            hindrance = "the branch would change on the way"
+        elif other.cost >= STRAINED:
+            hindrance = self._strain(other)
+        elif other.cost - least >= 0.5 * CHANGE_IN_MOTION:
+            hindrance = self._change(other)
         extra = None if hindrance else other.cost - least
         return Alternative(branch, self._turns(q), extra, hindrance)
+
+    def _change(self, other: RunnerUp) -> str:
+        """Where a sequence changes its branch on a way where that counts."""
+        price = changes(self.search.rules, len(self.search.durations))
+        signs = branch_signs(self.robot, other.q)
+        changed = (signs[1:] * signs[:-1] < 0).any(axis=1) & (price > 0)
+        if not changed.any():  # of branches that are singular, and pass for either
+            return "changes the branch on the way"
+        i = int(np.argmax(changed))
+        return f"changes the branch from {self.names[i]!r} to {self.names[i + 1]!r}"
+
+    def _strain(self, other: RunnerUp) -> str:
+        """The joint that goes farthest beyond its limit in the middle of an interval."""
+        search = self.search
+        v = np.array(
+            [
+                np.zeros(len(q)) if layer.velocity is None else layer.velocity[k]
+                for layer, k, q in zip(search.layers, other.index, other.q, strict=True)
+            ]
+        )
+        mean = np.diff(other.q, axis=0) / search.durations[:, None]
+        middle = np.abs(1.5 * mean - 0.25 * (v[1:] + v[:-1]))
+        i, j = divmod(int(np.argmax(middle / self.robot.velocity_limit)), len(v[0]))
+        speed = self._speed(j, float(middle[i, j]))
+        return f"{speed} halfway from {self.names[i]!r} to {self.names[i + 1]!r}"
 
     def _hindrance(self, other: RunnerUp) -> str:
         """What is too fast in a sequence: the worst of its intervals and waypoints."""

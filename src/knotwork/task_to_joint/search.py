@@ -25,6 +25,9 @@ TRAVEL_BESIDE_NEAR = 1e-6
 # What a change of branch costs where the branch is to be kept [s]: more than any travel, less than
 # breaking a velocity limit.
 CHANGE = 1e4
+# A change of branch takes the tool off its path. Next to a waypoint that the tool passes at speed
+# it costs so much [s], also where the branch is free: more than any usual travel.
+CHANGE_IN_MOTION = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,14 +90,14 @@ class Search:
         limit = robot.velocity_limit
         bounded = np.isfinite(robot.lower_position_limit) & np.isfinite(robot.upper_position_limit)
         self.revolute = np.array([unit == "rad" for unit in robot.joint_units])
-        change = {"free": 0.0, "keep": CHANGE, "fixed": np.inf}
-        wanted = scenario.branch
+        change = {"keep": CHANGE, "fixed": np.inf}
+        wanted = scenario.branch if isinstance(scenario.branch, str) else "free"
         self.rules = Rules(
             speed=np.where(np.isfinite(limit), limit, 1.0),
             limit=limit,
             unbounded=self.revolute & ~bounded,
             travel=1.0 if near is None else TRAVEL_BESIDE_NEAR,
-            change=change[wanted] if isinstance(wanted, str) else 0.0,
+            change=change.get(wanted, CHANGE_IN_MOTION * self._in_motion()),
         )
         self.candidates: list[Candidates | None] = []
         self.layers: list[Layer] = []
@@ -118,6 +121,16 @@ class Search:
     def durations(self) -> FloatArray:
         """Times between the waypoints [s], shape (n - 1,)."""
         return np.diff(self.scenario.times)
+
+    def _in_motion(self) -> FloatArray:
+        """1 for intervals that begin or end where the tool passes at speed, else 0, (n - 1,)."""
+        passes = np.array(
+            [
+                isinstance(w, CartesianWaypoint) and bool(w.linear.any() or w.angular.any())
+                for w in self.scenario.waypoints
+            ]
+        )
+        return np.asarray(passes[1:] | passes[:-1], dtype=float)
 
     def _numbered(self) -> enumerate[Candidates | None]:
         return enumerate(self.candidates)
@@ -145,11 +158,9 @@ class Search:
     def _layer(self, index: int) -> Layer:
         q, candidates, rows = self.given[index], self.candidates[index], self.rows[index]
         if q is not None or candidates is None:
-            one = np.array([q])
+            one, v = np.array([q]), np.array([self.speeds[index]])
             signs = branch_signs(self.robot, one)
-            if not isinstance(self.scenario.branch, str):
-                signs = np.zeros_like(signs)
-            return Layer(one, np.zeros(1), weights(self.robot, one), signs, fixed=True)
+            return Layer(one, np.zeros(1), weights(self.robot, one), signs, True, v)
         q = candidates.q[rows]
         cost, weight = candidates.cost[rows], candidates.weight[rows]
         if self.near is not None:
@@ -163,7 +174,8 @@ class Search:
             turns = np.where(self.rules.unbounded, np.round(gap / (2 * np.pi)), 0.0)
             q, gap = q - 2 * np.pi * turns, gap - 2 * np.pi * turns
             cost = cost + self.rules.travel * np.linalg.norm(gap / self.rules.speed, axis=1)
-        return Layer(q, cost, weight, candidates.signs[rows])
+        velocity = candidates.velocity[rows]
+        return Layer(q, cost, weight, candidates.signs[rows], velocity=velocity)
 
     def _settled(self, chosen: Sequence) -> FloatArray:
         """Move free arms along their free motion to where the way through is best."""

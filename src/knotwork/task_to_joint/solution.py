@@ -18,8 +18,9 @@ class Alternative:
         branch: What its branch is called there; empty where branches have no names.
         turns: Joint and whole turns away from within half a turn of zero, where there are any.
         extra: What it costs more than the sequence chosen [s]: travel at the velocity limits,
-            weighted; `None` if it is not allowed or breaks a limit.
-        hindrance: Why it is no choice at all; empty if it is one.
+            weighted, or with `near` the distance from that; `None` where something else is
+            against it.
+        hindrance: What that is: a limit it breaks, or where it changes the branch.
     """
 
     branch: str

@@ -24,8 +24,10 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     Of all solutions of all poses, turns of ±2π within limits included, the sequence is taken
 
     1. that is feasible: the joint speeds that the twists ask for, and the mean speed of each
-       interval, within the velocity limits;
-    2. among those, of least joint travel: the sum over the intervals of the norm of the joint
+       interval, within the velocity limits; if that can be had, also the speeds halfway between
+       waypoints of cubics that join them;
+    2. among those, one that changes its branch, if at all, between waypoints where the tool rests;
+    3. among those, of least joint travel: the sum over the intervals of the norm of the joint
        motions, each divided by the joint's velocity limit, weighted up to threefold near position
        limits and singularities. Without a start it includes the way from the robot's home.
 
