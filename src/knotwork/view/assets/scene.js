@@ -479,12 +479,19 @@ function showScene(data, options) {
     } else if (animator.time !== shownTime && animator.time > 0) {
       shownTime = animator.time; // moved by Meshcat's own controls
     }
-    scrub.max = animator.duration;
-    if (document.activeElement !== scrub || animator.playing) scrub.value = shownTime;
-    play.textContent = animator.playing ? "❚❚" : "▶";
-    play.setAttribute("aria-label", animator.playing ? "pause" : "play");
+    // Only what has changed is written: a scene at rest costs no drawing.
+    if (document.activeElement !== scrub || animator.playing) {
+      if (Math.abs(scrub.value - shownTime) > 1e-6) scrub.value = shownTime;
+    }
     const speed = speeds ? `  ${(1000 * speeds[frameAt(shownTime)]).toFixed(0)} mm/s` : "";
-    clock.textContent = `${(start + shownTime).toFixed(2)} s${speed}`;
+    say(clock, `${(start + shownTime).toFixed(2)} s${speed}`);
+    say(play, animator.playing ? "❚❚" : "▶");
+    const label = animator.playing ? "pause" : "play";
+    if (play.getAttribute("aria-label") !== label) play.setAttribute("aria-label", label);
+  }
+
+  function say(element, text) {
+    if (element.textContent !== text) element.textContent = text;
   }
 
   function switches() {
