@@ -35,11 +35,15 @@ myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 suppress_warnings: list[str] = []
 
+smartquotes_action = "qe"  # quotes and ellipses, but an option's -- stays
 default_role = "named"  # single backticks in docstrings: a link if it is a public name, else code
-autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
+autodoc_type_aliases = {
+    name: name for name in ("ArrayLike", "FloatArray", "EndAcceleration", "Drawable")
+}
 autodoc_class_signature = "mixed"
 autodoc_preserve_defaults = True
 napoleon_google_docstring = True
@@ -63,6 +67,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?Document"),
     (r"py:.*", r"(knotwork\.robot\.model\.)?Description"),
     (r"py:.*", r"(knotwork\.view\.motions\.)?Drawable"),
+    (r"py:.*", r"EndAcceleration"),
     # NumPy's array of floats under a shorter name.
     (r"py:.*", r"(knotwork\.waypoints\.)?FloatArray"),
 ]

@@ -1,7 +1,8 @@
 """What docstrings say in shorter ways than reStructuredText knows.
 
 An indented block after a blank line is a formula or code, shown as it is; several names before one
-colon share a description.
+colon share a description; what is returned has its type in the signature, so that a colon in it is
+part of a sentence. Click's unwrapped lines are tables, shown as they are.
 """
 
 from __future__ import annotations
@@ -9,7 +10,10 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
+
+HIDDEN = "\x1f"
 
 
 def _indent(line: str) -> int:
@@ -65,8 +69,57 @@ def split_names(_app: Any, _what: str, _name: str, _obj: Any, _opt: Any, lines: 
         ] + [""] * (end < len(lines) and not lines[end - 1].strip())
 
 
+def hide_colons(_app: Any, _what: str, _name: str, _obj: Any, _opt: Any, lines: list[str]) -> None:
+    """Keep Napoleon from taking the start of a sentence after `Returns:` for a type."""
+    inside = False
+    for i, line in enumerate(lines):
+        if line.strip() and _indent(line) == 0:
+            inside = line.strip() == "Returns:"
+        elif inside:
+            lines[i] = line.replace(":", HIDDEN)
+
+
+def show_colons(_app: Any, _what: str, _name: str, _obj: Any, _opt: Any, lines: list[str]) -> None:
+    """Undo `hide_colons`."""
+    lines[:] = [line.replace(HIDDEN, ":") for line in lines]
+
+
+def show_tables(_app: Any, _context: Any, lines: list[str]) -> None:
+    """Turn the line blocks that sphinx-click makes of unwrapped lines into literal ones."""
+    for i in range(len(lines) - 1, -1, -1):
+        if not lines[i].startswith("| "):
+            continue
+        lines[i] = "    " + lines[i][2:]
+        if i == 0 or not lines[i - 1].startswith("| "):
+            lines[i:i] = ["", ".. code-block:: none", ""]
+
+
+def name_aliases(
+    _app: Any, _what: str, _name: str, _obj: Any, _opt: Any, signature: str, returned: str
+) -> tuple[str, str]:
+    """Show the names of types that stand for long unions; Sphinx shows what it holds them in."""
+
+    def named(text: str) -> str:
+        return re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text) if text else text
+
+    return named(signature), named(returned)
+
+
+def show_dashes(_app: Any, doctree: nodes.document) -> None:
+    """Set the dash between a parameter and its description, which Sphinx writes as two hyphens."""
+    for text in list(doctree.findall(nodes.Text)):
+        if text == " -- ":
+            text.parent.replace(text, nodes.Text(" – "))
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Hook both in, before Napoleon and after it."""
     app.connect("autodoc-process-docstring", show_blocks, priority=400)
+    app.connect("autodoc-process-docstring", hide_colons, priority=450)
+    app.connect("autodoc-process-docstring", show_colons, priority=550)
     app.connect("autodoc-process-docstring", split_names, priority=600)
+    app.connect("autodoc-process-signature", name_aliases)
+    app.connect("doctree-read", show_dashes)
+    app.connect("sphinx-click-process-description", show_tables)
+    app.connect("sphinx-click-process-epilog", show_tables)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

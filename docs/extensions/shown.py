@@ -24,6 +24,8 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+MOST_SENTENCES = 8
+
 
 class _Page:
     """The folder and the names that the blocks of one page share."""
@@ -67,6 +69,14 @@ class Shown(SphinxDirective):
         block = nodes.literal_block(text, text, language=language, classes=[kind])
         self.set_source_info(block)
         return block
+
+
+def output(block: Any) -> nodes.Node:
+    """Have sentences broken into lines; tables and long files scroll instead."""
+    lines = block.astext().split("\n")
+    if len(lines) <= MOST_SENTENCES and not any("──" in line for line in lines):
+        block["classes"].append("sentences")
+    return block  # type: ignore[no-any-return]
 
 
 class File(Shown):
@@ -116,7 +126,7 @@ class Run(Shown):
         text = self.part(text)
         if "quiet" in self.options or not text.strip():
             return [shown]
-        return [shown, self.block(text, "text", "output")]
+        return [shown, output(self.block(text, "text", "output"))]
 
     def command(self, line: str) -> tuple[str, int]:
         """What a command prints, and its exit code; Knotwork's own run in this process."""
@@ -178,7 +188,7 @@ class Python(Shown):
         if "hidden" in self.options:
             return []
         shown = self.block(source, "python", "code")
-        return [shown, self.block(text, "text", "output")] if text else [shown]
+        return [shown, output(self.block(text, "text", "output"))] if text else [shown]
 
 
 class Picture(Shown):

@@ -112,3 +112,47 @@ def test_types_are_said_in_words() -> None:
     assert accepted({"type": "object", "additionalProperties": positive}) == (
         "mapping of names to positive numbers"
     )
+
+
+def test_a_colon_in_what_is_returned_is_part_of_a_sentence() -> None:
+    import docstrings
+
+    given = [
+        "Args:",
+        "    x: A number.",
+        "",
+        "Returns:",
+        "    The plan: whole.",
+        "",
+        "Raises:",
+        "    E: Not.",
+    ]
+    lines = list(given)
+    docstrings.hide_colons(None, "", "", None, None, lines)
+    assert [i for i, line in enumerate(lines) if line != given[i]] == [4]
+    assert ":" not in lines[4]
+    docstrings.show_colons(None, "", "", None, None, lines)
+    assert lines == given
+
+
+def test_signatures_name_types_by_their_short_names() -> None:
+    import docstrings
+
+    shown = docstrings.name_aliases(
+        None, "", "", None, None, "(x: TypeAliasForwardRef('ArrayLike') | None)", ""
+    )
+    assert shown == ("(x: ArrayLike | None)", "")
+
+
+def test_unwrapped_lines_of_help_are_literal() -> None:
+    import docstrings
+
+    lines = ["Formats:", "", "| ros2   YAML", "|          more", "", "End."]
+    docstrings.show_tables(None, None, lines)
+    assert [line for line in lines if line] == [
+        "Formats:",
+        ".. code-block:: none",
+        "    ros2   YAML",
+        "             more",
+        "End.",
+    ]
