@@ -18,7 +18,7 @@ copyright = author
 version = release = knotwork.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_click",
@@ -30,6 +30,15 @@ extensions = [
 ]
 exclude_patterns = ["extensions"]
 templates_path: list[str] = []
+
+# The notebook is run while its page is built. Sphinx reads nothing outside this folder.
+notebook = (HERE.parent / "examples" / "method.ipynb").read_bytes()
+if not (HERE / "notebook.ipynb").is_file() or (HERE / "notebook.ipynb").read_bytes() != notebook:
+    (HERE / "notebook.ipynb").write_bytes(notebook)
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_merge_streams = True
 
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3

@@ -1,11 +1,12 @@
 """Equations as MathML, which browsers draw by themselves: no script, no font, no network.
 
 The translation from LaTeX is that of docutils, on which Sphinx stands anyway. A label `eq-30`
-shows as (30), the number of the equation in the paper.
+or a tag 30 shows as (30), the number of the equation in the paper.
 """
 
 from __future__ import annotations
 
+import re
 from typing import Any
 from xml.etree import ElementTree
 
@@ -22,8 +23,12 @@ logger = logging.getLogger(__name__)
 
 
 def _mathml(node: Any, *, block: bool) -> str:
+    # docutils knows neither
+    source = re.sub(r"\\tag\{\w+\}", "", node.astext())
+    source = re.sub(r"\\[Bb]ig+\(", r"\\left(", source)
+    source = re.sub(r"\\[Bb]ig+\)", r"\\right)", source)
     try:
-        return _dots_above(str(tex2mathml(node.astext(), as_block=block)))
+        return _dots_above(str(tex2mathml(source, as_block=block)))
     except MathError as error:
         logger.warning("equation %r: %s", node.astext(), error, location=node)
         raise nodes.SkipNode from error
@@ -64,10 +69,12 @@ def visit_block(translator: Any, node: nodes.math_block) -> None:
     body = translator.body
     body.append('<div class="math">')
     body.append(f'<div class="scroll">{_mathml(node, block=True)}</div>')
-    label = str(node.get("label") or "")
+    label, tag = str(node.get("label") or ""), re.search(r"\\tag\{(\w+)\}", node.astext())
     if label.startswith("eq-"):
         link = f'<a class="headerlink" href="#equation-{label}" title="Link to this equation">¶</a>'
         body.append(f'<span class="eqno">({label.removeprefix("eq-")}){link}</span>')
+    elif tag:
+        body.append(f'<span class="eqno">({tag[1]})</span>')
     body.append("</div>\n")
     raise nodes.SkipNode
 
