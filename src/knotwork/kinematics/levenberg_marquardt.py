@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,10 @@ from knotwork.waypoints import FloatArray
 # A search that has not halved its error in so many iterations is at a local minimum. Even where
 # the arm is stretched to a singularity, Newton's step still quarters the error.
 STALL_ITERATIONS = 12
+# One of many searches for any solution gives up sooner and keeps more damping: over random poses
+# that takes the fewest steps in all.
+HASTY_STALL_ITERATIONS = 5
+HASTY_MIN_FACTOR = 1e-2
 MAX_ITERATIONS = 80
 # No joint moves further in a step: linearisation says nothing beyond, and longer steps leave the
 # neighbourhood of the start.
@@ -80,14 +85,14 @@ class PoseSearch:
             raise RobotError(robot.name, "has no tool frame")
         self.robot, self.pose = robot, pose
         self._tolerances = position_tolerance, orientation_tolerance
-        self._frame = robot.tcp_frame_id
+        self._model, self._data, self._frame = robot.model, robot.data, robot.tcp_frame_id
         self._target = robot.base_placement * pose
         # An error of no weight has no tolerance to be within.
-        self._position_tolerance = position_tolerance if position_weight else np.inf
-        self._orientation_tolerance = orientation_tolerance if orientation_weight else np.inf
-        weights = np.repeat([position_weight, orientation_weight], 3)
-        self._weights = None if (weights == 1).all() else weights
-        self._identity = np.eye(robot.dof)
+        self._position_tolerance = position_tolerance if position_weight else math.inf
+        self._orientation_tolerance = orientation_tolerance if orientation_weight else math.inf
+        self._weights: FloatArray | None = None
+        if (position_weight, orientation_weight) != (1.0, 1.0):
+            self._weights = np.repeat([position_weight, orientation_weight], 3)
 
     def reweighted(self, *, position_weight: float, orientation_weight: float) -> PoseSearch:
         """Search for the same pose with other weights."""
@@ -101,25 +106,35 @@ class PoseSearch:
 
     def within(self, position_error: float, orientation_error: float) -> bool:
         """Whether errors of position [m] and orientation [rad] are within the tolerances."""
-        return bool(
+        return (
             position_error <= self._position_tolerance
             and orientation_error <= self._orientation_tolerance
         )
 
-    def evaluate(self, q: FloatArray) -> tuple[FloatArray, FloatArray, float, float]:
-        """Weighted error, shape (6,), and Jacobian, shape (6, d), and the errors [m], [rad]."""
-        model, data, frame = self.robot.model, self.robot.data, self._frame
-        pin.computeJointJacobians(model, data, q)
-        error = pin.updateFramePlacement(model, data, frame).actInv(self._target)
-        linear, angular = error.translation, pin.log3(error.rotation)
-        J = pin.getFrameJacobian(model, data, frame, pin.LOCAL)
+    def jacobian(self, q: FloatArray) -> FloatArray:
+        """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""
+        pin.computeJointJacobians(self._model, self._data, q)
+        pin.updateFramePlacement(self._model, self._data, self._frame)
+        return self._jacobian_here()
+
+    def _jacobian_here(self) -> FloatArray:
+        """The same where the error has been evaluated last."""
+        J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.LOCAL)
         if J.ndim == 1:  # of a single joint
             J = J[:, np.newaxis]
-        e = np.concatenate((linear, angular))
-        position, orientation = linear.dot(linear) ** 0.5, angular.dot(angular) ** 0.5
+        return J if self._weights is None else J * self._weights[:, np.newaxis]
+
+    def _error(self, q: FloatArray) -> tuple[FloatArray, float, float]:
+        """Weighted error, shape (6,), and the squares of the errors [m²], [rad²]."""
+        pin.computeJointJacobians(self._model, self._data, q)
+        off = pin.updateFramePlacement(self._model, self._data, self._frame).actInv(self._target)
+        e = np.empty(6)
+        e[:3] = off.translation
+        e[3:] = pin.log3(off.rotation)
+        x, y, z, u, v, w = e.tolist()
         if self._weights is not None:
-            e, J = e * self._weights, J * self._weights[:, None]
-        return e, J, position, orientation
+            e *= self._weights
+        return e, x * x + y * y + z * z, u * u + v * v + w * w
 
     def solve(
         self,
@@ -128,6 +143,7 @@ class PoseSearch:
         upper: FloatArray,
         max_iterations: int = MAX_ITERATIONS,
         polish_iterations: int = POLISH_ITERATIONS,
+        hasty: bool = False,
     ) -> LocalSolution:
         """Search from a start.
 
@@ -137,50 +153,67 @@ class PoseSearch:
             upper: Likewise.
             max_iterations: Steps to try at most.
             polish_iterations: Of those, how many within the tolerances.
+            hasty: Give up soon: there are other searches for a solution, whichever it is.
         """
+        patience = HASTY_STALL_ITERATIONS if hasty else STALL_ITERATIONS
+        least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
+        # This is the inner loop of all that solves for single poses: no array is made, checked or
+        # looked through twice, because for six numbers NumPy's overhead is all there is.
+        d = len(start)
+        bounds = list(zip(range(d), lower.tolist(), upper.tolist(), strict=True))
+        H = np.empty((d, d))
+        diagonal, plain, factorisation = H.reshape(-1)[:: d + 1], np.empty(d), LDLT(d)
+        most_position, most_orientation = (
+            self._position_tolerance**2,
+            self._orientation_tolerance**2,
+        )
+        enough = (POLISHED * min(self._tolerances)) ** 2
         q = start
-        e, J, position, orientation = self.evaluate(q)
-        square, factor = e.dot(e), FIRST_FACTOR
-        polished_square = (POLISHED * min(self._tolerances)) ** 2
+        e, position, orientation = self._error(q)
+        square, factor = float(e.dot(e)), FIRST_FACTOR
         checkpoint, polished, accepted, iteration = square, 0, True, 0
-        at_limit = bool(((q <= lower) | (q >= upper)).any())
         while iteration < max_iterations:
-            if self.within(position, orientation):
-                if polished == polish_iterations or square <= polished_square:
+            if position <= most_position and orientation <= most_orientation:
+                if polished == polish_iterations or square <= enough:
                     break
                 polished += 1
-            if iteration % STALL_ITERATIONS == STALL_ITERATIONS - 1:
+            if iteration % patience == patience - 1:
                 if square > 0.25 * checkpoint:
                     break
                 checkpoint = square
             iteration += 1
             if accepted:
-                JT = J.T
-                gradient, H = JT.dot(e), JT.dot(J)
-                if at_limit:
-                    held = ((q <= lower) & (gradient < 0)) | ((q >= upper) & (gradient > 0))
-                    gradient[held] = 0.0
-                    H[held] = 0.0
-                    H[:, held] = 0.0
-            damping = factor * square + 1e-30
-            step = LDLT(H + damping * self._identity).solve(gradient).ravel()  # (1, 1) of one joint
-            length = step.dot(step)
+                J = self._jacobian_here()
+                gradient = J.T.dot(e)
+                np.dot(J.T, J, out=H)
+                slope, at = gradient.tolist(), q.tolist()
+                for i, low, high in bounds:
+                    if (at[i] <= low and slope[i] < 0.0) or (at[i] >= high and slope[i] > 0.0):
+                        gradient[i] = 0.0
+                        H[i] = 0.0
+                        H[:, i] = 0.0
+                plain[:] = diagonal
+            np.add(plain, factor * square + 1e-30, out=diagonal)
+            factorisation.compute(H)
+            step = factorisation.solve(gradient).reshape(d)  # (1, 1) of one joint
+            length = float(step.dot(step))
             if length > MAX_STEP**2:  # else no joint can exceed it
-                step *= MAX_STEP / max(step.max(), -step.min(), MAX_STEP)
-            wanted = q + step
-            candidate = np.minimum(np.maximum(wanted, lower), upper)
-            trial = self.evaluate(candidate)
-            trial_square = trial[0].dot(trial[0])
+                longest = max(map(abs, step.tolist()))
+                if longest > MAX_STEP:
+                    step *= MAX_STEP / longest
+            candidate = q + step
+            np.maximum(candidate, lower, out=candidate)
+            np.minimum(candidate, upper, out=candidate)
+            trial = self._error(candidate)
+            trial_square = float(trial[0].dot(trial[0]))
             accepted = trial_square < square
             if accepted:
-                clipped = candidate - wanted
-                at_limit = at_limit or clipped.dot(clipped) > 0
                 q, square = candidate, trial_square
-                e, J, position, orientation = trial
-                factor = max(0.2 * factor, MIN_FACTOR)
+                e, position, orientation = trial
+                factor = max(0.2 * factor, least_factor)
             else:
                 if polished or factor > MAX_FACTOR or length == 0.0:
                     break
                 factor *= 8.0
-        converged = self.within(position, orientation)
-        return LocalSolution(q, float(position), float(orientation), iteration, converged)
+        errors = math.sqrt(position), math.sqrt(orientation)
+        return LocalSolution(q, *errors, iteration, self.within(*errors))

@@ -55,7 +55,7 @@ def settle_near(
 def _free_motion(
     search: PoseSearch, q: FloatArray, near: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> FloatArray:
-    J = search.evaluate(q)[1]
+    J = search.jacobian(q)
     held = np.zeros(len(q), dtype=bool)
     while True:
         wanted = np.where(held, 0.0, near - q)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -19,12 +21,15 @@ from knotwork.kinematics.levenberg_marquardt import (
 )
 from knotwork.kinematics.nearest import settle_near
 from knotwork.kinematics.restarts import low_discrepancy, nearest_turns, search_box
+from knotwork.kinematics.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
 # Restarts until a first solution is found. The hardest of the shipped arms needs some tens; ten
 # times as many leave little doubt that there is no solution.
 MAX_RESTARTS = 200
+# Searches that give up soon if they get no nearer; those after them have more patience.
+HASTY_SEARCHES = 20
 # Restarts in the neighbourhood that a nearer solution than the one found would lie in, when that is
 # as far as `FAR` or farther; fewer for a smaller neighbourhood. Of 60 random poses about 2 rad away
 # the nearest solution of a UR5 is missed for 3 with 8 restarts, for 2 with 16, for 1 with 24.
@@ -108,21 +113,21 @@ def solve_pose_ik(
         RobotError: The robot has no tool frame.
     """
     check_pose(pose, position_tolerance, orientation_tolerance)
-    first = np.array(read_only(start, (robot.dof,), "start"))
-    goal = first if near is None else np.array(read_only(near, (robot.dof,), "near"))
+    first = read_only(start, (robot.dof,), "start")
+    goal = first if near is None else read_only(near, (robot.dof,), "near")
     tolerances = MARGIN * position_tolerance, MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
     collector = _Collector(search, goal, settle=nearest)
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     collector.try_from(np.minimum(np.maximum(first, lower), upper))
-    if collector.best is not None and not nearest:
+    if collector.found and not nearest:
         return collector.solution(pose)
-    corner, opposite = search_box(robot, goal, np.inf)
     points = low_discrepancy(robot.dof)
-    while collector.best is None and collector.restarts < max_restarts:
-        collector.restarts += 1
-        collector.try_from(corner + next(points) * (opposite - corner))
-    if collector.best is None:
+    if not collector.found:
+        corner, opposite = search_box(robot, goal, np.inf)
+        spread = (corner + next(points) * (opposite - corner) for _ in range(max_restarts))
+        collector.search_on(islice(chain(seeds(robot, pose), spread), max_restarts))
+    if not collector.found:
         raise_unsolved(search, goal, waypoint=waypoint, where=where)
     for restart in range(min(NEARER_RESTARTS, max_restarts) if nearest else 0):
         if restart > NEARER_RESTARTS * collector.distance / FAR:
@@ -139,7 +144,8 @@ def check_pose(pose: Any, position_tolerance: float, orientation_tolerance: floa
     Raises:
         WaypointDataError: The pose is not finite, or a tolerance is not positive.
     """
-    if not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
+    # A sum is finite only if no term is nan or infinite, and faster than looking at each.
+    if not isinstance(pose, pin.SE3) or not math.isfinite(pose.homogeneous.sum()):
         raise WaypointDataError(f"pose must be a finite pin.SE3, not {pose!r}", value=pose)
     for name, value in (
         ("position_tolerance", position_tolerance),
@@ -159,27 +165,41 @@ class _Collector:
         self.best: LocalSolution | None = None
         self.distance = np.inf
         self.iterations = self.restarts = 0
-        robot = search.robot
-        self._revolute = np.array([unit == "rad" for unit in robot.joint_units])
 
     def try_from(self, start: FloatArray) -> None:
         robot = self.search.robot
         lower, upper = robot.lower_position_limit, robot.upper_position_limit
-        found = self.search.solve(start, lower, upper, polish_iterations=self._polish)
+        hasty = not self.found and self.restarts < HASTY_SEARCHES
+        found = self.search.solve(start, lower, upper, polish_iterations=self._polish, hasty=hasty)
         self.iterations += found.iterations
         if not found.converged:
             return
         q = found.q
         away = q - self.near
         if away.max() > np.pi or away.min() < -np.pi:
-            q = nearest_turns(q, self.near, lower, upper, self._revolute)
-        distance = float(np.linalg.norm(q - self.near))
+            revolute = np.array([unit == "rad" for unit in robot.joint_units])
+            q = nearest_turns(q, self.near, lower, upper, revolute)
+            away = q - self.near
+        distance = math.sqrt(away.dot(away))
         if self._settle and distance < SETTLE_WITHIN * self.distance:
             q, steps = settle_near(self.search, q, self.near, ROUGHLY * distance)
             self.iterations += steps
             distance = float(np.linalg.norm(q - self.near))
         if distance < self.distance:
             self.best, self.distance = LocalSolution(q, 0.0, 0.0, 0, True), distance
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a solution."""
+        return self.best is not None
+
+    def search_on(self, starts: Iterable[FloatArray]) -> None:
+        """Search from one start after the other until there is a solution."""
+        for start in starts:
+            self.restarts += 1
+            self.try_from(start)
+            if self.found:
+                break
 
     def solution(self, pose: Any) -> IKSolution:
         if self.best is None:
@@ -188,7 +208,9 @@ class _Collector:
         if self._settle:
             found, steps = settle_near(self.search, found, self.near)
             self.iterations += steps
-        q = read_only(found, found.shape, "q")
+            self.distance = float(np.linalg.norm(found - self.near))
+        q = np.array(found)
+        q.setflags(write=False)
         error = self.search.robot.forward(q).actInv(pose)
         linear, angular = error.translation, pin.log3(error.rotation)
         position, orientation = math.sqrt(linear.dot(linear)), math.sqrt(angular.dot(angular))
@@ -196,7 +218,7 @@ class _Collector:
             q=q,
             position_error=position,
             orientation_error=orientation,
-            distance=float(np.linalg.norm(q - self.near)),
+            distance=self.distance,
             iterations=self.iterations,
             restarts=self.restarts,
             converged=self.search.within(position, orientation),
