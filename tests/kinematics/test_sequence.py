@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import itertools
 import random
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from knotwork.kinematics.between import choose_with_passages
 from knotwork.kinematics.runners_up import runners_up
 from knotwork.kinematics.sequence import (
     INFEASIBLE,
@@ -126,6 +129,49 @@ def test_the_next_best_is_that_of_trying_every_sequence(
         assert found.cost >= chosen.cost * (1 - 1e-12)
         for layer, k, q in zip(layers, found.index, found.q, strict=True):
             np.testing.assert_array_equal(q, layer.q[k])
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(0, 10**6),
+    st.lists(st.integers(1, 7), min_size=2, max_size=4),
+    st.floats(0.3, 3.0),
+    st.integers(0, 4),
+)
+def test_looking_at_the_way_between_where_it_matters_is_looking_at_it_everywhere(
+    seed: int, sizes: list[int], duration: float, samples: int
+) -> None:
+    layers = layers_of(seed, sizes)
+    generator = np.random.default_rng(seed)
+    more = [
+        generator.choice([0.0, 1.0, 5.0], (m, n)) * generator.uniform(0.5, 1, (m, n))
+        for m, n in itertools.pairwise(sizes)
+    ]
+    looked_at = set()
+
+    def surcharge(interval: Any, start: Any, end: Any) -> np.ndarray:
+        asked = list(zip(interval.tolist(), start.tolist(), end.tolist(), strict=True))
+        assert len(set(asked)) == len(asked) > 0
+        assert not looked_at & set(asked)
+        looked_at.update(asked)
+        return np.array([more[i][a, b] for i, a, b in asked])
+
+    durations = np.full(len(sizes) - 1, duration)
+    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool))
+    chosen = choose_with_passages(layers, durations, rules, samples, surcharge)
+
+    def total(index: tuple[int, ...]) -> float:
+        """Ends count less, the more times between are looked at."""
+        lighter = [
+            replace(layer, weight=1 + (layer.weight - 1) / (samples + 1)) for layer in layers
+        ]
+        between = sum(more[i][a, b] for i, (a, b) in enumerate(itertools.pairwise(index)))
+        return float(cost_of(lighter, index, durations, 0.0) + between)
+
+    every = itertools.product(*(range(m) for m in sizes))
+    assert chosen.cost == pytest.approx(min(map(total, every)), rel=1e-9)
+    assert total(chosen.index) == pytest.approx(chosen.cost, rel=1e-9)
+    assert looked_at >= {(i, *pair) for i, pair in enumerate(itertools.pairwise(chosen.index))}
 
 
 @settings(max_examples=60, deadline=None)

@@ -12,6 +12,8 @@ from knotwork.waypoints import FloatArray
 # to twice as much on a limit, and likewise on a singularity.
 LIMIT_MARGIN = 0.2
 SINGULAR_MARGIN = 0.05
+# A way beyond a limit is to be had only where there is no other.
+BEYOND = 1e3
 # Times between two waypoints at which the way is looked at, evenly spread.
 SAMPLES = 4
 
@@ -19,10 +21,12 @@ SAMPLES = 4
 def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
     """How near configurations (n, d) are to position limits, shape (n,).
 
-    0 far, 1 on one, and more beyond one: the square of how much of `LIMIT_MARGIN` is used up.
+    0 far, 1 on one: the square of how much of `LIMIT_MARGIN` is used up. Beyond one, where nothing
+    may go, the more.
     """
     room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q).min(axis=1)
-    return np.asarray(np.maximum(0.0, 1.0 - room / LIMIT_MARGIN) ** 2)
+    near = np.maximum(0.0, 1.0 - np.maximum(room, 0.0) / LIMIT_MARGIN) ** 2
+    return np.asarray(near + BEYOND * np.maximum(0.0, -room) / LIMIT_MARGIN)
 
 
 def singular_nearness(smallest: FloatArray) -> FloatArray:
@@ -48,7 +52,7 @@ def passage_weights(
     durations: FloatArray,
     samples: int = SAMPLES,
 ) -> FloatArray:
-    """Mean factor of the travel along cubics between configurations.
+    """Mean factor of the travel along cubics between configurations, shape (n,).
 
     Each joint moves as the cubic Hermite polynomial with these positions and velocities, which is
     near what any planner makes of them. The mean is that of the trapezoidal rule, the ends counting
@@ -63,10 +67,25 @@ def passage_weights(
         durations: [s], shape (n,).
         samples: Times between at which it is looked at.
     """
-    s = np.linspace(0.0, 1.0, samples + 2)[:, None, None]
+    ends = 0.5 * (weights(robot, q0) + weights(robot, q1)) - 1.0
+    return 1.0 + ends / (samples + 1) + between_weights(robot, q0, v0, q1, v1, durations, samples)
+
+
+def between_weights(
+    robot: Robot,
+    q0: FloatArray,
+    v0: FloatArray,
+    q1: FloatArray,
+    v1: FloatArray,
+    durations: FloatArray,
+    samples: int = SAMPLES,
+) -> FloatArray:
+    """The part of `passage_weights` beyond 1 that is due to what lies between, shape (n,)."""
+    if not samples:
+        return np.zeros(len(q0))
+    s = np.linspace(0.0, 1.0, samples + 2)[1:-1, None, None]
     h = durations[:, None]
     q = (1 + 2 * s) * (1 - s) ** 2 * q0 + s**2 * (3 - 2 * s) * q1
     q = q + h * s * (1 - s) * ((1 - s) * v0 - s * v1)
-    found = weights(robot, q.reshape(-1, robot.dof)).reshape(samples + 2, -1)
-    total = found.sum(axis=0) - 0.5 * (found[0] + found[-1])
-    return np.asarray(total / (samples + 1))
+    found = weights(robot, q.reshape(-1, robot.dof)).reshape(samples, -1)
+    return np.asarray((found - 1.0).sum(axis=0) / (samples + 1))

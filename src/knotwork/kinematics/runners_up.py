@@ -15,6 +15,7 @@ from knotwork.kinematics.sequence import (
     Sequence,
     changes,
     first_least,
+    positions_of,
     reach,
     step_costs,
     way_to,
@@ -84,15 +85,16 @@ def runners_up(
 
 
 def _few(layer: Layer, group: Any, q: FloatArray, own: int, rules: Rules) -> Any:
-    """The copies of each branch that are nearest the sequence chosen, in order."""
+    """The copies of each branch, and signs, that are nearest the sequence chosen, in order."""
     gap = layer.q - q
     if not layer.fixed:
         turns = 2 * np.pi * np.round(gap / (2 * np.pi))
         gap = np.where(rules.unbounded, gap - turns, gap)
     order = np.argsort(np.linalg.norm(gap / rules.speed, axis=1), kind="stable")
     kept = {own}
-    for one in np.unique(group):
-        kept.update(order[group[order] == one][:COPIES].tolist())
+    kinds = np.unique(np.column_stack([group, layer.signs]), axis=0, return_inverse=True)[1].ravel()
+    for kind in range(kinds.max() + 1):
+        kept.update(order[kinds[order] == kind][:COPIES].tolist())
     return np.array(sorted(kept))
 
 
@@ -119,7 +121,7 @@ def _through(
         for after in follows[i:]:
             rows.append(int(after[rows[-1]]))
         index = tuple(int(s.index[r]) for s, r in zip(states, rows, strict=True))
-        found.append(RunnerUp(index, _positions(layers, index, rules), float(cost[row])))
+        found.append(RunnerUp(index, positions_of(layers, index, rules), float(cost[row])))
     return found
 
 
@@ -138,13 +140,3 @@ def _ways_on(
         onward.insert(0, total[row, np.arange(total.shape[1])])
         follows.insert(0, row)
     return onward, follows
-
-
-def _positions(layers: list[Layer], index: tuple[int, ...], rules: Rules) -> FloatArray:
-    """Positions of a sequence, joints without limits at the turn they come to the short way."""
-    q = np.array([layer.q[k] for layer, k in zip(layers, index, strict=True)])
-    for i in range(1, len(q)):
-        if not layers[i].fixed:
-            turns = 2 * np.pi * np.round((q[i] - q[i - 1]) / (2 * np.pi))
-            q[i] = np.where(rules.unbounded, q[i] - turns, q[i])
-    return q

@@ -267,6 +267,16 @@ def way_to(states: list[Reached], row: int) -> list[int]:
     return rows
 
 
+def positions_of(layers: list[Layer], index: tuple[int, ...], rules: Rules) -> FloatArray:
+    """Positions of a sequence, joints without limits at the turn they come to the short way."""
+    q = np.array([layer.q[k] for layer, k in zip(layers, index, strict=True)])
+    for i in range(1, len(q)):
+        if not layers[i].fixed:
+            turns = FULL_TURN * np.round((q[i] - q[i - 1]) / (FULL_TURN))
+            q[i] = np.where(rules.unbounded, q[i] - turns, q[i])
+    return q
+
+
 def _greedy_cost(layers: list[Layer], durations: FloatArray, rules: Rules) -> float:
     """Cost of going from each waypoint to the candidate that is cheapest next."""
     k = np.array([int(np.argmin(layers[0].cost))])

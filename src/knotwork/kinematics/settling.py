@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import joint_axes
 from knotwork.kinematics.passage import SAMPLES, passage_weights, weights
-from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE
+from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE, STRAINED
 from knotwork.kinematics.velocity import solve_velocities
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -49,10 +49,10 @@ def settle_sequence(
     """Move each waypoint along its free motion to where the way through is better.
 
     Every other waypoint, then the others, and again: each tries steps along its free motion, and
-    towards its neighbours, and takes the best. What is best is told by the travel to the neighbours
-    times the nearness to limits and singularities along the cubics that lead there, at `samples`
-    times between two waypoints; joint speeds beyond their limits count as in the choice of the
-    sequence.
+    towards its neighbours, and takes the best. What is best is told by the cubics to and from the
+    neighbours, looked at `samples` times each: travel T, time h, and n the mean nearness to limits
+    and singularities on the way make T + (T + h) n. Joint speeds beyond their limits count as in
+    the choice of the sequence.
 
     Args:
         robot: The robot.
@@ -165,7 +165,10 @@ class _Settling:
             (q0, v0), (q1, v1) = (here, there) if side > 0 else (there, here)
             move = np.abs(q1 - q0) / self.speed
             mean = passage_weights(self.robot, q0, v0, q1, v1, h, self.way.samples)
-            cost[rows] += np.linalg.norm(move, axis=1) * mean
+            cost[rows] += np.linalg.norm(move, axis=1) * mean + h * (mean - 1.0)
             fastest = (np.abs(q1 - q0) / self.limit).max(axis=1) / h
-            cost[rows] += np.where(fastest > AT_LIMIT, INFEASIBLE * fastest, 0.0)
+            middle = 1.5 * (q1 - q0) / h[:, None] - 0.25 * (v0 + v1)
+            strain = (np.abs(middle) / self.limit).max(axis=1)
+            for use, price in ((fastest, INFEASIBLE), (strain, STRAINED)):
+                cost[rows] += np.where(use > AT_LIMIT, price * use, 0.0)
         return cost

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from knotwork.joint_space import JointSpace
+from knotwork.kinematics.between import choose_with_passages
 from knotwork.kinematics.candidates import Candidates, find_candidates
-from knotwork.kinematics.passage import weights
+from knotwork.kinematics.passage import SAMPLES, between_weights, weights
+from knotwork.kinematics.restarts import FULL_TURN
 from knotwork.kinematics.sequence import Layer, Rules, Sequence, choose_sequence
 from knotwork.kinematics.settling import Way, settle_sequence
 from knotwork.kinematics.velocity import pull_to_middle, solve_velocity_ik
@@ -70,6 +72,8 @@ class Search:
 
     Attributes:
         rules: What steps of the sequence cost.
+        samples: Times between two waypoints at which the way of an arm with joints to spare is
+            looked at.
         candidates: Found at each waypoint; `None` where joint positions are given.
         layers: The candidates allowed at each waypoint, and what they cost.
         rows: Which of the candidates those are.
@@ -99,6 +103,7 @@ class Search:
             travel=1.0 if near is None else TRAVEL_BESIDE_NEAR,
             change=change.get(wanted, CHANGE_IN_MOTION * self._in_motion()),
         )
+        self.samples = SAMPLES
         self.candidates: list[Candidates | None] = []
         self.layers: list[Layer] = []
         self.rows: list[Any] = []
@@ -108,7 +113,7 @@ class Search:
         self.candidates = self._candidates()
         self.rows = [allowed(self.scenario, self.robot, i, c) for i, c in self._numbered()]
         self.layers = [self._layer(i) for i in range(len(self.given))]
-        chosen = choose_sequence(self.layers, self.durations, self.rules)
+        chosen = self._chosen()
         if chosen.blocked is not None:
             raise no_branch(
                 self.scenario, self.robot, chosen.blocked, self.candidates[chosen.blocked]
@@ -116,6 +121,35 @@ class Search:
         positions = self._settled(chosen)
         velocities = [self._velocity(i, q) for i, q in enumerate(positions)]
         return Found(chosen, positions, np.array(velocities))
+
+    def _chosen(self) -> Sequence:
+        if self.robot.dof <= 6 or self.near is not None:
+            return choose_sequence(self.layers, self.durations, self.rules)
+        return choose_with_passages(
+            self.layers, self.durations, self.rules, self.samples, self._surcharge
+        )
+
+    def _surcharge(self, interval: Any, start: Any, end: Any) -> FloatArray:
+        """What the way between candidates costs more than their travel and own weights say [s].
+
+        With travel T, time h, and n the mean nearness to limits and singularities on the way, that
+        is T + (T + h) n in all: it counts how far and how long an arm moves near those.
+        """
+        layers = self.layers
+        first = np.concatenate([[0], np.cumsum([len(layer.q) for layer in layers])])
+        q = np.concatenate([layer.q for layer in layers])
+        v = np.concatenate([layer.velocity for layer in layers if layer.velocity is not None])
+        near = np.concatenate([layer.weight for layer in layers]) - 1.0
+        a, b = first[interval] + start, first[interval + 1] + end
+        move = q[b] - q[a]
+        fixed = np.array([layer.fixed for layer in layers])[interval + 1]
+        turns = FULL_TURN * np.round(move / FULL_TURN)
+        move -= np.where(self.rules.unbounded & ~fixed[:, None], turns, 0.0)
+        h, count = self.durations[interval], self.samples
+        between = between_weights(self.robot, q[a], v[a], q[a] + move, v[b], h, count)
+        ends = 0.5 * (near[a] + near[b]) / (count + 1)
+        travel = np.linalg.norm(move / self.rules.speed, axis=1)
+        return np.asarray(travel * between + h * (between + ends))
 
     @property
     def durations(self) -> FloatArray:
@@ -196,6 +230,7 @@ class Search:
             ],
             self.near,
             home(self.space) if self.given[0] is None else None,
+            self.samples,
         )
         return settle_sequence(self.robot, way, chosen.q, np.array(v))
 

@@ -37,9 +37,9 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     least is taken, and what exceeds them is named in `obstacles`.
 
     An arm with joints to spare moves freely at a pose. Samples of that motion take the place of the
-    branches, and those chosen are then moved along it to where the way through is best: the weight
-    is there the mean along the way between waypoints, so that the arm keeps away from limits and
-    singularities on the way too.
+    branches, and those chosen are then moved along it to where the way through is best. There the
+    nearness to limits and singularities is the mean along the way between waypoints, and counts
+    for the time spent as well as for the travel.
 
     Args:
         scenario: The task.

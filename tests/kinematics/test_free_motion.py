@@ -1,0 +1,180 @@
+"""The free motion of seven joints: away from limits and singularities between waypoints, too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork.errors import BranchError, DocumentError, RobotError
+from knotwork.kinematics.passage import passage_weights, weights
+from knotwork.kinematics.settling import Way, settle_sequence
+from knotwork.kinematics.velocity import solve_velocities
+from knotwork.waypoints import CartesianWaypoint
+
+PANDA = kw.load_robot("panda")
+XARM = kw.load_robot("xarm7")
+
+
+def stops_at(robot: kw.Robot, configurations: Any, seconds: float = 4.0) -> list[dict]:
+    waypoints = []
+    for q in configurations:
+        pose = robot.forward(q)
+        placed = {
+            "position": pose.translation.tolist(),
+            "rotation_matrix": pose.rotation.tolist(),
+        }
+        waypoints.append({"pose": placed, "after": seconds, "stop": True})
+    return waypoints
+
+
+def anywhere(robot: kw.Robot, seed: int, count: int) -> np.ndarray:
+    """Configurations within 95 % of the limits, or of a turn where there is none."""
+    generator = np.random.default_rng(seed)
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    lower, upper = np.maximum(lower, -2 * np.pi), np.minimum(upper, 2 * np.pi)
+    within = generator.uniform(-0.95, 0.95, (count, robot.dof))
+    return 0.5 * (lower + upper) + 0.5 * (upper - lower) * within
+
+
+def margins(plan: kw.Plan) -> tuple[float, float]:
+    """Least room to a limit [rad] and least singular value, sampled densely."""
+    robot = plan.space.robot
+    assert robot is not None
+    trajectory = plan.trajectory
+    q = trajectory(np.linspace(trajectory.start_time, trajectory.end_time, 800))
+    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q).min()
+    singular = [np.linalg.svd(robot.jacobian(x), compute_uv=False)[-1] for x in q]
+    return float(room), float(min(singular))
+
+
+def passing_task(seed: int) -> dict[str, Any]:
+    """Three poses that a Panda passes at speed, the last one at rest."""
+    generator = np.random.default_rng(seed)
+    lower, upper = PANDA.lower_position_limit + 0.05, PANDA.upper_position_limit - 0.05
+    q = PANDA.configuration("home") + generator.uniform(-0.9, 0.9, (3, 7))
+    q = np.clip(q, lower, upper)
+    waypoints = stops_at(PANDA, q, 1.5)
+    for waypoint, x in zip(waypoints[:-1], q, strict=False):
+        del waypoint["stop"]
+        twist = PANDA.twist(x, generator.uniform(-0.6, 0.6, 7))
+        waypoint["velocity"] = {"linear": twist.linear.tolist(), "angular": twist.angular.tolist()}
+    return {"robot": "panda", "start": "home", "waypoints": waypoints}
+
+
+def test_margins_are_larger_with_an_eye_on_the_way_between(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the waypoints alone one motion breaks a limit between them, one passes a singularity."""
+    into_a_limit, through_a_singularity = passing_task(12), passing_task(35)
+    limited, singular = kw.plan(into_a_limit), kw.plan(through_a_singularity)
+    monkeypatch.setattr("knotwork.task_to_joint.search.SAMPLES", 0)
+    limited_without, singular_without = kw.plan(into_a_limit), kw.plan(through_a_singularity)
+    assert margins(limited)[0] > 0.03
+    assert margins(limited_without)[0] < 0
+    assert margins(singular)[1] > 0.1
+    assert margins(singular_without)[1] < 0.05
+
+
+@pytest.mark.parametrize(("robot", "seed"), [(PANDA, 3), (XARM, 4)])
+def test_settling_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: int) -> None:
+    q = anywhere(robot, seed, 5)
+    generator = np.random.default_rng(seed)
+    twists = 0.05 * generator.uniform(-1, 1, (5, 6))
+    waypoints = []
+    for i, (x, twist) in enumerate(zip(q, twists, strict=True)):
+        pose = robot.forward(x)
+        arguments = pose.translation, pose.rotation, twist[:3], twist[3:]
+        waypoints.append(CartesianWaypoint(str(i), 15.0 * i, *arguments))
+    times = np.array([w.time for w in waypoints])
+    v = solve_velocities(robot, q, twists)[0]
+    free: list[CartesianWaypoint | None] = list(waypoints)
+    free[2] = None
+    settled = settle_sequence(robot, Way(times, free), q, v)
+    np.testing.assert_array_equal(settled[2], q[2])
+    for before, after in zip(q, settled, strict=True):
+        error = robot.forward(before).actInv(robot.forward(after))
+        assert np.abs(error.homogeneous - np.eye(4)).max() < 1e-8
+    assert (settled >= robot.lower_position_limit).all()
+    assert (settled <= robot.upper_position_limit).all()
+
+    def cost(positions: np.ndarray) -> float:
+        speeds = solve_velocities(robot, positions, twists)[0]
+        ends = positions[:-1], speeds[:-1], positions[1:], speeds[1:]
+        travel = np.linalg.norm(np.diff(positions, axis=0) / robot.velocity_limit, axis=1)
+        near = passage_weights(robot, *ends, np.diff(times)) - 1
+        return float((travel + (travel + np.diff(times)) * near).sum())
+
+    assert cost(settled) < cost(q)
+
+
+def test_the_weight_of_a_way_is_the_mean_along_it() -> None:
+    q = anywhere(PANDA, 5, 2)
+    v = np.random.default_rng(5).uniform(-1, 1, (2, 7))
+    # The cubic by its Bézier points, looked at far more often than is done.
+    points = np.array([q[0], q[0] + 2 / 3 * v[0], q[1] - 2 / 3 * v[1], q[1]])
+    s = np.linspace(0, 1, 2001)[:, None]
+    basis = np.hstack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])
+    exact = np.trapezoid(weights(PANDA, basis @ points), s[:, 0])
+    found = passage_weights(PANDA, q[:1], v[:1], q[1:], v[1:], np.array([2.0]), samples=1999)
+    assert found[0] == pytest.approx(exact, rel=1e-9)
+    few = passage_weights(PANDA, q[:1], v[:1], q[1:], v[1:], np.array([2.0]))
+    assert few[0] == pytest.approx(exact, rel=0.15)
+
+
+def test_weights_are_those_of_limits_and_singular_values() -> None:
+    for q in anywhere(PANDA, 6, 20):
+        smallest = np.linalg.svd(PANDA.jacobian(q), compute_uv=False)[-1]
+        room = min((q - PANDA.lower_position_limit).min(), (PANDA.upper_position_limit - q).min())
+        expected = 1 + max(0, 1 - smallest / 0.05) ** 2 + max(0, 1 - room / 0.2) ** 2
+        assert weights(PANDA, q[None])[0] == pytest.approx(expected, rel=1e-6)
+
+
+PASSING: dict[str, Any] = {
+    "robot": "panda",
+    "start": "home",
+    "waypoints": [
+        {
+            "pose": {"position": [0.5, 0.1, 0.4], "rpy": [3.0, 0.1, 0.2]},
+            "velocity": {"linear": [0.0, 0.1, 0.0]},
+            "after": 2.0,
+        },
+        {"pose": {"position": [0.5, 0.3, 0.4], "rpy": [3.0, 0.1, 0.2]}, "after": 2.0, "stop": True},
+    ],
+}
+
+
+def test_joints_are_pulled_to_the_middle_where_the_tool_passes_at_speed() -> None:
+    plain, pulled = kw.plan(PASSING), kw.plan({**PASSING, "pull_to_middle": 0.2})
+    assert plain.report.ok
+    assert pulled.report.ok
+    q, v = plain.joint_waypoints.position, plain.joint_waypoints.velocity
+    np.testing.assert_array_equal(pulled.joint_waypoints.position, q)
+    extra = pulled.joint_waypoints.velocity - v
+    np.testing.assert_array_equal(extra[[0, 2]], 0)  # at rest all joints rest
+    np.testing.assert_allclose(PANDA.jacobian(q[1]) @ extra[1], 0, atol=1e-12)
+    middle = 0.5 * (PANDA.lower_position_limit + PANDA.upper_position_limit)
+    scale = PANDA.velocity_limit
+    assert (extra[1] / scale) @ ((middle - q[1]) / scale) > 0
+    wild = kw.plan({**PASSING, "pull_to_middle": 100}).joint_waypoints.velocity[1]
+    use = np.abs(wild) / PANDA.velocity_limit
+    assert use.max() == pytest.approx(1.0)  # as far as the velocity limits let it
+
+
+def test_a_pull_to_the_middle_needs_joints_to_spare() -> None:
+    task = {"robot": "ur5", "pull_to_middle": 1, "waypoints": PASSING["waypoints"]}
+    with pytest.raises(RobotError, match=r"pull_to_middle: robot 'ur5': has 6 joints"):
+        kw.plan(task)
+    with pytest.raises(DocumentError, match="pull_to_middle"):
+        kw.plan({**PASSING, "pull_to_middle": -1})
+
+
+@pytest.mark.parametrize("branch", ["keep", "fixed"])
+@pytest.mark.parametrize("robot", ["panda", "xarm7", "planar2"])
+def test_branches_are_refused_where_there_are_none(robot: str, branch: str) -> None:
+    arm = kw.load_robot(robot)
+    waypoints = stops_at(arm, [arm.configuration("home")])
+    task = {"robot": robot, "branch": branch, "start": "home", "waypoints": waypoints}
+    with pytest.raises(BranchError, match=f"branch: {branch} has no meaning for {robot}.* near: "):
+        kw.plan(task)
+    kw.plan({**task, "branch": "free", "near": "home"})
