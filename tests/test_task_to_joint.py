@@ -224,3 +224,86 @@ def test_what_branch_accepts(branch: object, message: str) -> None:
                 "waypoints": [{"joints": "home"}, {"joints": "home", "after": 1}],
             }
         )
+
+
+def test_a_tool_too_fast_for_every_solution_is_named_with_the_speed_that_would_do() -> None:
+    q = HOME + 0.1
+    task = {
+        "robot": "ur5",
+        "start": "home",
+        "waypoints": [
+            {"pose": pose_of(UR5, q), "after": 3.0, "velocity": {"linear": [5.0, 0, 0]}},
+            {"joints": "home", "after": 3.0},
+        ],
+    }
+    found = solved(task)
+    (said,) = found.obstacles
+    assert said.startswith("at 'waypoint 1' ")
+    speeds = np.abs(found.waypoints.velocity[1])
+    for name, speed, limit in zip(UR5.joint_names, speeds, UR5.velocity_limit, strict=True):
+        assert (f"{name} needs {speed:.4g} rad/s (limit {limit:.4g})" in said) == (speed > limit)
+    part = float(re.findall(r"at ([\d.]+) of that velocity", said)[0])
+    slower = {"linear": [5.0 * 0.999 * part, 0, 0]}
+    task["waypoints"][0]["velocity"] = slower
+    assert not solved(task).obstacles
+
+
+def test_the_time_named_for_an_interval_is_enough() -> None:
+    far = HOME + np.array([1.6, 0.7, 0, 0, 0, 2.2])
+    task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, far)], 0.3)}
+    (said,) = solved(task).obstacles
+    seconds = float(re.findall(r"([\d.]+) s or more", said)[0])
+    task["waypoints"] = stops([pose_of(UR5, far)], seconds * 1.001)
+    assert not solved(task).obstacles
+    task["waypoints"] = stops([pose_of(UR5, far)], seconds * 0.9)
+    assert solved(task).obstacles
+
+
+def test_a_branch_is_not_changed_while_the_tool_passes_at_speed() -> None:
+    """The wrist could flip during the turn at less travel; it does so before, where it may."""
+    q = np.array([0.1, -1.6, 1.8, -1.8, -1.6, 1.0])
+    pose = UR5.forward(q)
+    axis = pose.rotation[:, 2]
+    turned = [q + np.array([0, 0, 0, 0, 0, angle]) for angle in (0.0, 1.0, 2.0, 3.0, 4.0)]
+    waypoints = stops([pose_of(UR5, turned[0])], 3.0)
+    spin = {"angular": axis.tolist()}
+    waypoints += [{"pose": pose_of(UR5, x), "after": 1.0, "velocity": spin} for x in turned[1:-1]]
+    waypoints += stops([pose_of(UR5, turned[-1])], 2.0)
+    task = {
+        "robot": "ur5",
+        "start": joints(q),
+        "limits": {"position": {"wrist_3_joint": [-3.5, 3.5]}},
+        "branch": {"shoulder": "left", "elbow": "up"},
+        "waypoints": waypoints,
+    }
+    branches = [choice.branch for choice in solved(task).choices]
+    assert len(set(branches)) == 1
+    assert "no flip" in branches[0]
+    assert UR5.forward(q).isApprox(pose)
+
+
+def test_the_next_best_is_what_comes_when_the_choice_is_taken_away() -> None:
+    q = HOME + np.array([0.3, 0.1, -0.2, 0.2, 0.1, 0.4])
+    task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, q)], 6.0)}
+    free = solved(task)
+
+    def travel(found: TaskSolution) -> float:
+        (step,) = np.diff(found.waypoints.position, axis=0) / UR5.velocity_limit
+        return float(np.linalg.norm(step))
+
+    (choice,) = free.choices
+    other = choice.alternative
+    assert other is not None
+    assert other.branch != choice.branch
+    assert other.extra is not None
+    words = dict(zip(("shoulder", "elbow", "wrist"), other.branch.split(", "), strict=True))
+    named = {key: value.removeprefix(f"{key} ") for key, value in words.items()}
+    forced = solved({**task, "branch": named})
+    assert forced.choices[0].branch == other.branch
+    # No waypoint is near limits or singularities, so that weights are all 1.
+    assert travel(forced) - travel(free) == pytest.approx(other.extra, rel=1e-6)
+    # In that branch no other is allowed, and the next best are other turns.
+    turned = forced.choices[0].alternative
+    assert turned is not None
+    assert (turned.branch, turned.turns != forced.choices[0].turns) == (other.branch, True)
+    assert free.to_dict()["choices"][0]["alternative"]["branch"] == other.branch

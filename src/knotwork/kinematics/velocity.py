@@ -187,9 +187,14 @@ def _unattainable(robot: Robot, J: FloatArray, wanted: FloatArray, residual: Flo
     possible = wanted - residual
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
     smallest = np.linalg.svd(J, compute_uv=False)[-1]
+    amounts = [
+        f"{amount:.3g} {unit}"
+        for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
+        if amount > 1e-12
+    ]
     left = (
-        f"{linear:.3g} m/s and {angular:.3g} rad/s of it are left over, "
-        f"{describe_direction(residual)}; the nearest it can do is {_twist(possible)}"
+        f"{' and '.join(amounts)} of it are left over, {describe_direction(residual)}, where the "
+        f"tool can't move here; the nearest it can do is {_twist(possible)}"
     )
     if robot.dof < 6 and smallest > NEAR_SINGULAR:
         return (

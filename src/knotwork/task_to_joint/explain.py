@@ -52,12 +52,16 @@ class Explanation:
 
     def obstacles(self) -> tuple[str, ...]:
         """Intervals and waypoints that ask for more than a limit whatever is chosen."""
-        said = [self._interval(*fault) for fault in self._too_fast(self.found.positions)]
+        faults: dict[int, list[tuple[int, float]]] = {}
+        for i, j, move in self._too_fast(self.found.positions):
+            faults.setdefault(i, []).append((j, move / float(self.search.durations[i])))
+        said = [self._interval(i, speeds) for i, speeds in faults.items()]
         for i, candidates in enumerate(self.search.candidates):
             if candidates is not None:
                 v = np.abs(self.found.velocities[i])
-                faults = np.flatnonzero(v > self.robot.velocity_limit * AT_LIMIT)
-                said += [self._waypoint(i, int(j), float(v[j])) for j in faults]
+                fast = np.flatnonzero(v > self.robot.velocity_limit * AT_LIMIT)
+                if fast.size:
+                    said.append(self._waypoint(i, [(int(j), float(v[j])) for j in fast]))
         return tuple(said)
 
     def _too_fast(self, positions: FloatArray) -> list[tuple[int, int, float]]:
@@ -66,22 +70,31 @@ class Explanation:
         most = self.robot.velocity_limit * self.search.durations[:, None] * AT_LIMIT
         return [(int(i), int(j), float(move[i, j])) for i, j in np.argwhere(move > most)]
 
-    def _interval(self, i: int, j: int, move: float) -> str:
-        duration, limit = self.search.durations[i], self.robot.velocity_limit[j]
+    def _interval(self, i: int, speeds: list[tuple[int, float]]) -> str:
+        duration = self.search.durations[i]
+        longest = duration * max(v / self.robot.velocity_limit[j] for j, v in speeds)
         return (
-            f"from {self.names[i]!r} to {self.names[i + 1]!r} {self.robot.joint_names[j]} needs "
-            f"{move / duration:.4g} {self.robot.joint_units[j]}/s on average (limit {limit:.4g}), "
-            f"and every other choice of solutions breaks limits by more; {move / limit:.4g} s or "
-            f"more would do for the mean, and they have {duration:.4g} s"
+            f"from {self.names[i]!r} to {self.names[i + 1]!r} {self._needs(speeds)} on average; "
+            f"every other choice of solutions breaks limits by more; {longest:.4g} s or more would "
+            f"do for the mean, and they have {duration:.4g} s"
         )
 
-    def _waypoint(self, i: int, j: int, speed: float) -> str:
-        limit = self.robot.velocity_limit[j]
+    def _waypoint(self, i: int, speeds: list[tuple[int, float]]) -> str:
+        part = min(self.robot.velocity_limit[j] / v for j, v in speeds)
         return (
-            f"at {self.names[i]!r} {self.robot.joint_names[j]} needs {speed:.4g} "
-            f"{self.robot.joint_units[j]}/s (limit {limit:.4g}), and every other choice of "
-            f"solutions breaks limits by more; at {limit / speed:.3g} of the tool's speed it would "
-            "be within"
+            f"at {self.names[i]!r} {self._needs(speeds)} for the tool's velocity; every other "
+            f"choice of solutions breaks limits by more; at {part:.3g} of that velocity it could "
+            "be done"
+        )
+
+    def _needs(self, speeds: list[tuple[int, float]]) -> str:
+        """The joints that are too fast, the worst of them first."""
+        limit = self.robot.velocity_limit
+        ordered = sorted(speeds, key=lambda fault: -fault[1] / limit[fault[0]])
+        return ", ".join(
+            f"{self.robot.joint_names[j]} needs {v:.4g} {self.robot.joint_units[j]}/s (limit "
+            f"{limit[j]:.4g})"
+            for j, v in ordered
         )
 
     def _reason(self, candidates: Candidates) -> str:
