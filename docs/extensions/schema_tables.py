@@ -176,7 +176,7 @@ class Schema(SphinxDirective):
         """One row of a table."""
         row = nodes.row()
         for cell in cells:
-            entry = nodes.entry()
+            entry = nodes.entry(classes=["nothing"] if cell == "–" else [])
             entry += nodes.paragraph("", "", *_inline(cell, kind))
             row += entry
         return row
