@@ -11,10 +11,12 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.kinematics.candidates import find_candidates
 from knotwork.kinematics.enumeration import joint_axes
 from knotwork.kinematics.joint_axes import pose_errors
-from knotwork.kinematics.words import branch_signs, geometry
+from knotwork.kinematics.words import all_branches, branch_signs, geometry
 from knotwork.robot import Robot, load_robot, robot_names
+from knotwork.waypoints import CartesianWaypoint
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
 UR5 = ROBOTS["ur5"]
@@ -53,6 +55,45 @@ def test_every_branch_of_the_closed_form_is_found(arm: str, spherical: Robot) ->
             assert max(branch.position_error, branch.orientation_error) <= 1e-8
     assert wanted > 380
     assert found == wanted
+
+
+@pytest.mark.parametrize("arm", ["ur5", "spherical"])
+@pytest.mark.parametrize("straight", [True, False])
+def test_every_branch_is_found_along_a_sequence(arm: str, straight: bool, spherical: Robot) -> None:
+    """Where the branches of one waypoint start the search at the next, none gets lost."""
+    robot = UR5 if arm == "ur5" else spherical
+    generator = np.random.default_rng(3)
+    for _ in range(12):
+        q = generator.uniform(-np.pi, np.pi, (12, 6))
+        if straight:
+            q = np.linspace(q[0], q[0] + 0.2 * (q[1] - q[0]), 12)
+        poses = [robot.forward(x) for x in q]
+        still = np.zeros(3)
+        waypoints = [
+            CartesianWaypoint(str(i), i, pose.translation, pose.rotation, still, still)
+            for i, pose in enumerate(poses)
+        ]
+        for pose, candidates in zip(poses, find_candidates(robot, waypoints, list(q)), strict=True):
+            wanted = [x for x in truth(robot, pose) if (np.abs(x) <= np.pi).all()]
+            answers = closed_form.turned(candidates.q)
+            for x in wanted:
+                assert np.abs(closed_form.turned(answers - x)).max(axis=1).min() < 1e-5
+            assert candidates.branches == len(wanted)
+
+
+def test_signs_tell_whether_all_branches_are_there(spherical: Robot) -> None:
+    generator = np.random.default_rng(8)
+    told = []
+    for robot in (UR5, spherical):
+        for _ in range(20):
+            q = np.array(truth(robot, robot.forward(generator.uniform(-np.pi, np.pi, 6))))
+            told.append(all_branches(robot, q))
+            assert told[-1] in ((True,) if len(q) == 8 else (None,))
+            assert all_branches(robot, q[:-1]) is False  # one of its elbows is missing
+            assert all_branches(robot, np.vstack([q[:-1], q[:1]])) is None
+    assert None in told
+    assert True in told
+    assert all_branches(ROBOTS["panda"], np.zeros((2, 7))) is None
 
 
 def test_turns_are_all_copies_inside_the_limits() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,12 +21,12 @@ from knotwork.kinematics.solutions import (
     turns_inside,
 )
 from knotwork.kinematics.velocity import solve_velocities
-from knotwork.kinematics.words import branch_signs
+from knotwork.kinematics.words import all_branches, branch_signs
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Every so many waypoints the search for branches starts afresh; between, it starts from those of
-# the waypoints beside, and goes on where their number differs.
+# the waypoints beside.
 ANCHOR_EVERY = 8
 # Joint speeds leave this much of a twist over [m/s, rad/s] where the arm can't do it.
 RESIDUAL = 1e-7
@@ -113,17 +114,19 @@ def _reaches(robot: Robot, pose: Any, q: FloatArray) -> bool:
 
 def _branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     """All branches at each pose: at some of them afresh, at the others from those."""
-    n = len(targets)
+    n, complete = len(targets), partial(all_branches, robot)
     anchors = sorted({*range(0, n, ANCHOR_EVERY), n - 1})
     found: list[FloatArray] = [np.empty((0, robot.dof))] * n
-    for i, solutions in zip(anchors, find_branches(robot, targets.take(anchors)), strict=True):
+    for i, solutions in zip(
+        anchors, find_branches(robot, targets.take(anchors), complete=complete), strict=True
+    ):
         found[i] = solutions
     others = [i for i in range(n) if i not in anchors]
     if others:
         nearest = [min(anchors, key=lambda k: (abs(k - i), k)) for i in others]
         known = [found[k][:MOST_BRANCHES] for k in nearest]
         for i, solutions in zip(
-            others, find_branches(robot, targets.take(others), known), strict=True
+            others, find_branches(robot, targets.take(others), known, complete), strict=True
         ):
             found[i] = solutions
     return found

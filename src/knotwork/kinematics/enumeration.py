@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -57,7 +57,10 @@ def starts_box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def find_branches(
-    robot: Robot, targets: Targets, known: Sequence[FloatArray] | None = None
+    robot: Robot,
+    targets: Targets,
+    known: Sequence[FloatArray] | None = None,
+    complete: Callable[[FloatArray], bool | None] | None = None,
 ) -> list[FloatArray]:
     """Find all solutions for each pose, without regard to position limits of joints that turn.
 
@@ -68,6 +71,8 @@ def find_branches(
         robot: An arm of up to six joints.
         targets: n poses in the base frame.
         known: Configurations that may be near solutions of each pose, n arrays (k, d).
+        complete: Says whether solutions of a pose, shape (b, d), are all there are: `None` where
+            that is not known, which is also the default.
 
     Returns:
         For each pose the solutions in the order they were found, revolute joints within half a
@@ -100,9 +105,8 @@ def find_branches(
             solved = solution.q[(owner == i) & solution.converged]
             new = _not_yet(found[i], solved, chain.revolute)
             found[i] = np.vstack([found[i], new])
-            settled = len(new) == 0 and round_ > 0
-            if known is not None and round_ == 0:
-                settled = len(found[i]) == len(known[i]) > 0
+            all_there = complete(found[i]) if complete is not None else None
+            settled = len(new) == 0 and round_ > 0 if all_there is None else all_there
             if settled or len(found[i]) > MOST_BRANCHES:
                 continue
             again.append(i)

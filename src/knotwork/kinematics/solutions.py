@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from knotwork.kinematics.enumeration import (
 )
 from knotwork.kinematics.pose import check_pose, solve_pose_ik
 from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy
-from knotwork.kinematics.words import branch_signs, describe_branch
+from knotwork.kinematics.words import all_branches, branch_signs, describe_branch
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -94,7 +95,7 @@ def solve_all(
     if robot.dof > 6:
         found = spread_free_motion(robot, targets, spread)[0]
     else:
-        found = find_branches(robot, targets)[0]
+        found = find_branches(robot, targets, complete=partial(all_branches, robot))[0]
         if len(found) > MOST_BRANCHES:
             found = farthest_apart(robot, found, spread)
     kept = inside_limits(robot, found)

@@ -142,6 +142,28 @@ def branch_signs(robot: Robot, q: FloatArray) -> FloatArray:
     return signs.T
 
 
+def all_branches(robot: Robot, q: FloatArray) -> bool | None:
+    """Whether configurations (n, d) for one pose are all there are, as far as the signs tell.
+
+    Only for arms that the words are defined for. One for each way of the signs is all there can
+    be, though not at every pose. And where the elbow is up it can also be down, shoulder and wrist
+    as they are.
+
+    Returns:
+        `True` or `False`, and `None` where that can't be told.
+    """
+    if geometry(robot) is None:
+        return None
+    signs = branch_signs(robot, q)
+    found = {tuple(row) for row in signs.tolist()}
+    if not signs.all() or len(found) < len(q):
+        return None
+    if len(q) == 2 ** len(WORDS):
+        return True
+    paired = all((shoulder, -elbow, wrist) in found for shoulder, elbow, wrist in found)
+    return None if paired else False
+
+
 def describe_branch(robot: Robot, signs: FloatArray) -> str:
     """The words for signs of one configuration, shape (k,): `shoulder left, elbow up, no flip`."""
     if geometry(robot) is None:
