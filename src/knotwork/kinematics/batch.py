@@ -10,6 +10,7 @@ import numpy as np
 from knotwork.kinematics.joint_axes import JointAxes, pose_errors
 from knotwork.kinematics.levenberg_marquardt import (
     FIRST_FACTOR,
+    HASTY_MIN_FACTOR,
     MAX_FACTOR,
     MAX_STEP,
     MIN_FACTOR,
@@ -23,6 +24,9 @@ FALLEN_TO = 0.5
 # the others takes as long as two new starts.
 PATIENCE = 20
 NEAR = 0.03
+# The same for searches for any solution, which others follow.
+HASTY_CHECK_EVERY = 5
+HASTY_FALLEN_TO = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +85,7 @@ def solve_batch(
     lower: FloatArray | None = None,
     upper: FloatArray | None = None,
     max_iterations: int = 60,
+    hasty: bool = False,
 ) -> BatchSolution:
     """Search from each start for the joint positions that bring the TCP to its pose.
 
@@ -95,19 +100,23 @@ def solve_batch(
         lower: Limits that searches stay within, shape (d,); by default none.
         upper: Likewise.
         max_iterations: Steps at most.
+        hasty: Give up soon: there are other searches for a solution, whichever it is.
     """
+    check_every = HASTY_CHECK_EVERY if hasty else CHECK_EVERY
+    fallen_to = HASTY_FALLEN_TO if hasty else FALLEN_TO
     n = len(start)
     q = start.copy()
     best_position, best_angle = np.full(n, np.inf), np.full(n, np.inf)
     index = np.arange(n)
-    state = _State(chain, targets, q, lower, upper)
+    least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
+    state = _State(chain, targets, q, lower, upper, least_factor)
     iteration = 0
     checkpoint = state.square.copy()
     while True:
         done = np.maximum(state.distance, state.angle) <= tolerance
         leaving = done | (state.factor > MAX_FACTOR)
-        if iteration % CHECK_EVERY == CHECK_EVERY - 1:
-            leaving |= state.square > FALLEN_TO * checkpoint
+        if iteration % check_every == check_every - 1:
+            leaving |= state.square > fallen_to * checkpoint
             checkpoint = state.square.copy()
         if iteration == PATIENCE:
             leaving |= state.square > NEAR**2
@@ -138,9 +147,11 @@ class _State:
         q: FloatArray,
         lower: FloatArray | None,
         upper: FloatArray | None,
+        least_factor: float,
     ) -> None:
         self.chain, self.targets, self.q = chain, targets, q.copy()
         self.limits = (lower, upper) if lower is not None and upper is not None else None
+        self._least_factor = least_factor
         self._diagonal = np.arange(q.shape[1])
         self.error, self.J, self.distance, self.angle = self._evaluate(self.q)
         self.square = np.einsum("in,in->n", self.error, self.error)
@@ -190,4 +201,5 @@ class _State:
             distance[worse], angle[worse] = self.distance[worse], self.angle[worse]
         self.q, self.error, self.J, self.square = trial, error, J, square
         self.distance, self.angle = distance, angle
-        self.factor = np.where(better, np.maximum(0.2 * self.factor, MIN_FACTOR), 8 * self.factor)
+        reduced = np.maximum(0.2 * self.factor, self._least_factor)
+        self.factor = np.where(better, reduced, 8 * self.factor)

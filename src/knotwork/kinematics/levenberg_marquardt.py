@@ -21,6 +21,8 @@ STALL_ITERATIONS = 12
 # that takes the fewest steps in all.
 HASTY_STALL_ITERATIONS = 5
 HASTY_MIN_FACTOR = 1e-2
+# A search that starts this near its pose has the solution it is for in reach [m, rad].
+CLOSE = 0.3
 MAX_ITERATIONS = 80
 # No joint moves further in a step: linearisation says nothing beyond, and longer steps leave the
 # neighbourhood of the start.
@@ -153,10 +155,9 @@ class PoseSearch:
             upper: Likewise.
             max_iterations: Steps to try at most.
             polish_iterations: Of those, how many within the tolerances.
-            hasty: Give up soon: there are other searches for a solution, whichever it is.
+            hasty: Unless the start is close, give up soon: there are other searches for a
+                solution, whichever it is.
         """
-        patience = HASTY_STALL_ITERATIONS if hasty else STALL_ITERATIONS
-        least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
         # This is the inner loop of all that solves for single poses: no array is made, checked or
         # looked through twice, because for six numbers NumPy's overhead is all there is.
         d = len(start)
@@ -171,6 +172,9 @@ class PoseSearch:
         q = start
         e, position, orientation = self._error(q)
         square, factor = float(e.dot(e)), FIRST_FACTOR
+        hasty = hasty and square > CLOSE**2
+        patience = HASTY_STALL_ITERATIONS if hasty else STALL_ITERATIONS
+        least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
         checkpoint, polished, accepted, iteration = square, 0, True, 0
         while iteration < max_iterations:
             if position <= most_position and orientation <= most_orientation:

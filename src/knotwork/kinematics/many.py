@@ -12,12 +12,15 @@ from knotwork.kinematics.batch import BatchSolution, Targets, solve_batch
 from knotwork.kinematics.enumeration import joint_axes
 from knotwork.kinematics.pose import check_pose
 from knotwork.kinematics.restarts import low_discrepancy, search_box
+from knotwork.kinematics.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import read_only
 
-MAX_RESTARTS = 100
+MAX_RESTARTS = 600
 # Searches aim at a little less than the tolerance, so that rounding can't carry one across.
 MARGIN = 0.9
+# Searches that are made at once where few poses are left.
+FILLED_BATCH = 200
 
 
 def solve_many(
@@ -60,28 +63,40 @@ def solve_many(
     points = low_discrepancy(d)
     q = np.minimum(np.maximum(first, lower), upper)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
-    todo, iterations = np.arange(n), 0
-    starts = q.copy()
-    for _ in range(max_restarts + 1):
-        if not todo.size:
-            break
+    todo, iterations, restarts = np.arange(n), 0, 0
+    starts = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
+    while True:
+        count = starts.shape[1]
         found = solve_batch(
             chain,
-            targets.take(todo),
-            starts,
+            targets.take(np.repeat(todo, count)),
+            starts.reshape(-1, d),
             tolerance=MARGIN * tolerance,
             lower=lower,
             upper=upper,
+            hasty=True,
         )
         iterations += found.iterations
-        nearer = found.converged | (
-            found.position_error + found.orientation_error < position[todo] + orientation[todo]
+        # Of the searches for a pose the first that converged, or else the one that came nearest.
+        off = np.where(found.converged, 0.0, found.position_error + found.orientation_error)
+        best = np.arange(len(todo)) * count + off.reshape(-1, count).argmin(axis=1)
+        better = found.converged[best] | (off[best] < position[todo] + orientation[todo])
+        rows, best = todo[better], best[better]
+        q[rows] = found.q[best]
+        position[rows], orientation[rows] = (
+            found.position_error[best],
+            found.orientation_error[best],
         )
-        rows = todo[nearer]
-        q[rows] = found.q[nearer]
-        position[rows] = found.position_error[nearer]
-        orientation[rows] = found.orientation_error[nearer]
-        todo = todo[~found.converged]
-        starts = np.tile(corner + next(points) * (opposite - corner), (len(todo), 1))
+        todo = todo[~found.converged.reshape(-1, count).any(axis=1)]
+        if not todo.size or restarts >= max_restarts:
+            break
+        if restarts == 0:
+            starts = seeds(robot, [poses[i] for i in todo])[:, :max_restarts]
+        else:
+            # A step of a batch takes hardly longer for hundreds than for one.
+            count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
+            spread = corner + np.array([next(points) for _ in range(count)]) * (opposite - corner)
+            starts = np.tile(spread, (len(todo), 1, 1))
+        restarts += starts.shape[1]
     converged = np.maximum(position, orientation) <= MARGIN * tolerance
     return BatchSolution(q, position, orientation, converged, iterations)

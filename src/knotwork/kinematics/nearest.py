@@ -37,7 +37,7 @@ def settle_near(
     step: FloatArray | None = None
     for _ in range(MAX_STEPS):
         if step is None:
-            step = _free_motion(search, q, near, lower, upper)
+            step = free_motion(search, q, near, lower, upper)
         if length * np.linalg.norm(step) < smallest_step:
             break
         candidate = np.minimum(np.maximum(q + length * step, lower), upper)
@@ -52,9 +52,18 @@ def settle_near(
     return q, spent
 
 
-def _free_motion(
+def free_motion(
     search: PoseSearch, q: FloatArray, near: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> FloatArray:
+    """Give the step (I − J⁺J)(near − q), joints held that it would take beyond limits, shape (d,).
+
+    Args:
+        search: The pose, and the robot.
+        q: Joint positions, shape (d,).
+        near: Where to go, shape (d,).
+        lower: Limits, shape (d,).
+        upper: Likewise.
+    """
     J = search.jacobian(q)
     held = np.zeros(len(q), dtype=bool)
     while True:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain, islice
 from typing import Any
@@ -20,6 +20,7 @@ from knotwork.kinematics.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.kinematics.nearest import settle_near
+from knotwork.kinematics.pulled_inside import pulled_inside
 from knotwork.kinematics.restarts import low_discrepancy, nearest_turns, search_box
 from knotwork.kinematics.seeds import seeds
 from knotwork.robot import Robot
@@ -35,6 +36,11 @@ HASTY_SEARCHES = 20
 # the nearest solution of a UR5 is missed for 3 with 8 restarts, for 2 with 16, for 1 with 24.
 NEARER_RESTARTS = 16
 FAR = 1.5  # [rad or m]
+# Near a singularity a second solution may be as near as the first.
+NEAR_SINGULAR_RESTARTS = 8
+# Where a start is near a solution but its search fails, others from so near find it.
+NEARBY = 0.25  # [rad or m]
+NEARBY_RESTARTS = 4
 # The free motion of an arm with more joints than the pose needs is followed from solutions that are
 # not much farther than the nearest, until its steps are this part of the distance (what is left to
 # gain is then about the square of it); and to the end from the nearest.
@@ -124,18 +130,27 @@ def solve_pose_ik(
         return collector.solution(pose)
     points = low_discrepancy(robot.dof)
     if not collector.found:
-        corner, opposite = search_box(robot, goal, np.inf)
-        spread = (corner + next(points) * (opposite - corner) for _ in range(max_restarts))
-        collector.search_on(islice(chain(seeds(robot, pose), spread), max_restarts))
+        nearby = _spread(robot, goal, NEARBY, points, NEARBY_RESTARTS if nearest else 0)
+        everywhere = _spread(robot, goal, np.inf, points, max_restarts)
+        starts = chain(nearby, seeds(robot, [pose])[0], everywhere)
+        collector.search_on(islice(starts, max_restarts))
+    if not collector.found and max_restarts:
+        collector.search_on(pulled_inside(search, goal))
     if not collector.found:
         raise_unsolved(search, goal, waypoint=waypoint, where=where)
     for restart in range(min(NEARER_RESTARTS, max_restarts) if nearest else 0):
-        if restart > NEARER_RESTARTS * collector.distance / FAR:
+        if restart > max(NEARER_RESTARTS * collector.distance / FAR, collector.twins()):
             break
-        collector.restarts += 1
-        corner, opposite = search_box(robot, goal, collector.distance)
-        collector.try_from(corner + next(points) * (opposite - corner))
+        collector.search_on(_spread(robot, goal, collector.distance, points, 1))
     return collector.solution(pose)
+
+
+def _spread(
+    robot: Robot, centre: FloatArray, radius: float, points: Iterator[FloatArray], count: int
+) -> Iterator[FloatArray]:
+    """Take points of the box around a configuration, shape (d,) each."""
+    corner, opposite = search_box(robot, centre, radius)
+    return (corner + point * (opposite - corner) for point in islice(points, count))
 
 
 def check_pose(pose: Any, position_tolerance: float, orientation_tolerance: float) -> None:
@@ -165,6 +180,7 @@ class _Collector:
         self.best: LocalSolution | None = None
         self.distance = np.inf
         self.iterations = self.restarts = 0
+        self._singular: float | None = None
 
     def try_from(self, start: FloatArray) -> None:
         robot = self.search.robot
@@ -200,6 +216,20 @@ class _Collector:
             self.try_from(start)
             if self.found:
                 break
+
+    def twins(self) -> int:
+        """Searches worth making because a second solution may be as near as the one found.
+
+        Where J is the smallest singular value σ from losing rank, another solution may be within
+        about σ. It is asked for once in a search, of a solution that is near.
+        """
+        if self.best is None or self.distance > FAR:
+            return 0
+        if self._singular is None:
+            self._singular = float(
+                np.linalg.svd(self.search.jacobian(self.best.q), compute_uv=False)[-1]
+            )
+        return NEAR_SINGULAR_RESTARTS if self._singular < self.distance else 0
 
     def solution(self, pose: Any) -> IKSolution:
         if self.best is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -20,21 +21,27 @@ NEAREST = 2
 _tables: WeakKeyDictionary[Robot, tuple[FloatArray, FloatArray]] = WeakKeyDictionary()
 
 
-def seeds(robot: Robot, pose: Any) -> FloatArray:
-    """Give configurations whose poses are nearest a pose, the nearest first, shape (2, d).
+def seeds(robot: Robot, poses: Sequence[Any]) -> FloatArray:
+    """Give configurations whose poses are nearest given poses, the nearest first.
 
     How far apart poses are is measured by |p − p*|² + |R − R*|²/2, a metre counting as a radian.
 
     Args:
         robot: The robot.
-        pose: Pose of the TCP in the base frame, `pin.SE3`.
+        poses: Poses of the TCP in the base frame, n of `pin.SE3`.
+
+    Returns:
+        Shape (n, 2, d).
     """
     if robot not in _tables:
         _tables[robot] = _table(robot)
     q, features = _tables[robot]
     # |p|² − 2 p·p* − tr(RᵀR*): the square above but for what all have in common.
-    wanted = np.concatenate(([1.0], -2.0 * pose.translation, -pose.rotation.ravel()))
-    return np.asarray(q[np.argsort(features @ wanted, kind="stable")[:NEAREST]])
+    wanted = np.array(
+        [[1.0, *(-2.0 * pose.translation), *-pose.rotation.ravel()] for pose in poses]
+    )
+    order = np.argsort(wanted @ features.T, axis=1, kind="stable")
+    return np.asarray(q[order[:, :NEAREST]])
 
 
 def _table(robot: Robot) -> tuple[FloatArray, FloatArray]:
