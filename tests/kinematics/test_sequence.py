@@ -14,13 +14,12 @@ from hypothesis import strategies as st
 
 from knotwork.kinematics.between import choose_with_passages
 from knotwork.kinematics.runners_up import runners_up
-from knotwork.kinematics.sequence import (
+from knotwork.kinematics.sequence import choose_sequence, first_least
+from knotwork.kinematics.steps import (
     INFEASIBLE,
     STRAINED,
     Layer,
     Rules,
-    choose_sequence,
-    first_least,
 )
 
 SPEED = np.array([3.0, 2.0])

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.sequence import (
-    Layer,
-    Reached,
-    Rules,
     Sequence,
-    changes,
     choose_sequence,
     first_least,
     positions_of,
     reach,
+)
+from knotwork.kinematics.steps import (
+    Layer,
+    Reached,
+    Rules,
+    changes,
     step_costs,
 )
 from knotwork.waypoints import FloatArray

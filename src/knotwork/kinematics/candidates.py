@@ -13,12 +13,15 @@ from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import MOST_BRANCHES, find_branches, joint_axes
 from knotwork.kinematics.passage import limit_nearness, singular_nearness
 from knotwork.kinematics.pose import IKSolution, solve_pose_ik
-from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE
 from knotwork.kinematics.solutions import (
     farthest_apart,
     in_order,
     spread_free_motion,
     turns_inside,
+)
+from knotwork.kinematics.steps import (
+    AT_LIMIT,
+    INFEASIBLE,
 )
 from knotwork.kinematics.velocity import solve_velocities
 from knotwork.kinematics.words import all_branches, branch_signs

@@ -9,17 +9,19 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.sequence import (
-    Layer,
-    Reached,
-    Rules,
     Sequence,
-    changes,
     first_least,
     positions_of,
     reach,
-    step_costs,
     way_to,
     widened,
+)
+from knotwork.kinematics.steps import (
+    Layer,
+    Reached,
+    Rules,
+    changes,
+    step_costs,
 )
 from knotwork.waypoints import FloatArray
 

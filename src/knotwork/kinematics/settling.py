@@ -11,7 +11,11 @@ import numpy as np
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import joint_axes
 from knotwork.kinematics.passage import SAMPLES, passage_weights, weights
-from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE, STRAINED
+from knotwork.kinematics.steps import (
+    AT_LIMIT,
+    INFEASIBLE,
+    STRAINED,
+)
 from knotwork.kinematics.velocity import solve_velocities
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray

@@ -8,7 +8,12 @@ import numpy as np
 
 from knotwork.kinematics.candidates import Candidates
 from knotwork.kinematics.runners_up import RunnerUp, runners_up
-from knotwork.kinematics.sequence import AT_LIMIT, INFEASIBLE, STRAINED, changes
+from knotwork.kinematics.steps import (
+    AT_LIMIT,
+    INFEASIBLE,
+    STRAINED,
+    changes,
+)
 from knotwork.kinematics.words import branch_signs, describe_branch
 from knotwork.task_to_joint.search import CHANGE_IN_MOTION, Found, Search
 from knotwork.task_to_joint.solution import Alternative, Choice

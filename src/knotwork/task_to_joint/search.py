@@ -12,8 +12,12 @@ from knotwork.kinematics.between import choose_with_passages
 from knotwork.kinematics.candidates import Candidates, find_candidates
 from knotwork.kinematics.passage import SAMPLES, between_weights, weights
 from knotwork.kinematics.restarts import FULL_TURN
-from knotwork.kinematics.sequence import Layer, Rules, Sequence, choose_sequence
+from knotwork.kinematics.sequence import Sequence, choose_sequence
 from knotwork.kinematics.settling import Way, settle_sequence
+from knotwork.kinematics.steps import (
+    Layer,
+    Rules,
+)
 from knotwork.kinematics.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.words import branch_signs
 from knotwork.robot import Robot
