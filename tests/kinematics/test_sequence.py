@@ -100,13 +100,16 @@ def test_equal_to_trying_every_sequence(
     st.lists(st.integers(1, 5), min_size=2, max_size=4),
     st.sampled_from([0.0, 50.0, np.inf]),
     st.floats(0.3, 3.0),
+    st.booleans(),
 )
 def test_the_next_best_is_that_of_trying_every_sequence(
-    seed: int, sizes: list[int], change: float, duration: float
+    seed: int, sizes: list[int], change: float, duration: float, turns: bool
 ) -> None:
     """Through each waypoint in another branch, a branch having several copies."""
     layers = layers_of(seed, sizes)
     groups = [np.random.default_rng(seed + m).integers(0, 3, m) for m in sizes]
+    for layer, group in zip(layers, groups, strict=True):  # a branch has its signs
+        layer.signs[:] = np.column_stack([group > 0, group > 1]) * 2.0 - 1.0
     durations = np.full(len(sizes) - 1, duration)
     rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), change=change)
     chosen = choose_sequence(layers, durations, rules)
@@ -114,7 +117,10 @@ def test_the_next_best_is_that_of_trying_every_sequence(
         return
     every = list(itertools.product(*(range(m) for m in sizes)))
     costs = np.array([cost_of(layers, index, durations, change) for index in every])
-    for i, found in enumerate(runners_up(layers, durations, rules, chosen, groups)):
+    others_up = runners_up(layers, durations, rules, chosen, groups, turns=turns)
+    if turns:
+        groups = [np.arange(m) for m in sizes]
+    for i, found in enumerate(others_up):
         own = groups[i][chosen.index[i]]
         others = [groups[i][index[i]] != own for index in every]
         best = costs[others].min(initial=np.inf)

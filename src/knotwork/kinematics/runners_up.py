@@ -50,7 +50,9 @@ def runners_up(
     durations: FloatArray,
     rules: Rules,
     chosen: Sequence,
-    groups: Many[Any],
+    branches: Many[Any],
+    *,
+    turns: bool = False,
 ) -> list[RunnerUp | None]:
     """Find for each waypoint the best sequence that passes it in another branch.
 
@@ -63,15 +65,17 @@ def runners_up(
         durations: Time between them [s], shape (n - 1,).
         rules: What steps cost.
         chosen: The best sequence.
-        groups: For each layer the branch of each candidate, shape (m,).
+        branches: For each layer the branch of each candidate, shape (m,).
+        turns: Other turns of the same branch count as well.
 
     Returns:
         For each waypoint the runner-up, or `None` where all that is allowed is of one branch.
     """
     few = [
-        _few(layer, group, q, k, rules)
-        for layer, group, q, k in zip(layers, groups, chosen.q, chosen.index, strict=True)
+        _few(layer, branch, q, k, rules)
+        for layer, branch, q, k in zip(layers, branches, chosen.q, chosen.index, strict=True)
     ]
+    groups = [np.arange(len(layer.q)) for layer in layers] if turns else branches
     guess = _through(
         [layer.take(k) for layer, k in zip(layers, few, strict=True)],
         durations,

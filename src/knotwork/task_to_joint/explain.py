@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from knotwork.kinematics.candidates import Candidates
@@ -125,29 +123,27 @@ class Explanation:
 
     def _alternatives(self) -> list[Alternative | None]:
         """The best other sequence for each waypoint: another branch there, else other turns."""
-        branches, turns = self._groups()
-        found = self._runners_up(branches)
-        if any(one is None for one in found):
-            found = [a or b for a, b in zip(found, self._runners_up(turns), strict=True)]
-        return [self._alternative(i, one) if one else None for i, one in enumerate(found)]
-
-    def _runners_up(self, groups: list[Any]) -> list[RunnerUp | None]:
-        search = self.search
-        return runners_up(
-            search.layers, search.durations, search.rules, self.found.sequence, groups
-        )
-
-    def _groups(self) -> tuple[list[Any], list[Any]]:
-        """What tells the candidates of each layer apart: their branches, and their turns too."""
-        branches, turns = [], []
-        for layer, candidates, rows in zip(
-            self.search.layers, self.search.candidates, self.search.rows, strict=True
-        ):
-            one = np.zeros(len(layer.q), dtype=int)
-            free = candidates is None or candidates.free
-            branches.append(one if candidates is None or free else candidates.branch[rows])
-            turns.append(one if free else np.arange(len(layer.q)))
-        return branches, turns
+        search, chosen = self.search, self.found.sequence
+        told_apart = [c is not None and not c.free for c in search.candidates]
+        branches = [
+            c.branch[rows] if c is not None and apart else np.zeros(len(layer.q), dtype=int)
+            for layer, c, rows, apart in zip(
+                search.layers, search.candidates, search.rows, told_apart, strict=True
+            )
+        ]
+        problem = search.layers, search.durations, search.rules, chosen, branches
+        found = runners_up(*problem)
+        alone = [
+            one is None and apart and len(layer.q) > 1
+            for one, apart, layer in zip(found, told_apart, search.layers, strict=True)
+        ]
+        if any(alone):
+            turned = runners_up(*problem, turns=True)
+            found = [b if use else a for a, b, use in zip(found, turned, alone, strict=True)]
+        return [
+            self._alternative(i, one) if one is not None and told_apart[i] else None
+            for i, one in enumerate(found)
+        ]
 
     def _alternative(self, i: int, other: RunnerUp) -> Alternative:
         q, least = other.q[i], self.found.sequence.cost
