@@ -173,7 +173,8 @@ class TaskError(InputError):
     def __init__(self, waypoint: str, message: str, *, where: str = "") -> None:
         self.waypoint, self.where = waypoint, where
         prefix = f"{where}: " if where else ""
-        super().__init__(f"{prefix}waypoint {waypoint!r}: {message}")
+        named = f"waypoint {waypoint!r}: " if waypoint else ""
+        super().__init__(f"{prefix}{named}{message}")
 
 
 class UnreachablePoseError(TaskError):

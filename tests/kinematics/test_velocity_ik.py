@@ -156,8 +156,21 @@ def test_a_lost_direction_is_an_error_that_says_what_is_lost() -> None:
 def test_a_stretched_arm_can_not_move_outwards() -> None:
     q = [0.0, 0.0]
     solve_velocity_ik(PLANAR, q, [0, 0.9, 0, 0, 0, 1.0])
-    with pytest.raises(SingularityError, match="along x of the base frame"):
+    with pytest.raises(SingularityError, match="along x of the base frame") as caught:
         solve_velocity_ik(PLANAR, q, [0.1, 0, 0, 0, 0, 0])
+    assert "it can do no part of it" in str(caught.value)
+    with pytest.raises(SingularityError) as caught:
+        solve_velocity_ik(PLANAR, q, [0.1, 0.9, 0, 0, 0, 1.0])
+    assert "it can do is (0, 0.9, 0) m/s and (0, 0, 1) rad/s" in str(caught.value)
+
+
+def test_a_waypoint_without_a_name_is_not_named() -> None:
+    with pytest.raises(SingularityError) as caught:
+        solve_velocity_ik(PLANAR, [0.0, 0.0], [0.1, 0, 0, 0, 0, 0])
+    assert str(caught.value).startswith("an arm of 2 joints")
+    with pytest.raises(SingularityError) as caught:
+        solve_velocity_ik(PLANAR, [0.0, 0.0], [0.1, 0, 0, 0, 0, 0], where="task.yaml:9")
+    assert str(caught.value).startswith("task.yaml:9: an arm of 2 joints")
 
 
 @pytest.mark.parametrize(

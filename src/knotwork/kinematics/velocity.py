@@ -192,9 +192,12 @@ def _unattainable(robot: Robot, J: FloatArray, wanted: FloatArray, residual: Flo
         for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
         if amount > 1e-12
     ]
+    nearest = f"the nearest it can do is {_twist(possible)}"
+    if np.linalg.norm(possible) <= 1e-9 * np.linalg.norm(wanted):
+        nearest = "it can do no part of it"
     left = (
         f"{' and '.join(amounts)} of it are left over, {describe_direction(residual)}, where the "
-        f"tool can't move here; the nearest it can do is {_twist(possible)}"
+        f"tool can't move here; {nearest}"
     )
     if robot.dof < 6 and smallest > NEAR_SINGULAR:
         return (
