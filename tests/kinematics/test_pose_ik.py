@@ -350,3 +350,85 @@ def test_nearest_turns_are_the_nearest_that_the_limits_allow(
         assert max(lower - found, found - lower - width) <= outside + 1e-9
     slide = nearest_turns(*arrays, np.array([False]))[0]
     assert slide == q
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("nearest", [True, False])
+def test_numbers_that_are_not_finite_are_named(bad: float, nearest: bool) -> None:
+    robot = ROBOTS["ur5"]
+    home = np.array(robot.configuration("home"))
+    pose = robot.forward(home)
+    start = home.copy()
+    start[2] = bad
+    with pytest.raises(WaypointDataError, match=r"start\[2\] is .*every value must be finite"):
+        solve_pose_ik(robot, pose, start, nearest=nearest)
+    with pytest.raises(WaypointDataError, match=r"near\[2\] is"):
+        solve_pose_ik(robot, pose, home, near=start, nearest=nearest)
+    nowhere = pin.SE3(pose.rotation, np.array([0.1, bad, 0.2]))
+    with pytest.raises(WaypointDataError, match=r"pose must be a finite pin\.SE3"):
+        solve_pose_ik(robot, nowhere, home, nearest=nearest)
+
+
+def test_what_is_given_is_neither_kept_nor_changed() -> None:
+    robot = ROBOTS["ur5"]
+    start = np.array(robot.configuration("home"))
+    kept = start.copy()
+    solution = solve_pose_ik(robot, robot.forward(start), start, nearest=False)
+    assert start.flags.writeable
+    np.testing.assert_array_equal(start, kept)
+    start[:] = 0.0
+    np.testing.assert_allclose(solution.q, kept, atol=1e-12)
+    assert not solution.q.flags.writeable
+
+
+def test_errors_are_those_of_forward_kinematics() -> None:
+    robot, generator = ROBOTS["ur5"], np.random.default_rng(77)
+    for nearest in (True, False):
+        for _ in range(30):
+            pose = robot.forward(sample(robot, generator))
+            solution = solve_pose_ik(robot, pose, sample(robot, generator), nearest=nearest)
+            off = robot.forward(solution.q).actInv(pose)
+            assert solution.position_error == pytest.approx(
+                np.linalg.norm(off.translation), abs=1e-15
+            )
+            assert solution.orientation_error == pytest.approx(
+                np.linalg.norm(pin.log3(off.rotation)), abs=1e-14
+            )
+
+
+BAXTER = {
+    "name": "baxter",
+    "urdf": "example-robot-data:baxter_description/urdf/baxter.urdf",
+    "tool_frame": "left_gripper",
+}
+
+
+def test_a_corner_of_the_limits_is_solved() -> None:
+    """All seven joints at a limit at once, where no search inside the limits comes by."""
+    robot = load_robot(BAXTER)
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    corner = np.where([0, 0, 0, 1, 0, 0, 0], lower, upper)
+    pose = robot.forward(corner)
+    solution = solve_pose_ik(robot, pose, np.zeros(robot.dof))
+    assert_solves(robot, pose, solution.q, independent=False)
+
+
+def test_an_arm_of_a_baxter_is_solved_from_anywhere() -> None:
+    robot, generator = load_robot(BAXTER), np.random.default_rng(42)
+    for _ in range(60):
+        pose = robot.forward(sample(robot, generator))
+        start = sample(robot, generator)
+        assert_solves(robot, pose, solve_pose_ik(robot, pose, start).q, independent=False)
+        assert_solves(
+            robot, pose, solve_pose_ik(robot, pose, start, nearest=False).q, independent=False
+        )
+
+
+def test_near_a_singularity_the_nearer_twin_is_found() -> None:
+    """With the elbow almost straight two solutions are close together."""
+    q = np.array([-2.941, 2.043, 0.038, -1.089, -3.07, -2.92])
+    generator = np.random.default_rng(8)
+    for _ in range(40):
+        start = q + generator.uniform(-0.1, 0.1, 6)
+        found = solve_pose_ik(UR5, UR5.forward(q), start)
+        assert found.distance <= np.linalg.norm(q - start) + 1e-6

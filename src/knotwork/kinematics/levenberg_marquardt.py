@@ -113,6 +113,11 @@ class PoseSearch:
             and orientation_error <= self._orientation_tolerance
         )
 
+    def errors(self, q: FloatArray) -> tuple[float, float]:
+        """Distance of the TCP from the pose [m], and angle from it [rad]."""
+        _, _, position, orientation = self._error(q)
+        return math.sqrt(position), math.sqrt(orientation)
+
     def jacobian(self, q: FloatArray) -> FloatArray:
         """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""
         pin.computeJointJacobians(self._model, self._data, q)
@@ -126,17 +131,19 @@ class PoseSearch:
             J = J[:, np.newaxis]
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
-    def _error(self, q: FloatArray) -> tuple[FloatArray, float, float]:
-        """Weighted error, shape (6,), and the squares of the errors [m²], [rad²]."""
+    def _error(self, q: FloatArray) -> tuple[FloatArray, float, float, float]:
+        """Weighted error e, shape (6,), |e|², and the squares of the errors [m²], [rad²]."""
         pin.computeJointJacobians(self._model, self._data, q)
         off = pin.updateFramePlacement(self._model, self._data, self._frame).actInv(self._target)
         e = np.empty(6)
         e[:3] = off.translation
         e[3:] = pin.log3(off.rotation)
         x, y, z, u, v, w = e.tolist()
-        if self._weights is not None:
-            e *= self._weights
-        return e, x * x + y * y + z * z, u * u + v * v + w * w
+        position, orientation = x * x + y * y + z * z, u * u + v * v + w * w
+        if self._weights is None:
+            return e, position + orientation, position, orientation
+        e *= self._weights
+        return e, float(e.dot(e)), position, orientation
 
     def solve(
         self,
@@ -169,9 +176,8 @@ class PoseSearch:
             self._orientation_tolerance**2,
         )
         enough = (POLISHED * min(self._tolerances)) ** 2
-        q = start
-        e, position, orientation = self._error(q)
-        square, factor = float(e.dot(e)), FIRST_FACTOR
+        q, at, factor = start, start.tolist(), FIRST_FACTOR
+        e, square, position, orientation = self._error(q)
         hasty = hasty and square > CLOSE**2
         patience = HASTY_STALL_ITERATIONS if hasty else STALL_ITERATIONS
         least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
@@ -190,7 +196,7 @@ class PoseSearch:
                 J = self._jacobian_here()
                 gradient = J.T.dot(e)
                 np.dot(J.T, J, out=H)
-                slope, at = gradient.tolist(), q.tolist()
+                slope = gradient.tolist()
                 for i, low, high in bounds:
                     if (at[i] <= low and slope[i] < 0.0) or (at[i] >= high and slope[i] > 0.0):
                         gradient[i] = 0.0
@@ -206,14 +212,17 @@ class PoseSearch:
                 if longest > MAX_STEP:
                     step *= MAX_STEP / longest
             candidate = q + step
-            np.maximum(candidate, lower, out=candidate)
-            np.minimum(candidate, upper, out=candidate)
+            moved = candidate.tolist()
+            for i, low, high in bounds:
+                if moved[i] < low:
+                    candidate[i] = moved[i] = low
+                elif moved[i] > high:
+                    candidate[i] = moved[i] = high
             trial = self._error(candidate)
-            trial_square = float(trial[0].dot(trial[0]))
-            accepted = trial_square < square
+            accepted = trial[1] < square
             if accepted:
-                q, square = candidate, trial_square
-                e, position, orientation = trial
+                q, at = candidate, moved
+                e, square, position, orientation = trial
                 factor = max(0.2 * factor, least_factor)
             else:
                 if polished or factor > MAX_FACTOR or length == 0.0:

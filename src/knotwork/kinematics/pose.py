@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, islice
 from typing import Any
 
@@ -118,8 +118,15 @@ def solve_pose_ik(
         WaypointDataError: An array is not finite or of another shape.
         RobotError: The robot has no tool frame.
     """
-    check_pose(pose, position_tolerance, orientation_tolerance)
-    first = read_only(start, (robot.dof,), "start")
+    # A start close by is solved in less time than NumPy takes to look at the arguments. So numbers
+    # that are not finite, for which nothing converges, are looked for once the first search fails.
+    if not (isinstance(pose, pin.SE3) and position_tolerance > 0 and orientation_tolerance > 0):
+        check_pose(pose, position_tolerance, orientation_tolerance)
+    first: FloatArray
+    if type(start) is np.ndarray and start.dtype == float and start.shape == (robot.dof,):
+        first = start
+    else:
+        first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
     tolerances = MARGIN * position_tolerance, MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
@@ -127,9 +134,11 @@ def solve_pose_ik(
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     collector.try_from(np.minimum(np.maximum(first, lower), upper))
     if collector.found and not nearest:
-        return collector.solution(pose)
+        return collector.solution()
     points = low_discrepancy(robot.dof)
     if not collector.found:
+        check_pose(pose, position_tolerance, orientation_tolerance)
+        read_only(first, (robot.dof,), "start")
         nearby = _spread(robot, goal, NEARBY, points, NEARBY_RESTARTS if nearest else 0)
         everywhere = _spread(robot, goal, np.inf, points, max_restarts)
         starts = chain(nearby, seeds(robot, [pose])[0], everywhere)
@@ -142,7 +151,7 @@ def solve_pose_ik(
         if restart > max(NEARER_RESTARTS * collector.distance / FAR, collector.twins()):
             break
         collector.search_on(_spread(robot, goal, collector.distance, points, 1))
-    return collector.solution(pose)
+    return collector.solution()
 
 
 def _spread(
@@ -181,6 +190,7 @@ class _Collector:
         self.distance = np.inf
         self.iterations = self.restarts = 0
         self._singular: float | None = None
+        self._measured = False
 
     def try_from(self, start: FloatArray) -> None:
         robot = self.search.robot
@@ -192,17 +202,18 @@ class _Collector:
             return
         q = found.q
         away = q - self.near
-        if away.max() > np.pi or away.min() < -np.pi:
+        distance = math.sqrt(away.dot(away))
+        if distance > np.pi:  # else no joint is more than half a turn away
             revolute = np.array([unit == "rad" for unit in robot.joint_units])
             q = nearest_turns(q, self.near, lower, upper, revolute)
-            away = q - self.near
-        distance = math.sqrt(away.dot(away))
+            distance = float(np.linalg.norm(q - self.near))
         if self._settle and distance < SETTLE_WITHIN * self.distance:
             q, steps = settle_near(self.search, q, self.near, ROUGHLY * distance)
             self.iterations += steps
             distance = float(np.linalg.norm(q - self.near))
         if distance < self.distance:
-            self.best, self.distance = LocalSolution(q, 0.0, 0.0, 0, True), distance
+            self.best, self.distance = found if q is found.q else replace(found, q=q), distance
+            self._measured = q is found.q
 
     @property
     def found(self) -> bool:
@@ -231,19 +242,19 @@ class _Collector:
             )
         return NEAR_SINGULAR_RESTARTS if self._singular < self.distance else 0
 
-    def solution(self, pose: Any) -> IKSolution:
+    def solution(self) -> IKSolution:
         if self.best is None:
             raise RuntimeError("no solution has been collected")
-        found = self.best.q
+        q, best = self.best.q, self.best
         if self._settle:
-            found, steps = settle_near(self.search, found, self.near)
+            q, steps = settle_near(self.search, q, self.near)
             self.iterations += steps
-            self.distance = float(np.linalg.norm(found - self.near))
-        q = np.array(found)
+            self.distance = float(np.linalg.norm(q - self.near))
+        if self._measured and q is best.q:
+            position, orientation = best.position_error, best.orientation_error
+        else:
+            position, orientation = self.search.errors(q)
         q.setflags(write=False)
-        error = self.search.robot.forward(q).actInv(pose)
-        linear, angular = error.translation, pin.log3(error.rotation)
-        position, orientation = math.sqrt(linear.dot(linear)), math.sqrt(angular.dot(angular))
         return IKSolution(
             q=q,
             position_error=position,

@@ -1,0 +1,133 @@
+"""How often inverse kinematics succeeds, from anywhere, from close by, and at the edge."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from rich.table import Table
+
+import knotwork as kw
+from ik_arms import ARMS, TOLERANCE, arm, box, misses
+from knotwork.errors import KnotworkError, UnreachablePoseError
+from knotwork.kinematics.joint_axes import JointAxes
+from knotwork.robot import Robot, load_robot
+from knotwork.waypoints import FloatArray
+
+
+def success(poses: int) -> Table:
+    """Solved poses of each arm, from anywhere and from 0.1 rad away."""
+    table = Table(title=f"Solved of {poses} reachable poses, and at the edge", title_justify="left")
+    for column in ("arm", "from anywhere", "from 0.1 rad", "of these kept near", "at limits"):
+        table.add_column(column)
+    for name in ARMS:
+        robot, generator = arm(name), np.random.default_rng(42)
+        lower, upper = box(robot)
+        counts = [0, 0, 0, 0]
+        edge = max(1, poses // 10)
+        for i in range(poses):
+            q = generator.uniform(lower, upper)
+            pose = robot.forward(q)
+            start = generator.uniform(lower, upper)
+            counts[0] += _solved(robot, pose, start) is not None
+            near = np.clip(q + generator.uniform(-0.1, 0.1, robot.dof), lower, upper)
+            found = _solved(robot, pose, near)
+            counts[1] += found is not None
+            if found is not None:
+                away = np.linalg.norm(found - near)
+                counts[2] += bool(away <= np.linalg.norm(q - near) + 1e-6)
+            if i < edge:
+                side = generator.integers(0, 3, robot.dof)
+                q = np.select([side == 0, side == 1], [lower, upper], q)
+                counts[3] += _solved(robot, robot.forward(q), start) is not None
+        cells = [f"{counts[0]}/{poses}", f"{counts[1]}/{poses}", f"{counts[2]}/{counts[1]}"]
+        table.add_row(name, *cells, f"{counts[3]}/{edge}")
+    return table
+
+
+def _solved(robot: Robot, pose: Any, start: FloatArray) -> FloatArray | None:
+    try:
+        q = kw.solve_pose_ik(robot, pose, start).q
+    except KnotworkError:
+        return None
+    return q if misses(robot, pose, q) <= TOLERANCE else None
+
+
+SINGULAR: dict[str, dict[str, dict[int, float]]] = {
+    "ur5": {
+        "wrist": {4: 0.0},
+        "elbow": {2: 0.0},
+        "wrist and elbow": {2: 0.0, 4: 0.0},
+        "full stretch": {1: -np.pi / 2, 2: 0.0, 3: 0.0, 4: 0.0},
+    },
+    "panda": {"shoulder and wrist": {1: 0.0, 5: 0.0}, "straight": {1: 0.0, 2: 0.0, 5: 0.0}},
+    "kinova": {"elbow": {2: np.pi}, "wrist": {4: np.pi}},
+}
+
+
+def singular(poses: int) -> Table:
+    """Solved poses at singularities, and a pose a micrometre out of reach."""
+    table = Table(title="At singularities, from anywhere", title_justify="left")
+    for column in ("arm", "where", "solved"):
+        table.add_column(column)
+    for name, places in SINGULAR.items():
+        robot, generator = arm(name), np.random.default_rng(43)
+        lower, upper = box(robot)
+        for where, fixed in places.items():
+            solved = 0
+            for _ in range(poses):
+                q = generator.uniform(lower, upper)
+                q[list(fixed)] = list(fixed.values())
+                pose = robot.forward(q)
+                solved += _solved(robot, pose, generator.uniform(lower, upper)) is not None
+            table.add_row(name, where, f"{solved}/{poses}")
+    solved = 0
+    robot, generator = arm("ur5"), np.random.default_rng(44)
+    lower, upper = box(robot)
+    for _ in range(poses):
+        q = _shoulder_singular(robot, generator.uniform(lower, upper))
+        pose = robot.forward(q)
+        solved += _solved(robot, pose, generator.uniform(lower, upper)) is not None
+    table.add_row("ur5", "shoulder", f"{solved}/{poses}")
+    planar = load_robot("planar2")
+    stretched = planar.forward([0.3, 0.0])
+    outward = stretched.translation / np.linalg.norm(stretched.translation)
+    try:
+        kw.solve_pose_ik(
+            planar, pin.SE3(stretched.rotation, stretched.translation + 1e-6 * outward), [0.1, 0.1]
+        )
+        said = "accepted"
+    except UnreachablePoseError as error:
+        said = f"refused, {error.position_shortfall:.3g} m short"
+    table.add_row("planar2", "1e-6 m out of reach", said)
+    return table
+
+
+def _shoulder_singular(robot: Robot, q: FloatArray) -> FloatArray:
+    """Turn joint 2 of a UR arm until the wrist is above its shoulder axis."""
+    from knotwork.kinematics.words import _functions, geometry
+
+    found, chain = geometry(robot), JointAxes(robot)
+    if found is None:
+        raise RuntimeError("the arm has no shoulder")
+    grid = np.linspace(-np.pi, np.pi, 721)
+
+    def side(angle: float) -> float:
+        turned = q.copy()
+        turned[1] = angle
+        return float(_functions(chain, found, turned[None])[0, 0])
+
+    values = [side(angle) for angle in grid]
+    for a, b, low, high in zip(grid, grid[1:], values, values[1:], strict=False):
+        if low * high < 0:
+            for _ in range(60):
+                middle = 0.5 * (a + b)
+                if side(middle) * low > 0:
+                    a = middle
+                else:
+                    b = middle
+            turned = q.copy()
+            turned[1] = a
+            return turned
+    return _shoulder_singular(robot, np.roll(q, 1))
