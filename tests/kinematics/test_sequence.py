@@ -157,7 +157,6 @@ def test_looking_at_the_way_between_where_it_matters_is_looking_at_it_everywhere
     def surcharge(interval: Any, start: Any, end: Any) -> np.ndarray:
         asked = list(zip(interval.tolist(), start.tolist(), end.tolist(), strict=True))
         assert len(set(asked)) == len(asked) > 0
-        assert not looked_at & set(asked)
         looked_at.update(asked)
         return np.array([more[i][a, b] for i, a, b in asked])
 
@@ -166,12 +165,14 @@ def test_looking_at_the_way_between_where_it_matters_is_looking_at_it_everywhere
     chosen = choose_with_passages(layers, durations, rules, samples, surcharge)
 
     def total(index: tuple[int, ...]) -> float:
-        """Ends count less, the more times between are looked at."""
+        """Ends count less the more is looked at between, and the nearer one for all the time."""
         lighter = [
             replace(layer, weight=1 + (layer.weight - 1) / (samples + 1)) for layer in layers
         ]
         between = sum(more[i][a, b] for i, (a, b) in enumerate(itertools.pairwise(index)))
-        return float(cost_of(lighter, index, durations, 0.0) + between)
+        near = [layer.weight[k] - 1 for layer, k in zip(layers, index, strict=True)]
+        waits = duration * sum(max(pair) for pair in itertools.pairwise(near))
+        return float(cost_of(lighter, index, durations, 0.0) + between + waits)
 
     every = itertools.product(*(range(m) for m in sizes))
     assert chosen.cost == pytest.approx(min(map(total, every)), rel=1e-9)

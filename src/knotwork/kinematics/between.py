@@ -15,6 +15,7 @@ from knotwork.kinematics.sequence import (
     first_least,
     positions_of,
     reach,
+    widened,
 )
 from knotwork.kinematics.steps import (
     Layer,
@@ -25,11 +26,12 @@ from knotwork.kinematics.steps import (
 )
 from knotwork.waypoints import FloatArray
 
-# Of each interval so many steps are looked at in a round: those that look best so far.
-LOOKED_AT = 24
+# Of each interval so many steps are looked at in the first round, those that look best so far, and
+# twice as many in each round after it.
+LOOKED_AT = 16
 
 # Interval and candidates at its two ends, each of shape (k,), in; what the way there costs beyond
-# what its ends alone say [s], at least 0, shape (k,), out.
+# what its ends alone make certain [s], at least 0, shape (k,), out.
 Surcharge = Callable[[Any, Any, Any], FloatArray]
 
 
@@ -38,8 +40,9 @@ def choose_with_passages(
 ) -> Sequence:
     """Choose the sequence of least cost, the weight of travel being the mean along the way.
 
-    To look at a step is dear, so a step counts at first as if it led far from all limits and
-    singularities: it can't cost less. The steps of the sequence that is best so far, and those
+    A step takes its travel times 1 and the mean nearness on the way, and its time times the most.
+    To look at it is dear, so it counts at first as if nothing were near but its ends: it can't cost
+    less. The steps of the sequence that is best so far, and those
     that come next, are looked at and cost more from then on, until the best sequence has been
     looked at all the way. That is the best of all (Dellin and Srinivasa, 2016).
 
@@ -54,17 +57,26 @@ def choose_with_passages(
     first = choose_sequence(least, durations, rules)
     if first.blocked is not None:
         return first
-    states = reach(least, durations, rules)
+    near = [layer.weight - 1.0 for layer in layers]
+    index = np.array(first.index)
+    more = surcharge(np.arange(len(durations)), index[:-1], index[1:])
+    own = np.array([one[k] for one, k in zip(near, index, strict=True)])
+    waits = durations * np.maximum(own[1:], own[:-1])
+    states = reach(least, durations, rules, widened(first.cost + float((more + waits).sum())))
     steps = _steps(least, states, durations, rules)
+    for i, (step, duration) in enumerate(zip(steps, durations, strict=True)):
+        a, b = near[i][states[i].index], near[i + 1][states[i + 1].index]
+        step += duration * np.maximum.outer(a, b)
     unknown = [np.ones(step.shape, dtype=bool) for step in steps]
+    count = LOOKED_AT
     while True:
         ways, rows = _ways(states[0].cost, steps)
         if not any(new[pair] for new, pair in zip(unknown, _pairs(rows), strict=True)):
             break
-        _look(states, steps, unknown, ways, surcharge)
-    index = tuple(int(state.index[row]) for state, row in zip(states, rows, strict=True))
-    cost = float(ways[0].min())
-    return Sequence(index, positions_of(layers, index, rules), cost)
+        _look(states, steps, unknown, ways, surcharge, count)
+        count *= 2
+    best = tuple(int(state.index[row]) for state, row in zip(states, rows, strict=True))
+    return Sequence(best, positions_of(layers, best, rules), float(ways[0].min()))
 
 
 def _steps(
@@ -104,13 +116,16 @@ def _look(
     unknown: list[Any],
     ways: list[FloatArray],
     surcharge: Surcharge,
+    count: int,
 ) -> None:
     """Look at the most promising steps of all intervals at once, and add what they cost."""
     intervals, starts, ends = [], [], []
     for i, (way, new) in enumerate(zip(ways, unknown, strict=True)):
         open_ = np.where(new & np.isfinite(way), way, np.inf).ravel()
-        best = np.argsort(open_, kind="stable")[:LOOKED_AT]
-        best = best[np.isfinite(open_[best])]
+        best = np.flatnonzero(np.isfinite(open_))
+        if len(best) > count:
+            best = best[np.argpartition(open_[best], count)[:count]]
+            best.sort()
         a, b = np.divmod(best, way.shape[1])
         intervals.append(np.full(len(best), i))
         starts.append(a)

@@ -97,15 +97,20 @@ def find_candidates(
         copies = [turns for turns in copies if len(turns) and _reaches(robot, pose, turns[0])]
         if free or not copies:
             near = reference if before is None else before
-            solution = _nearest(robot, pose, near, waypoint)
+            # Where to be is settled later; at first anywhere near will do.
+            solution = _nearest(robot, pose, near, waypoint, search_on=not free)
             copies.insert(0, turns_inside(robot, solution.q))
             before = solution.q
         result.append(_valued(robot, waypoint, copies, free))
     return result
 
 
-def _nearest(robot: Robot, pose: Any, near: FloatArray, waypoint: CartesianWaypoint) -> IKSolution:
-    return solve_pose_ik(robot, pose, near, waypoint=waypoint.name, where=waypoint.where)
+def _nearest(
+    robot: Robot, pose: Any, near: FloatArray, waypoint: CartesianWaypoint, *, search_on: bool
+) -> IKSolution:
+    return solve_pose_ik(
+        robot, pose, near, nearest=search_on, waypoint=waypoint.name, where=waypoint.where
+    )
 
 
 def _reaches(robot: Robot, pose: Any, q: FloatArray) -> bool:

@@ -43,7 +43,7 @@ def weights(robot: Robot, q: FloatArray) -> FloatArray:
     return 1.0 + limit_nearness(robot, q) + singular_nearness(smallest)
 
 
-def passage_weights(
+def passage_nearness(
     robot: Robot,
     q0: FloatArray,
     v0: FloatArray,
@@ -51,12 +51,11 @@ def passage_weights(
     v1: FloatArray,
     durations: FloatArray,
     samples: int = SAMPLES,
-) -> FloatArray:
-    """Mean factor of the travel along cubics between configurations, shape (n,).
+) -> tuple[FloatArray, FloatArray]:
+    """How near limits and singularities cubics between configurations come.
 
     Each joint moves as the cubic Hermite polynomial with these positions and velocities, which is
-    near what any planner makes of them. The mean is that of the trapezoidal rule, the ends counting
-    half.
+    near what any planner makes of them.
 
     Args:
         robot: The robot.
@@ -65,13 +64,17 @@ def passage_weights(
         q1: Joint positions at the end, likewise.
         v1: Joint velocities at the end, likewise.
         durations: [s], shape (n,).
-        samples: Times between at which it is looked at.
+        samples: Times between at which it is looked at, evenly spread.
+
+    Returns:
+        Of `weights` beyond 1 the mean by the trapezoidal rule, shape (n,), and the most, (n,).
     """
-    ends = 0.5 * (weights(robot, q0) + weights(robot, q1)) - 1.0
-    return 1.0 + ends / (samples + 1) + between_weights(robot, q0, v0, q1, v1, durations, samples)
+    ends = np.array([weights(robot, q0), weights(robot, q1)]) - 1.0
+    mean, most = between_nearness(robot, q0, v0, q1, v1, durations, samples)
+    return mean + ends.mean(axis=0) / (samples + 1), np.maximum(most, ends.max(axis=0))
 
 
-def between_weights(
+def between_nearness(
     robot: Robot,
     q0: FloatArray,
     v0: FloatArray,
@@ -79,13 +82,13 @@ def between_weights(
     v1: FloatArray,
     durations: FloatArray,
     samples: int = SAMPLES,
-) -> FloatArray:
-    """The part of `passage_weights` beyond 1 that is due to what lies between, shape (n,)."""
+) -> tuple[FloatArray, FloatArray]:
+    """What lies between has for a share in `passage_nearness`, the ends left out."""
     if not samples:
-        return np.zeros(len(q0))
+        return np.zeros(len(q0)), np.zeros(len(q0))
     s = np.linspace(0.0, 1.0, samples + 2)[1:-1, None, None]
     h = durations[:, None]
     q = (1 + 2 * s) * (1 - s) ** 2 * q0 + s**2 * (3 - 2 * s) * q1
     q = q + h * s * (1 - s) * ((1 - s) * v0 - s * v1)
-    found = weights(robot, q.reshape(-1, robot.dof)).reshape(samples, -1)
-    return np.asarray((found - 1.0).sum(axis=0) / (samples + 1))
+    found = weights(robot, q.reshape(-1, robot.dof)).reshape(samples, -1) - 1.0
+    return np.asarray(found.sum(axis=0) / (samples + 1)), np.asarray(found.max(axis=0))

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.passage import SAMPLES, passage_weights, weights
+from knotwork.kinematics.passage import SAMPLES, passage_nearness, weights
 from knotwork.kinematics.steps import (
     AT_LIMIT,
     INFEASIBLE,
@@ -54,9 +54,9 @@ def settle_sequence(
 
     Every other waypoint, then the others, and again: each tries steps along its free motion, and
     towards its neighbours, and takes the best. What is best is told by the cubics to and from the
-    neighbours, looked at `samples` times each: travel T, time h, and n the mean nearness to limits
-    and singularities on the way make T + (T + h) n. Joint speeds beyond their limits count as in
-    the choice of the sequence.
+    neighbours, looked at `samples` times each: with travel T, time h, and the mean n and the most
+    m of the nearness to limits and singularities on the way, T (1 + n) + h m. Joint speeds beyond
+    their limits count as in the choice of the sequence.
 
     Args:
         robot: The robot.
@@ -168,8 +168,8 @@ class _Settling:
             here, there = (q[rows], v[rows]), (self.q[other], self.v[other])
             (q0, v0), (q1, v1) = (here, there) if side > 0 else (there, here)
             move = np.abs(q1 - q0) / self.speed
-            mean = passage_weights(self.robot, q0, v0, q1, v1, h, self.way.samples)
-            cost[rows] += np.linalg.norm(move, axis=1) * mean + h * (mean - 1.0)
+            mean, most = passage_nearness(self.robot, q0, v0, q1, v1, h, self.way.samples)
+            cost[rows] += np.linalg.norm(move, axis=1) * (1.0 + mean) + h * most
             fastest = (np.abs(q1 - q0) / self.limit).max(axis=1) / h
             middle = 1.5 * (q1 - q0) / h[:, None] - 0.25 * (v0 + v1)
             strain = (np.abs(middle) / self.limit).max(axis=1)

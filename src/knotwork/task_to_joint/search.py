@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.joint_space import JointSpace
 from knotwork.kinematics.between import choose_with_passages
 from knotwork.kinematics.candidates import Candidates, find_candidates
-from knotwork.kinematics.passage import SAMPLES, between_weights, weights
+from knotwork.kinematics.passage import SAMPLES, between_nearness, weights
 from knotwork.kinematics.restarts import FULL_TURN
 from knotwork.kinematics.sequence import Sequence, choose_sequence
 from knotwork.kinematics.settling import Way, settle_sequence
@@ -136,8 +136,8 @@ class Search:
     def _surcharge(self, interval: Any, start: Any, end: Any) -> FloatArray:
         """What the way between candidates costs more than their travel and own weights say [s].
 
-        With travel T, time h, and n the mean nearness to limits and singularities on the way, that
-        is T + (T + h) n in all: it counts how far and how long an arm moves near those.
+        With travel T, time h, and the mean n and the most m of the nearness to limits and
+        singularities on the way, that makes T (1 + n) + h m in all.
         """
         layers = self.layers
         first = np.concatenate([[0], np.cumsum([len(layer.q) for layer in layers])])
@@ -150,10 +150,10 @@ class Search:
         turns = FULL_TURN * np.round(move / FULL_TURN)
         move -= np.where(self.rules.unbounded & ~fixed[:, None], turns, 0.0)
         h, count = self.durations[interval], self.samples
-        between = between_weights(self.robot, q[a], v[a], q[a] + move, v[b], h, count)
-        ends = 0.5 * (near[a] + near[b]) / (count + 1)
+        mean, most = between_nearness(self.robot, q[a], v[a], q[a] + move, v[b], h, count)
+        most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
         travel = np.linalg.norm(move / self.rules.speed, axis=1)
-        return np.asarray(travel * between + h * (between + ends))
+        return np.asarray(travel * mean + h * most)
 
     @property
     def durations(self) -> FloatArray:

@@ -38,8 +38,8 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
 
     An arm with joints to spare moves freely at a pose. Samples of that motion take the place of the
     branches, and those chosen are then moved along it to where the way through is best. There the
-    nearness to limits and singularities is the mean along the way between waypoints, and counts
-    for the time spent as well as for the travel.
+    nearness to limits and singularities counts along the way between waypoints too: the mean for
+    the travel, the most for the time it takes.
 
     Args:
         scenario: The task.
