@@ -78,7 +78,8 @@ def eaik(robot: Robot) -> Solver:
         target = pose.homogeneous.copy()
         target[:3, :3] = target[:3, :3] @ home.rotation.T
         answer = solver.IK(target)
-        found = [np.asarray(q) for q in answer.Q]
+        # beside solutions it gives least-squares answers, which are none
+        found = [np.asarray(q) for q, ls in zip(answer.Q, answer.is_LS, strict=True) if not ls]
         away = [np.abs((q - start + np.pi) % (2 * np.pi) - np.pi).max() for q in found]
         return found[int(np.argmin(away))] if found else None
 
