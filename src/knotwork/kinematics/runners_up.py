@@ -11,7 +11,6 @@ import numpy as np
 from knotwork.kinematics.sequence import (
     Sequence,
     first_least,
-    positions_of,
     reach,
     way_to,
     widened,
@@ -36,12 +35,10 @@ class RunnerUp:
 
     Attributes:
         index: Its candidate at each waypoint.
-        q: Its joint positions, shape (n, d).
         cost: What it costs [s].
     """
 
     index: tuple[int, ...]
-    q: FloatArray
     cost: float
 
 
@@ -76,14 +73,15 @@ def runners_up(
         for layer, branch, q, k in zip(layers, branches, chosen.q, chosen.index, strict=True)
     ]
     groups = [np.arange(len(layer.q)) for layer in layers] if turns else branches
-    guess = _through(
+    guess = _ways(
         [layer.take(k) for layer, k in zip(layers, few, strict=True)],
         durations,
         rules,
         [group[k] != group[own] for group, k, own in zip(groups, few, chosen.index, strict=True)],
         np.inf,
     )
-    bounds = [found.cost for found in guess if found is not None]
+    bounds = [cost.min() for cost in guess[1]] if guess is not None else []
+    bounds = [bound for bound in bounds if np.isfinite(bound)]
     if not bounds:
         return [None] * len(layers)
     others = [group != group[k] for group, k in zip(groups, chosen.index, strict=True)]
@@ -112,13 +110,12 @@ def _through(
     bound: float,
 ) -> list[RunnerUp | None]:
     """The best sequence through one of the candidates asked for at each layer, within a bound."""
-    states = reach(layers, durations, rules, bound)
-    if len(states) < len(layers):
+    ways = _ways(layers, durations, rules, others, bound)
+    if ways is None:
         return [None] * len(layers)
-    onward, follows = _ways_on(layers, states, durations, rules)
+    states, costs, follows = ways
     found: list[RunnerUp | None] = []
-    for i, (state, wanted) in enumerate(zip(states, others, strict=True)):
-        cost = np.where(wanted[state.index], state.cost + onward[i], np.inf)
+    for i, cost in enumerate(costs):
         row = int(first_least(cost[:, None])[0])
         if not np.isfinite(cost[row]):
             found.append(None)
@@ -127,8 +124,30 @@ def _through(
         for after in follows[i:]:
             rows.append(int(after[rows[-1]]))
         index = tuple(int(s.index[r]) for s, r in zip(states, rows, strict=True))
-        found.append(RunnerUp(index, positions_of(layers, index, rules), float(cost[row])))
+        found.append(RunnerUp(index, float(cost[row])))
     return found
+
+
+def _ways(
+    layers: list[Layer],
+    durations: FloatArray,
+    rules: Rules,
+    others: Many[Any],
+    bound: float,
+) -> tuple[list[Reached], list[FloatArray], list[Any]] | None:
+    """What is kept of each layer, the cost of the best way through that, and where it goes on.
+
+    Through candidates that are not asked for the cost is infinite. `None` if there is no way.
+    """
+    states = reach(layers, durations, rules, bound)
+    if len(states) < len(layers):
+        return None
+    onward, follows = _ways_on(layers, states, durations, rules)
+    costs = [
+        np.where(wanted[state.index], state.cost + rest, np.inf)
+        for state, wanted, rest in zip(states, others, onward, strict=True)
+    ]
+    return states, costs, follows
 
 
 def _ways_on(

@@ -6,6 +6,7 @@ import numpy as np
 
 from knotwork.kinematics.candidates import Candidates
 from knotwork.kinematics.runners_up import RunnerUp, runners_up
+from knotwork.kinematics.sequence import positions_of
 from knotwork.kinematics.steps import (
     AT_LIMIT,
     INFEASIBLE,
@@ -146,7 +147,10 @@ class Explanation:
         ]
 
     def _alternative(self, i: int, other: RunnerUp) -> Alternative:
-        q, least = other.q[i], self.found.sequence.cost
+        least, layers = self.found.sequence.cost, self.search.layers
+        q = layers[i].q[other.index[i]]
+        if self.search.rules.unbounded.any():
+            q = self._positions(other)[i]
         branch = describe_branch(self.robot, branch_signs(self.robot, q[None])[0])
         hindrance = ""
         if least >= STRAINED and other.cost - least >= 0.5 * CHANGE_IN_MOTION:
@@ -160,10 +164,13 @@ class Explanation:
         extra = None if hindrance else other.cost - least
         return Alternative(branch, self._turns(q), extra, hindrance)
 
+    def _positions(self, other: RunnerUp) -> FloatArray:
+        return positions_of(self.search.layers, other.index, self.search.rules)
+
     def _change(self, other: RunnerUp) -> str:
         """Where a sequence changes its branch on a way where that counts."""
         price = changes(self.search.rules, len(self.search.durations))
-        signs = branch_signs(self.robot, other.q)
+        signs = branch_signs(self.robot, self._positions(other))
         changed = (signs[1:] * signs[:-1] < 0).any(axis=1) & (price > 0)
         if not changed.any():  # of branches that are singular, and pass for either
             return "changes the branch on the way"
@@ -172,14 +179,14 @@ class Explanation:
 
     def _strain(self, other: RunnerUp) -> str:
         """The joint that goes farthest beyond its limit in the middle of an interval."""
-        search = self.search
+        search, q = self.search, self._positions(other)
         v = np.array(
             [
-                np.zeros(len(q)) if layer.velocity is None else layer.velocity[k]
-                for layer, k, q in zip(search.layers, other.index, other.q, strict=True)
+                np.zeros(q.shape[1]) if layer.velocity is None else layer.velocity[k]
+                for layer, k in zip(search.layers, other.index, strict=True)
             ]
         )
-        mean = np.diff(other.q, axis=0) / search.durations[:, None]
+        mean = np.diff(q, axis=0) / search.durations[:, None]
         middle = np.abs(1.5 * mean - 0.25 * (v[1:] + v[:-1]))
         i, j = divmod(int(np.argmax(middle / self.robot.velocity_limit)), len(v[0]))
         speed = self._speed(j, float(middle[i, j]))
@@ -198,7 +205,7 @@ class Explanation:
             if use.max() > worst:
                 j, worst = int(np.argmax(use)), float(use.max())
                 said = f"{self._speed(j, worst * limit[j])} at {self.names[i]!r}"
-        for i, j, move in self._too_fast(other.q):
+        for i, j, move in self._too_fast(self._positions(other)):
             use_there = move / (limit[j] * self.search.durations[i])
             if use_there > worst:
                 worst, speed = use_there, move / self.search.durations[i]
