@@ -188,8 +188,14 @@ def test_an_impossible_rate_writes_nothing(rate: float, deburring: Plan, tmp_pat
 
 def test_the_report_in_the_file_is_the_report(deburring: Plan, stored: Path) -> None:
     data = json.loads((stored / "report.json").read_text(encoding="utf-8"))
-    assert data == deburring.report.to_dict()
+    assert data == deburring.report_to_dict()
     assert data["ok"] is True
+    solutions = data.pop("solutions")
+    assert data == deburring.report.to_dict()
+    assert deburring.solution is not None
+    assert [c["waypoint"] for c in solutions["choices"]] == [
+        choice.waypoint for choice in deburring.solution.choices
+    ]
 
 
 # Writing
