@@ -181,8 +181,10 @@ class UnreachablePoseError(TaskError):
     """No configuration of the arm, inside its limits or out, brings the tool to the pose.
 
     Attributes:
-        position_shortfall: Distance left at the nearest pose found [m].
-        orientation_shortfall: Angle left at the nearest pose found [rad].
+        position_shortfall: Distance left at the nearest pose found, limits or not [m].
+        orientation_shortfall: Angle left there [rad].
+        closest: Joint positions inside the limits that come nearest [rad or m].
+        held: Names of the joints that stand at a limit there and would have to go on.
     """
 
     def __init__(
@@ -192,10 +194,13 @@ class UnreachablePoseError(TaskError):
         *,
         position_shortfall: float,
         orientation_shortfall: float,
+        closest: Sequence[float] = (),
+        held: Sequence[str] = (),
         where: str = "",
     ) -> None:
         self.position_shortfall = position_shortfall
         self.orientation_shortfall = orientation_shortfall
+        self.closest, self.held = tuple(closest), tuple(held)
         super().__init__(waypoint, message, where=where)
 
 
@@ -204,6 +209,8 @@ class OutsideLimitsError(TaskError):
 
     Attributes:
         joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
+        closest: Joint positions inside the limits that come nearest [rad or m].
+        held: Names of the joints that stand at a limit there and would have to go on.
     """
 
     def __init__(
@@ -212,9 +219,12 @@ class OutsideLimitsError(TaskError):
         message: str,
         *,
         joints: Sequence[tuple[str, float, float, float]],
+        closest: Sequence[float] = (),
+        held: Sequence[str] = (),
         where: str = "",
     ) -> None:
         self.joints = tuple(joints)
+        self.closest, self.held = tuple(closest), tuple(held)
         super().__init__(waypoint, message, where=where)
 
 

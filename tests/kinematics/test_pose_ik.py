@@ -432,3 +432,44 @@ def test_near_a_singularity_the_nearer_twin_is_found() -> None:
         start = q + generator.uniform(-0.1, 0.1, 6)
         found = solve_pose_ik(UR5, UR5.forward(q), start)
         assert found.distance <= np.linalg.norm(q - start) + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "point", "held"),
+    [
+        ("panda", [0.5, 0.0, -0.5], True),
+        ("xarm7", [0.3, 0.0, -0.5], True),
+        ("z1", [-0.4, 0.0, 0.1], True),
+        ("ur5", [1.2, 0.0, 0.3], False),
+    ],
+)
+def test_what_is_not_reached_says_how_near_the_limits_let_it_come(
+    name: str, point: list[float], held: bool
+) -> None:
+    robot, generator = ROBOTS[name], np.random.default_rng(3)
+    turn = pin.rpy.rpyToMatrix(0.0, 1.5, 0.0) if name == "z1" else np.eye(3)
+    pose = pin.SE3(turn, np.array(point))
+    with pytest.raises((UnreachablePoseError, OutsideLimitsError)) as caught:
+        solve_pose_ik(robot, pose, robot.configuration("home"))
+    closest = np.array(caught.value.closest)
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    assert (closest >= lower).all()
+    assert (closest <= upper).all()
+
+    def off(q: np.ndarray) -> float:
+        return float(np.hypot(*errors(robot.forward(q), pose)))
+
+    assert off(closest) > 0.01
+    for size in (1e-3, 1e-2, 1e-1):
+        for _ in range(200):
+            moved = closest + size * generator.normal(size=robot.dof)
+            assert off(np.minimum(np.maximum(moved, lower), upper)) >= (1 - 1e-4) * off(closest)
+    said = str(caught.value)
+    assert bool(caught.value.held) == held
+    if held:
+        assert f"held back by the limits of {', '.join(caught.value.held)}" in said
+        for joint in caught.value.held:
+            i = robot.joint_names.index(joint)
+            assert closest[i] in (lower[i], upper[i])
+    else:
+        assert "no joint limit makes it worse" in said

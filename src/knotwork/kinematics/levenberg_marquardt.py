@@ -118,6 +118,11 @@ class PoseSearch:
         _, _, position, orientation = self._error(q)
         return math.sqrt(position), math.sqrt(orientation)
 
+    def gradient(self, q: FloatArray) -> FloatArray:
+        """Jᵀe: where the joints would go to come nearer, shape (d,)."""
+        e = self._error(q)[0]
+        return np.asarray(self._jacobian_here().T.dot(e))
+
     def jacobian(self, q: FloatArray) -> FloatArray:
         """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""
         pin.computeJointJacobians(self._model, self._data, q)
