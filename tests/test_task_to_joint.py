@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
+import pickle
 import re
 from typing import Any
 
@@ -307,3 +309,11 @@ def test_the_next_best_is_what_comes_when_the_choice_is_taken_away() -> None:
     assert turned is not None
     assert (turned.branch, turned.turns != forced.choices[0].turns) == (other.branch, True)
     assert free.to_dict()["choices"][0]["alternative"]["branch"] == other.branch
+
+
+def test_a_solution_can_be_copied_and_pickled() -> None:
+    task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, HOME + 0.1)])}
+    found = solved(task)
+    for other in (copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
+        assert other.choices == found.choices
+        np.testing.assert_array_equal(other.waypoints.position, found.waypoints.position)

@@ -113,6 +113,8 @@ class Explanation:
         if feasible == 0:
             return f"least beyond the velocity limits{asked}"
         aim = "nearest to near" if self.search.near is not None else "least travel"
+        if candidates.free and self.robot.dof > 6 and self.search.near is None:
+            aim = "least travel, and clear of limits and singularities"
         left = len(candidates.q) - feasible
         fast = f"; {left} too fast for the joints" if left else ""
         return f"{aim}{asked}{fast}"

@@ -75,6 +75,10 @@ class TaskSolution:
         """For the waypoints given by poses, in order; found when they are asked for."""
         return self._explain() if self._explain is not None else ()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What is copied and pickled: the choices, and not how they are found."""
+        return {**self.__dict__, "choices": self.choices, "_explain": None}
+
     def to_dict(self) -> dict[str, Any]:
         """Give the choices and obstacles as plain data, ready for JSON."""
         choices = []
