@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 import knotwork as kw
-from conftest import Command
+from command_line import Command
 from knotwork import pipeline, resources
 
 COMMANDS = ["plan", "check", "robots", "scenarios", "schema"]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from conftest import Command
+from command_line import Command
 from knotwork import errors
 from knotwork.errors import CheckFailedError, KnotworkError
 from knotwork.pipeline import plan

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import knotwork as kw
-from conftest import Command
+from command_line import Command
 from knotwork import resources
 from knotwork.joint_space import joint_space
 from knotwork.pipeline import planner_options

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline, PPoly
 
 import knotwork as kw
-from conftest import Command
+from command_line import Command
 from knotwork import storage
 from knotwork.errors import DocumentError, InputError
 from knotwork.pipeline import Plan

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from conftest import Command
+from command_line import Command
 from knotwork.errors import BranchError, DocumentError
 from knotwork.joint_space import joint_space
 from knotwork.task_to_joint import TaskSolution, solve_task

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 import knotwork as kw
-from conftest import Command
+from command_line import Command
 from knotwork.cli import export as command
 from knotwork.export import FORMATS, save
 

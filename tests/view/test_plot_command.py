@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from conftest import Command
+from command_line import Command
 from knotwork.pipeline import Plan
 
 FAILING = Path(__file__).parents[1] / "failing"
