@@ -140,9 +140,9 @@ class PoseSearch:
         """Weighted error e, shape (6,), |e|², and the squares of the errors [m²], [rad²]."""
         pin.computeJointJacobians(self._model, self._data, q)
         off = pin.updateFramePlacement(self._model, self._data, self._frame).actInv(self._target)
-        e = np.empty(6)
+        # The angular part of log₆ is log₃, and it makes the array at once.
+        e = pin.log6(off).vector
         e[:3] = off.translation
-        e[3:] = pin.log3(off.rotation)
         x, y, z, u, v, w = e.tolist()
         position, orientation = x * x + y * y + z * z, u * u + v * v + w * w
         if self._weights is None:
@@ -172,10 +172,9 @@ class PoseSearch:
         """
         # This is the inner loop of all that solves for single poses: no array is made, checked or
         # looked through twice, because for six numbers NumPy's overhead is all there is.
-        d = len(start)
-        bounds = list(zip(range(d), lower.tolist(), upper.tolist(), strict=True))
-        H = np.empty((d, d))
-        diagonal, plain, factorisation = H.reshape(-1)[:: d + 1], np.empty(d), LDLT(d)
+        d, lows, highs = len(start), lower.tolist(), upper.tolist()
+        H, factorisation = np.empty((d, d)), LDLT(d)
+        diagonal = H.reshape(-1)[:: d + 1]
         most_position, most_orientation = (
             self._position_tolerance**2,
             self._orientation_tolerance**2,
@@ -186,7 +185,7 @@ class PoseSearch:
         hasty = hasty and square > CLOSE**2
         patience = HASTY_STALL_ITERATIONS if hasty else STALL_ITERATIONS
         least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
-        checkpoint, polished, accepted, iteration = square, 0, True, 0
+        checkpoint, polished, iteration, at_limit, accepted = square, 0, 0, True, True
         while iteration < max_iterations:
             if position <= most_position and orientation <= most_orientation:
                 if polished == polish_iterations or square <= enough:
@@ -199,39 +198,50 @@ class PoseSearch:
             iteration += 1
             if accepted:
                 J = self._jacobian_here()
-                gradient = J.T.dot(e)
-                np.dot(J.T, J, out=H)
-                slope = gradient.tolist()
-                for i, low, high in bounds:
-                    if (at[i] <= low and slope[i] < 0.0) or (at[i] >= high and slope[i] > 0.0):
-                        gradient[i] = 0.0
-                        H[i] = 0.0
-                        H[:, i] = 0.0
-                plain[:] = diagonal
-            np.add(plain, factor * square + 1e-30, out=diagonal)
+                JT = J.T
+                gradient = JT.dot(e)
+                held = _held(at, lows, highs, gradient.tolist()) if at_limit else []
+                if held:
+                    gradient[held] = 0.0
+            JT.dot(J, out=H)
+            for i in held:
+                H[i] = 0.0
+                H[:, i] = 0.0
+            diagonal += factor * square + 1e-30
             factorisation.compute(H)
-            step = factorisation.solve(gradient).reshape(d)  # (1, 1) of one joint
-            length = float(step.dot(step))
-            if length > MAX_STEP**2:  # else no joint can exceed it
-                longest = max(map(abs, step.tolist()))
-                if longest > MAX_STEP:
-                    step *= MAX_STEP / longest
+            step = factorisation.solve(gradient)
+            if d == 1:
+                step = step.reshape(1)  # from (1, 1)
+            moves = step.tolist()
+            if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
+                step *= MAX_STEP / max(map(abs, moves))
             candidate = q + step
-            moved = candidate.tolist()
-            for i, low, high in bounds:
-                if moved[i] < low:
-                    candidate[i] = moved[i] = low
-                elif moved[i] > high:
-                    candidate[i] = moved[i] = high
+            moved, clipped = candidate.tolist(), False
+            for angle, low, high in zip(moved, lows, highs, strict=True):
+                if not low < angle < high:
+                    clipped = True
+                    np.maximum(candidate, lower, out=candidate)
+                    np.minimum(candidate, upper, out=candidate)
+                    moved = candidate.tolist()
+                    break
             trial = self._error(candidate)
             accepted = trial[1] < square
             if accepted:
-                q, at = candidate, moved
+                q, at, at_limit = candidate, moved, clipped
                 e, square, position, orientation = trial
                 factor = max(0.2 * factor, least_factor)
             else:
-                if polished or factor > MAX_FACTOR or length == 0.0:
+                if polished or factor > MAX_FACTOR or not any(moves):
                     break
                 factor *= 8.0
         errors = math.sqrt(position), math.sqrt(orientation)
         return LocalSolution(q, *errors, iteration, self.within(*errors))
+
+
+def _held(at: list[float], lower: list[float], upper: list[float], slope: list[float]) -> list[int]:
+    """Joints at a limit that a step along the slope would take beyond it."""
+    return [
+        i
+        for i, (q, low, high, rising) in enumerate(zip(at, lower, upper, slope, strict=True))
+        if (q <= low and rising < 0.0) or (q >= high and rising > 0.0)
+    ]
