@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -36,7 +37,7 @@ def refuse_unknown(
             raise document.error((*at, key), "unknown key", did_you_mean(key, known))
 
 
-class Rows:
+class Rows(ABC):
     """What both shapes share: reading numbers, and saying where they stand."""
 
     def __init__(
@@ -51,6 +52,7 @@ class Rows:
         self.start_time = start_time
         self.prepare()
 
+    @abstractmethod
     def prepare(self) -> None:
         """Find the rows."""
 
@@ -97,17 +99,17 @@ class Rows:
             parts[name] = part
         return start + (parts["sec"] * NANOSECONDS + parts["nanosec"]) / NANOSECONDS
 
+    @abstractmethod
     def location(self, row: int, quantity: str, joint: int | None) -> Location:
         """Where a value stands, or the rows if no quantity is named."""
-        raise NotImplementedError
 
+    @abstractmethod
     def time(self) -> FloatArray:
         """Times [s], shape (n,)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def table(self, quantity: str) -> tuple[FloatArray, Any]:
         """Values of a quantity, shape (n, d), and in which rows it is given, shape (n,)."""
-        raise NotImplementedError
 
 
 class PointRows(Rows):
