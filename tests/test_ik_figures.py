@@ -56,7 +56,7 @@ def test_ratios(pattern: str, solvers: tuple[str, ...], start: str) -> None:
 
 
 def test_single_ratios_and_shares() -> None:
-    assert said(rf"and {NUMBER} times from anywhere") * 2 == ratios(
+    assert said(rf"and {NUMBER} to {NUMBER} times from anywhere") == ratios(
         ("roboticstoolbox ik_LM",), "random"
     )
     near, anywhere = said(rf"have one, {NUMBER} and {NUMBER} times")
