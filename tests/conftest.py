@@ -1,4 +1,4 @@
-"""What several test files share: the command line run in this process, and plans made once."""
+"""What several test files share: command line and browser in this process, plans made once."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from browser import chromium
 from command_line import Command, Ran
 from knotwork.cli.main import main
 from knotwork.pipeline import Plan, plan
@@ -38,3 +39,6 @@ def deburring() -> Plan:
 def paper_case() -> Plan:
     """The plan of the paper's case, made once."""
     return plan("paper_case")
+
+
+__all__ = ["chromium", "deburring", "knotwork", "paper_case"]

@@ -1,19 +1,15 @@
-"""The documentation, built once for all tests and workers, and a browser to look at it."""
+"""The documentation, built once for all tests and workers."""
 
 from __future__ import annotations
 
 import os
-import shutil
 import time
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from site_build import Site, build
 
 DOCS = Path(__file__).parents[2] / "docs"
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 PATIENCE = 300.0  # for another worker's build [s]
 
 
@@ -46,21 +42,3 @@ def extensions(monkeypatch: pytest.MonkeyPatch) -> None:
     """The documentation's own extensions, importable."""
     pytest.importorskip("sphinx", reason="the documentation needs Python 3.11 or newer")
     monkeypatch.syspath_prepend(str(DOCS / "extensions"))
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """A browser; without one the test is skipped, or fails where one is required."""
-    program = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if program is None:
-        if os.environ.get("KNOTWORK_REQUIRE_BROWSER"):
-            pytest.fail("KNOTWORK_REQUIRE_BROWSER is set, but there is no Chromium")
-        pytest.skip("there is no Chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=program, args=["--no-sandbox", "--disable-gpu"]
-        )
-        yield browser
-        browser.close()

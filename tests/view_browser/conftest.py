@@ -1,9 +1,7 @@
-"""The system's Chromium, headless, without a network; a page is opened once, looked at often."""
+"""Tabs without a network; a page is opened once, looked at often."""
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,16 +10,6 @@ import pytest
 
 from knotwork.view.page import Page
 
-NAMES = ("chromium", "chromium-browser", "google-chrome")
-ARGUMENTS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 # As it was when it was opened: everything shown, at the start, from the first camera.
 AFRESH = """() => {
   for (const box of document.querySelectorAll("#switches input")) if (!box.checked) box.click();
@@ -31,28 +19,6 @@ AFRESH = """() => {
   knotwork.seek(0);
   document.getElementById("first-view").click();
 }"""
-
-
-def _unavailable(reason: str) -> None:
-    if os.environ.get("KNOTWORK_REQUIRE_BROWSER"):
-        pytest.fail(f"KNOTWORK_REQUIRE_BROWSER is set, but {reason}")
-    pytest.skip(reason)
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """A browser; without one the test is skipped, or fails where one is required."""
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        _unavailable("the package playwright is not installed")
-    program = next((path for name in NAMES if (path := shutil.which(name))), None)
-    if program is None:
-        _unavailable(f"there is no browser: none of {', '.join(NAMES)} is installed")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=list(ARGUMENTS))
-        yield browser
-        browser.close()
 
 
 class Tabs:
