@@ -262,3 +262,20 @@ def test_bad_files_are_said_in_a_line(knotwork: Command, tmp_path: Path) -> None
     ran = knotwork("check", file, "-s", SCENARIO)
     assert (ran.code, ran.out) == (2, "")
     assert f"{file}: line 6: column 2" in ran.err
+
+
+def test_a_fit_of_nothing_is_refused_and_not_passed_over(knotwork: Command) -> None:
+    ran = knotwork("export", "paper_case", "--planner", "cubic", "-f", "pvt", "--fit", "0")
+    assert ran.code == 2
+    assert "fit is 0; it must be positive" in ran.err
+
+
+@pytest.mark.parametrize(("name", "offered"), [("ros2", True), ("pvt", False)])
+def test_accelerations_are_offered_where_the_format_takes_them(
+    name: str, offered: bool, knotwork: Command
+) -> None:
+    arguments = ("export", "ur5_deburring", "--planner", "quintic", "-f", name)
+    ran = knotwork(*arguments)
+    assert ran.code == 2
+    assert ("--accelerations" in ran.err) == offered
+    assert "--fit" in ran.err

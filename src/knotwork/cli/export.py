@@ -141,7 +141,9 @@ def export(
     from knotwork import export as exporting
 
     form = exporting.get_format(name)
-    given = {key: value for key, value in options.items() if value not in (None, False)}
+    given = {
+        key: value for key, value in options.items() if value is not None and value is not False
+    }
     for key, pairs in (("scale", scale), ("offset", offset)):
         if pairs:
             given[key] = _by_joint(pairs, key)

@@ -70,7 +70,7 @@ class Points:
 
 
 def carry(
-    trajectory: JointTrajectory, *, accelerations: bool = False, fit: float | None = None
+    trajectory: JointTrajectory, *, accelerations: bool | None = False, fit: float | None = None
 ) -> Points:
     """Take the knots of a motion, or points enough to come within a tolerance of it.
 
@@ -80,7 +80,8 @@ def carry(
 
     Args:
         trajectory: The motion.
-        accelerations: Points carry accelerations, so that receivers join them by quintics.
+        accelerations: Points carry accelerations, so that receivers join them by quintics; `None`
+            for receivers that take none.
         fit: How far the result may be off [rad or m]; by default it must not be off at all.
 
     Raises:
@@ -95,10 +96,10 @@ def carry(
     derivatives = _derivatives(trajectory, times, order)
     joined = two_point_coefficients(times, derivatives)
     if (_off(trajectory, times, joined) <= LOSSLESS * _scale(trajectory)).all():
-        return _points(trajectory, times, joined, accelerations, exact=True)
+        return _points(trajectory, times, joined, bool(accelerations), exact=True)
     _refuse_jumps(trajectory, order, tolerance)
     if tolerance is None:
-        raise _not_carried(trajectory, order, times, joined)
+        raise _not_carried(trajectory, order, times, joined, may_accelerate=accelerations is False)
     floor = float(_scale(trajectory).max()) * LOSSLESS
     if tolerance < floor:
         raise InputError(
@@ -106,7 +107,7 @@ def carry(
             f"{floor:.3g} is accepted"
         )
     times, joined = _refine(trajectory, times, joined, order, tolerance)
-    return _points(trajectory, times, joined, accelerations, exact=False)
+    return _points(trajectory, times, joined, bool(accelerations), exact=False)
 
 
 def _checked_tolerance(fit: float) -> float:
@@ -189,14 +190,19 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
 
 
 def _not_carried(
-    trajectory: JointTrajectory, order: int, times: FloatArray, joined: FloatArray
+    trajectory: JointTrajectory,
+    order: int,
+    times: FloatArray,
+    joined: FloatArray,
+    *,
+    may_accelerate: bool,
 ) -> ExportError:
     off = _off(trajectory, times, joined)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
     ways = ["give a tolerance to fit within, in rad or m (--fit)"]
-    if order == 2 and degree <= 5 and trajectory.continuity.order >= 2:
+    if may_accelerate and degree <= 5 and trajectory.continuity.order >= 2:
         ways.insert(0, "send accelerations too (--accelerations), which carry it exactly")
     ways.append("choose a planner of cubics")
     planner = f"planner {trajectory.planner!r}" if trajectory.planner else "this motion"

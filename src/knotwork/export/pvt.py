@@ -48,7 +48,7 @@ def to_pvt(
     names, units = trajectory.joint_names, trajectory.joint_units
     factors = _by_joint(trajectory, scale, 1.0, "scale")
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
-    points = carry(trajectory, fit=fit)
+    points = carry(trajectory, accelerations=None, fit=fit)
     knots = points.trajectory.knots
     time = np.asarray(knots.time - knots.time[0])
     shown = ["deg" if unit == "rad" and degrees else unit for unit in units]
