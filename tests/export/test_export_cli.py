@@ -265,7 +265,7 @@ def test_bad_files_are_said_in_a_line(knotwork: Command, tmp_path: Path) -> None
 
 
 def test_a_fit_of_nothing_is_refused_and_not_passed_over(knotwork: Command) -> None:
-    ran = knotwork("export", "paper_case", "--planner", "cubic", "-f", "pvt", "--fit", "0")
+    ran = knotwork("export", "paper_case", "-f", "pvt", "--fit", "0")
     assert ran.code == 2
     assert "fit is 0; it must be positive" in ran.err
 
