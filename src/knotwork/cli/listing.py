@@ -19,17 +19,17 @@ def robots(name: str | None, as_json: bool) -> int:
 
     NAME is a shipped robot's name or the path of a robot file or URDF.
     """
-    from knotwork.cli import tables
+    from knotwork.cli import listing_tables
     from knotwork.robot import load_robot, robot_names
 
     shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
     if as_json:
-        rows = [tables.robot_to_dict(robot) for robot in shown]
+        rows = [listing_tables.robot_to_dict(robot) for robot in shown]
         click.echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
     elif name is not None:
-        tables.print_robot(shown[0])
+        listing_tables.print_robot(shown[0])
     else:
-        tables.print_robots(shown)
+        listing_tables.print_robots(shown)
     return PASSED
 
 
@@ -38,7 +38,7 @@ def robots(name: str | None, as_json: bool) -> int:
 def scenarios(as_json: bool) -> int:
     """List the shipped scenarios."""
     from knotwork import resources
-    from knotwork.cli import tables
+    from knotwork.cli import listing_tables
     from knotwork.scenario import load_scenario
 
     shown = [load_scenario(name) for name in resources.names("scenarios")]
@@ -56,7 +56,7 @@ def scenarios(as_json: bool) -> int:
         ]
         click.echo(json.dumps(rows, indent=1))
     else:
-        tables.print_scenarios(shown)
+        listing_tables.print_scenarios(shown)
     return PASSED
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -19,7 +19,6 @@ from knotwork.witness import LimitUse, Report, Requirement
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
-    from knotwork.robot import Robot
     from knotwork.task_to_joint import Choice, TaskSolution
 
 # Numbers are never cut short: a table takes the width it needs, and a terminal wraps what is more.
@@ -245,109 +244,3 @@ def print_summary(rows: Sequence[tuple[str, str]]) -> None:
         colour = "green" if word == "passed" else "bold red"
         table.add_row(escape(name), f"[{colour}]{word}[/]")
     console(wrap=True).print(table)
-
-
-def print_scenarios(scenarios: Sequence[Scenario]) -> None:
-    """Print the shipped scenarios."""
-    table = plain_table(
-        "Scenarios", ["name", "robot", "waypoints", "duration [s]", "description"], 2
-    )
-    table.columns[-1].justify = "left"
-    table.columns[-1].no_wrap = False
-    for scenario in scenarios:
-        robot = scenario.robot if isinstance(scenario.robot, str) else None
-        times = scenario.times
-        table.add_row(
-            escape(scenario.name),
-            escape(robot or "-"),
-            str(len(times)),
-            f"{times[-1] - times[0]:g}",
-            escape(scenario.description.strip()),
-        )
-    console(wrap=True).print(table)
-
-
-def print_robots(robots: Sequence[Robot]) -> None:
-    """Print the shipped robots."""
-    table = plain_table("Robots", ["name", "joints", "tool frame", "description"], 4)
-    table.columns[-1].no_wrap = False
-    for robot in robots:
-        table.add_row(
-            escape(robot.name),
-            str(len(robot.joint_names)),
-            escape(robot.tool_frame or "-"),
-            escape(robot.description.strip()),
-        )
-    out = console(wrap=True)
-    out.print(table)
-    out.print("knotwork robots NAME shows one of them")
-
-
-def print_robot(robot: Robot) -> None:
-    """Print a robot's joints, limits, frames and configurations."""
-    out = console()
-    out.print(f"[bold]{escape(robot.name)}[/]  {escape(robot.description.strip())}")
-    out.print(f"model {escape(str(robot.urdf))}", soft_wrap=True)
-    out.print(f"base frame {escape(robot.base_frame)}, tool frame {robot.tool_frame}")
-    limits = {
-        "lower": robot.lower_position_limit,
-        "upper": robot.upper_position_limit,
-        "velocity": robot.velocity_limit,
-        "acceleration": robot.acceleration_limit,
-        "jerk": robot.jerk_limit,
-        "effort": robot.effort_limit,
-    }
-    table = plain_table("Joint limits [SI]", ["joint", "unit", *limits], 2)
-    for i, name in enumerate(robot.joint_names):
-        cells = [
-            f"{limit[i]:.4g}" if np.isfinite(limit[i]) else "none" for limit in limits.values()
-        ]
-        table.add_row(escape(name), robot.joint_units[i], *cells)
-    out.print(table)
-    if robot.configurations:
-        table = plain_table("Configurations [SI]", ["joint", *robot.configurations])
-        for i, name in enumerate(robot.joint_names):
-            values = (f"{positions[i]:.4f}" for positions in robot.configurations.values())
-            table.add_row(escape(name), *values)
-        out.print(table)
-    if robot.locked:
-        locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
-        out.print(f"locked joints: {escape(locked)}")
-    out.print(f"frames: {escape(', '.join(robot.frame_names))}")
-
-
-def robot_to_dict(robot: Robot) -> dict[str, Any]:
-    """Give a robot as plain data; `null` stands for no limit."""
-    names = robot.joint_names
-
-    def finite(values: Any) -> dict[str, float | None]:
-        return {
-            name: float(value) if np.isfinite(value) else None
-            for name, value in zip(names, values, strict=True)
-        }
-
-    return {
-        "name": robot.name,
-        "description": robot.description,
-        "model": str(robot.urdf),
-        "base_frame": robot.base_frame,
-        "tool_frame": robot.tool_frame,
-        "frames": list(robot.frame_names),
-        "joints": dict(zip(names, robot.joint_units, strict=True)),
-        "limits": {
-            kind: finite(getattr(robot, kind))
-            for kind in (
-                "lower_position_limit",
-                "upper_position_limit",
-                "velocity_limit",
-                "acceleration_limit",
-                "jerk_limit",
-                "effort_limit",
-            )
-        },
-        "locked": dict(robot.locked),
-        "configurations": {
-            name: dict(zip(names, map(float, values), strict=True))
-            for name, values in robot.configurations.items()
-        },
-    }

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from knotwork.documents import Document, Location
 from knotwork.errors import did_you_mean
-from knotwork.scenario.schema import Frame, Placement
+from knotwork.scenario.waypoint_schema import Frame, Placement
 from knotwork.waypoints import FloatArray
 
 # Values in a file are often rounded to four digits; what is further from a unit quaternion or a

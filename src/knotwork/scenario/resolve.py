@@ -19,13 +19,9 @@ from knotwork.scenario.model import (
     ToleranceSet,
     ToolPlacement,
 )
-from knotwork.scenario.schema import (
-    Balanced,
-    EndAcceleration,
-    PoseWaypoint,
-    ScenarioFile,
-)
+from knotwork.scenario.schema import Balanced, EndAcceleration, ScenarioFile
 from knotwork.scenario.waypoint_reader import WaypointReader
+from knotwork.scenario.waypoint_schema import PoseWaypoint
 from knotwork.waypoints import FloatArray
 
 

@@ -6,61 +6,13 @@ them into SI in the robot's base frame.
 
 from __future__ import annotations
 
-import difflib
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Field, Tag, model_validator
 
 from knotwork.documents import StrictModel, Text
-
-# No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
-# this size leaves the range of floats.
-LARGEST = 1e12
-Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
-Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST)]
-Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
-Vector4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
-JointMap = Annotated[dict[str, Number], Field(min_length=1)]
-
-_EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
-ORIENTATIONS = (
-    "quaternion_xyzw",
-    "quaternion_wxyz",
-    "rpy",
-    "euler",
-    "rotation_vector",
-    "rotation_matrix",
-)
-
-
-def _kind(value: Any) -> str | None:
-    """Tell text, a mapping, a list and a number apart, so that only one of them is tried."""
-    if isinstance(value, str):
-        return "text"
-    if isinstance(value, dict | StrictModel):
-        return "mapping"
-    if isinstance(value, list | tuple):
-        return "list"
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return "number"
-    return None
-
-
-def _by_kind(accepted: str) -> Discriminator:
-    return Discriminator(
-        _kind, custom_error_type="kind", custom_error_message=f"Input should be {accepted}"
-    )
-
-
-def _euler_order(order: str) -> str:
-    if order in _EULER_ORDERS:
-        return order
-    if order.upper() in _EULER_ORDERS and order.islower():
-        raise ValueError(
-            f"lower case would mean fixed axes; write {order.upper()!r} for turns about the moving "
-            "axes, or use rpy for fixed x, y, z axes"
-        )
-    raise ValueError(f"must be one of {', '.join(_EULER_ORDERS)} (moving axes, in this order)")
+from knotwork.scenario.value_schema import JointMap, Number, Positive, by_kind
+from knotwork.scenario.waypoint_schema import Frame, Tool, Waypoint
 
 
 class Units(StrictModel):
@@ -72,161 +24,6 @@ class Units(StrictModel):
     angle: Literal["rad", "deg"] = Field(
         default="rad", description="Of orientations and turning joints"
     )
-
-
-class Euler(StrictModel):
-    """Euler angles: turns about the moving axes, in the order given."""
-
-    order: Annotated[str, AfterValidator(_euler_order)] = Field(
-        description="Axes in order, capital letters, for example ZYX"
-    )
-    angles: Vector3 = Field(description="Turns in that order [angle]")
-
-
-class Placement(StrictModel):
-    """A position and at most one form of orientation; none means the axes are parallel."""
-
-    position: Vector3 = Field(description="Origin: x, y, z [length]")
-    quaternion_xyzw: Vector4 | None = Field(
-        None, description="Unit quaternion, its scalar part last, as in ROS and SciPy"
-    )
-    quaternion_wxyz: Vector4 | None = Field(
-        None, description="Unit quaternion, its scalar part first, as in Eigen's constructor"
-    )
-    rpy: Vector3 | None = Field(
-        None, description="Turns about the fixed x, y, z axes, in this order, as in URDF [angle]"
-    )
-    euler: Euler | None = Field(None, description="Turns about moving axes, in an order of choice")
-    rotation_vector: Vector3 | None = Field(None, description="Unit axis times angle [angle]")
-    rotation_matrix: Annotated[list[Vector3], Field(min_length=3, max_length=3)] | None = Field(
-        None, description="Three rows of three numbers; orthonormal, right-handed"
-    )
-
-    @model_validator(mode="after")
-    def _one_orientation(self) -> Placement:
-        given = [name for name in ORIENTATIONS if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise ValueError(f"gives {' and '.join(given)}; give one orientation only")
-        return self
-
-
-class Pose(Placement):
-    """A position and exactly one form of orientation."""
-
-    @model_validator(mode="after")
-    def _an_orientation(self) -> Pose:
-        if all(getattr(self, name) is None for name in ORIENTATIONS):
-            raise ValueError(f"has no orientation; give one of {', '.join(ORIENTATIONS)}")
-        return self
-
-
-class Frame(Placement):
-    """A named frame, placed in the base or in another named frame."""
-
-    parent: Text = Field("base", alias="in", description="base or the name of another frame")
-
-
-class Tool(StrictModel):
-    """The tool: which frame of the robot carries it, and where its centre point (TCP) is."""
-
-    frame: Text | None = Field(None, description="Frame of the robot; left out: the robot's own")
-    offset: Placement | None = Field(None, description="TCP in the axes of that frame")
-
-
-class Velocity(StrictModel):
-    """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
-
-    linear: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the TCP [length/s]")
-    angular: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the tool [angle/s]")
-    axes: Text | None = Field(
-        None,
-        alias="in",
-        description="A named frame, base or tool; left out: the frame the waypoint's pose is in",
-    )
-
-
-class _Waypoint(StrictModel):
-    name: Text | None = Field(
-        None, description="For messages and reports; left out: its number. Each name once"
-    )
-    time: Number | None = Field(None, description="Time since the start [s]")
-    after: Positive | None = Field(None, description="Time since the waypoint before [s]")
-    stop: Literal[True] | None = Field(None, description="The arm stands still here")
-
-    @model_validator(mode="after")
-    def _one_time(self) -> _Waypoint:
-        if self.time is not None and self.after is not None:
-            raise ValueError("gives both time and after; give one")
-        return self
-
-
-class PoseWaypoint(_Waypoint):
-    """A waypoint given by the pose of the tool."""
-
-    pose: Pose = Field(description="Of the TCP")
-    frame: Text | None = Field(
-        None, description="Frame the pose is in; left out: the file's `frame`, else base"
-    )
-    velocity: Velocity | None = Field(
-        None,
-        description="Of the tool as it passes; the first and last waypoint stop without one, "
-        "inner ones must give velocity, speed or stop",
-    )
-    speed: Positive | None = Field(
-        None,
-        description="Speed of the TCP along the smooth path through the neighbouring waypoints "
-        "(a circle or a line); the tool turns with it [length/s]",
-    )
-
-    @model_validator(mode="after")
-    def _one_velocity(self) -> PoseWaypoint:
-        given = [name for name in ("velocity", "speed", "stop") if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise ValueError(f"gives {' and '.join(given)}; give one")
-        return self
-
-
-class JointWaypoint(_Waypoint):
-    """A waypoint given by joint values."""
-
-    joints: Annotated[
-        Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
-        _by_kind("the name of a configuration or a mapping of joint names to values"),
-    ] = Field(description="A configuration of the robot by name, or every joint [angle or length]")
-    velocity: JointMap | None = Field(
-        default=None,
-        description="By joint; joints left out stand still [angle/s or length/s]",
-    )
-
-    @model_validator(mode="after")
-    def _one_velocity(self) -> JointWaypoint:
-        if self.velocity is not None and self.stop is not None:
-            raise ValueError("gives velocity and stop; give one")
-        return self
-
-
-def _waypoint_kind(value: Any) -> str | None:
-    if isinstance(value, PoseWaypoint | JointWaypoint):
-        return type(value).__name__
-    if not isinstance(value, dict) or ("pose" in value and "joints" in value):
-        return None
-    kinds = {"pose": "PoseWaypoint", "joints": "JointWaypoint"}
-    for key, kind in kinds.items():
-        if key in value:
-            return kind
-    # a key that is nearly one of them is a slip: let that key be reported
-    slips = (difflib.get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
-    return next((kinds[slip[0]] for slip in slips if slip), None)
-
-
-Waypoint = Annotated[
-    Annotated[PoseWaypoint, Tag("PoseWaypoint")] | Annotated[JointWaypoint, Tag("JointWaypoint")],
-    Discriminator(
-        _waypoint_kind,
-        custom_error_type="waypoint_kind",
-        custom_error_message="Input should be a mapping with either pose or joints, not both",
-    ),
-]
 
 
 class Balanced(StrictModel):
@@ -280,7 +77,7 @@ class PlannerOptionsFile(StrictModel):
         Annotated[
             Annotated[Literal["zero", "estimated"], Tag("text")]
             | Annotated[PerWaypoint, Tag("list")],
-            _by_kind("zero, estimated, or a list of mappings of joint names to accelerations"),
+            by_kind("zero, estimated, or a list of mappings of joint names to accelerations"),
         ]
         | None
     ) = Field(
@@ -302,7 +99,7 @@ class PlannerOptionsFile(StrictModel):
         Annotated[
             Annotated[Positive, Tag("number")]
             | Annotated[Annotated[list[Positive], Field(min_length=2)], Tag("list")],
-            _by_kind("a positive number of seconds, or a list of one for each waypoint"),
+            by_kind("a positive number of seconds, or a list of one for each waypoint"),
         ]
         | None
     ) = Field(
@@ -320,7 +117,7 @@ def _range(values: list[float]) -> list[float]:
 JointLimits = Annotated[
     Annotated[Positive, Tag("number")]
     | Annotated[Annotated[dict[str, Positive], Field(min_length=1)], Tag("mapping")],
-    _by_kind("a positive number for every joint or a mapping of joint names to positive numbers"),
+    by_kind("a positive number for every joint or a mapping of joint names to positive numbers"),
 ]
 
 
@@ -368,7 +165,7 @@ class Tolerances(StrictModel):
 
 JointsOrName = Annotated[
     Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
-    _by_kind("the name of a configuration or a mapping of joint names to values"),
+    by_kind("the name of a configuration or a mapping of joint names to values"),
 ]
 
 
@@ -381,7 +178,7 @@ class ScenarioFile(StrictModel):
     robot: (
         Annotated[
             Annotated[Text, Tag("text")] | Annotated[dict[str, Any], Tag("mapping")],
-            _by_kind("a robot's name, a path, or a mapping that describes one"),
+            by_kind("a robot's name, a path, or a mapping that describes one"),
         ]
         | None
     ) = Field(
@@ -413,7 +210,7 @@ class ScenarioFile(StrictModel):
     branch: Annotated[
         Annotated[Literal["free", "keep", "fixed"], Tag("text")]
         | Annotated[Branch, Tag("mapping")],
-        _by_kind("free, keep, fixed or a mapping of shoulder, elbow and wrist to words"),
+        by_kind("free, keep, fixed or a mapping of shoulder, elbow and wrist to words"),
     ] = Field(
         "free",
         description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
@@ -432,7 +229,7 @@ class ScenarioFile(StrictModel):
         Annotated[Literal["paper", "balanced"], Tag("text")]
         | Annotated[Balanced, Tag("mapping")]
         | Annotated[list[Number], Tag("list")],
-        _by_kind("paper, balanced, {balanced: c} or a list of knot times"),
+        by_kind("paper, balanced, {balanced: c} or a list of knot times"),
     ] = Field(
         "paper",
         description="Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
@@ -441,7 +238,7 @@ class ScenarioFile(StrictModel):
     end_acceleration: (
         Annotated[
             Annotated[Literal["zero"], Tag("text")] | Annotated[EndAcceleration, Tag("mapping")],
-            _by_kind("zero or a mapping with start and end"),
+            by_kind("zero or a mapping with start and end"),
         ]
         | None
     ) = Field(

@@ -9,7 +9,8 @@ import numpy as np
 
 from knotwork.documents import Document, Location
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioWaypoint
-from knotwork.scenario.schema import JointWaypoint, PoseWaypoint, ScenarioFile, Velocity
+from knotwork.scenario.schema import ScenarioFile
+from knotwork.scenario.waypoint_schema import JointWaypoint, PoseWaypoint, Velocity
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
