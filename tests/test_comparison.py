@@ -290,8 +290,9 @@ class TestOverriddenPlanner:
         assert np.degrees(plan.trajectory.jerk(0.0)[0]) == pytest.approx(1)
 
     def test_knots_beside_a_rule_of_knots_are_an_error(self) -> None:
-        with pytest.raises(InputError, match=r"paper_case: knots: .*beside the rule 'balanced'"):
-            kw.plan("paper_case", planner="modified-hermite:balanced", knots=[0, 1])
+        for knots in ([0, 1], "paper", "balanced", 0.3):
+            with pytest.raises(InputError, match=r"paper_case: knots: given beside .*:balanced"):
+                kw.plan("paper_case", planner="modified-hermite:balanced", knots=knots)
 
     def test_leaves_out_what_it_can_not_honour_and_says_so(self) -> None:
         plan = kw.plan("ur5_deburring", planner="cubic")

@@ -140,6 +140,11 @@ def plan(
     if scenario.planner != own_planner:
         options, left_out = honoured(options, own_planner, scenario.planner)
     if knots is not None:
+        if "knots" in planner_and_rule(scenario.planner)[1]:
+            raise InputError(
+                f"{scenario.name}: knots: given beside those of planner {scenario.planner!r}; give "
+                "one of the two"
+            )
         scenario = replace(scenario, knots=_given_knots(knots))
         options = replace(options, knots=planner_options(scenario, space).knots)
     solution = solve_task(scenario, space)
