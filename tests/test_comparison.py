@@ -169,6 +169,21 @@ def test_limits_broken_are_counted_only_where_there_are_limits(paper: Comparison
     assert [row.limits_broken for row in compare(limited, ["cubic", "quintic"]).scores] == [0, 1]
 
 
+def test_a_limit_of_jerk_is_broken_where_the_acceleration_jumps() -> None:
+    rows = {row.planner: row for row in compare("panda_pick_place").scores}
+    for name in ("cubic", "bspline-velocity", "parabolic-blend", "trapezoidal"):
+        assert rows[name].peak_jerk is None
+        assert (rows[name].limits_broken or 0) >= 7
+    assert rows["modified-hermite"].limits_broken == 0
+
+
+def test_a_screw_motion_is_not_taken_for_a_miss_of_the_turn() -> None:
+    rows = {row.planner: row for row in compare("ur3_lid").scores}
+    for name in ("modified-hermite", "quintic:estimated", "3-5-3", "bspline"):
+        assert rows[name].path_turn is not None
+        assert rows[name].path_turn < np.radians(5)
+
+
 def test_one_name_is_one_planner_and_none_is_an_error() -> None:
     assert [row.planner for row in compare("paper_case", "cubic").rows] == ["cubic"]
     with pytest.raises(InputError, match=r"no planner to compare.*modified-hermite"):
@@ -220,7 +235,7 @@ class TestPresets:
         }
 
     def test_accelerations_are_met_in_the_units_of_the_file(self) -> None:
-        given = [{"j": 1}, {"j": -2}, {}]
+        given = [{"j": 1}, {"j": -2}, {"j": 0}]
         plan = kw.plan(self.scenario(accelerations=given))
         found = np.degrees(plan.trajectory.acceleration([0.0, 5.0, 15.0])[:, 0])
         np.testing.assert_allclose(found, [1, -2, 0], atol=1e-9)
@@ -256,9 +271,13 @@ class TestPresets:
         found = kw.plan(scenario).trajectory.acceleration(15.0)[0]
         assert np.degrees(found) == pytest.approx(3, abs=1e-9)
 
+    def test_a_joint_left_out_is_named_with_its_place(self) -> None:
+        with pytest.raises(InputError, match=r"accelerations\[1\]: gives no value for joint j"):
+            kw.plan(self.scenario(accelerations=[{"j": 0}, {}, {"j": 1}]))
+
     def test_an_unknown_joint_is_named_with_its_place(self) -> None:
         with pytest.raises(InputError, match=r"accelerations\[1\]\.k: unknown joint 'k'"):
-            kw.plan(self.scenario(accelerations=[{"j": 0}, {"k": 1}, {}]))
+            kw.plan(self.scenario(accelerations=[{"j": 0}, {"k": 1}, {"j": 0}]))
 
     def test_the_presets_of_the_shipped_scenario_make_the_velocity_swing(self) -> None:
         bad, good = kw.plan("paper_case_presets"), kw.plan("paper_case")

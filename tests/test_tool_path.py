@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
-from knotwork.tool_path import deviation_from_line, straight_path_deviation
+from knotwork.tool_path import RADIAN, deviation_from_line, straight_path_deviation
 
 
 def pose(x: float, y: float, z: float, angle: float = 0.0) -> pin.SE3:
@@ -22,15 +22,40 @@ def pose(x: float, y: float, z: float, angle: float = 0.0) -> pin.SE3:
 distances = st.floats(-2, 2)
 
 
-@given(along=st.floats(0, 1), off=distances, length=st.floats(0.01, 3), more=st.floats(-0.5, 0.5))
-def test_off_a_line_is_the_distance_to_it(
-    along: float, off: float, length: float, more: float
+@given(
+    along=st.floats(0, 1),
+    off=distances,
+    length=st.floats(1e-4, 3),
+    turn=st.floats(-2, 2),
+    more=st.floats(-0.3, 0.3),
+)
+def test_it_is_measured_from_the_nearest_pose_of_the_path(
+    along: float, off: float, length: float, turn: float, more: float
 ) -> None:
-    turn = 0.8
-    found = deviation_from_line(
-        pose(along * length, off, 0, along * turn + more), pose(0, 0, 0), pose(length, 0, 0, turn)
-    )
-    assert found == pytest.approx((abs(off), abs(more)), abs=1e-9)
+    def path(s: float) -> pin.SE3:
+        return pose(s * length, 0, 0, s * turn)
+
+    reached = pose(along * length, off, 0, along * turn + more)
+    found = deviation_from_line(reached, path(0.0), path(1.0))
+
+    def errors(s: float) -> tuple[float, float]:
+        return float(np.hypot((along - s) * length, off)), abs((along - s) * turn + more)
+
+    grid = np.linspace(0, 1, 2001)
+    least = min(d**2 + (RADIAN * a) ** 2 for d, a in map(errors, grid))
+    assert found[0] ** 2 + (RADIAN * found[1]) ** 2 <= least + 1e-12
+    assert found[0] >= abs(off) - 1e-12
+    if more == 0.0:
+        assert found == pytest.approx((abs(off), 0), abs=1e-7)
+
+
+def test_a_short_line_with_a_great_turn_is_a_screw() -> None:
+    """A little off the line must not be taken for the whole turn."""
+    start, end = pose(0, 0, 0), pin.SE3(pin.exp3(np.array([0, 0, 1.0])), np.array([0, 0, 1e-3]))
+    half = pin.SE3(pin.exp3(np.array([0, 0, 0.5])), np.array([0, 0.0002, 0.9e-3]))
+    off, turned = deviation_from_line(half, start, end)
+    assert off == pytest.approx(np.hypot(0.2e-3, 0.4e-3), rel=0.01)
+    assert turned < 1e-3
 
 
 @pytest.mark.parametrize(("x", "off"), [(-0.3, 0.3), (1.4, 0.4)])
@@ -45,8 +70,12 @@ def test_at_one_place_the_tool_only_turns_there(apart: float) -> None:
         off, angle = deviation_from_line(pose(0.5, 0, 0, turned), start, end)
         assert off < 1e-9
         assert angle < 1e-9
-    assert deviation_from_line(pose(0.5, 0.02, 0, 0.4), start, end) == pytest.approx((0.02, 0))
-    assert deviation_from_line(pose(0.5, 0, 0, 1.25), start, end) == pytest.approx((0, 0.25))
+    assert deviation_from_line(pose(0.5, 0.02, 0, 0.4), start, end) == pytest.approx(
+        (0.02, 0), abs=1e-9
+    )
+    assert deviation_from_line(pose(0.5, 0, 0, 1.25), start, end) == pytest.approx(
+        (0, 0.25), abs=1e-9
+    )
 
 
 def test_where_nothing_is_to_move_everything_is_off() -> None:

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from knotwork.errors import CheckFailedError, InputError
-from knotwork.pipeline import Plan
+from knotwork.pipeline import Plan, plan
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot.load import example_robot_data
 from knotwork.scenario import Scenario, load_scenario
@@ -513,3 +513,27 @@ def test_tolerances_of_sliding_joints_are_lengths(tmp_path: Path) -> None:
         assert report.ok == ok
         assert report.requirements[0].tolerance == pytest.approx(0.5e-3)
         assert report.requirements[0].unit == "m"
+
+
+def test_a_jump_of_the_acceleration_breaks_any_limit_of_jerk() -> None:
+    scenario = {
+        "continuity": 1,
+        "planner": "cubic",
+        "limits": {"jerk": 1e6},
+        "waypoints": [
+            {"joints": {"j": 0.0, "k": 0.0}},
+            {"joints": {"j": 1.0, "k": 1.0}, "velocity": {"j": 2.0, "k": 1.0}, "after": 1},
+            {"joints": {"j": 0.0, "k": 2.0}, "velocity": {"j": 0.0, "k": 1.0}, "after": 1},
+        ],
+    }
+    report = plan(scenario).report
+    (jerk,) = (item for item in report.limits if (item.joint, item.quantity) == ("j", "jerk"))
+    assert not jerk.ok
+    assert np.isinf(jerk.value)
+    assert jerk.time == 1.0
+    assert "jerk is infinite at the jump at 1 s" in str(jerk)
+    data = report.to_dict()
+    json.dumps(data, allow_nan=False)
+    found = [row for row in data["limits"] if (row["joint"], row["quantity"]) == ("j", "jerk")]
+    assert found[0]["value"] is found[0]["margin"] is None
+    assert found[0]["ok"] is False

@@ -220,7 +220,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     def table(given: tuple[JointValues, ...] | None) -> FloatArray | None:
         if given is None:
             return None
-        return np.array([space.values(values, missing=0.0) for values in given])
+        return np.array([space.values(values) for values in given])
 
     accelerations = presets.accelerations
     return PlannerOptions(

@@ -14,8 +14,8 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 SAMPLES = 40
-# Poses nearer than this to each other are at one place, where the tool only turns [m].
-SMALLEST_LINE = 1e-9
+# What a radian counts where the tool moves and turns at once [m].
+RADIAN = 0.1
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class PathDeviation:
     """Largest distance of the tool from the straight path, sampled.
 
     Attributes:
-        position: Of the TCP from the line between two waypoints [m].
-        orientation: Angle from the orientation that turns evenly along that line [rad].
+        position: Of the TCP from the nearest pose on the line between two waypoints [m].
+        orientation: Of the tool from it; along the line it turns evenly [rad].
     """
 
     position: float
@@ -57,16 +57,18 @@ def straight_path_deviation(
 
 
 def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[float, float]:
-    """Distance [m] and angle [rad] of a pose from the nearest on the straight path to another."""
+    """Distance [m] and angle [rad] of a pose from the nearest one on the straight path to another.
+
+    On a line that is short for its turn, distances alone would not tell how far the tool has
+    come: a radian counts as `RADIAN` metres.
+    """
     line: FloatArray = end.translation - start.translation
     turn = pin.log3(start.rotation.T @ end.rotation)
-    length = float(line @ line)
-    if length > SMALLEST_LINE**2:
-        along = float((pose.translation - start.translation) @ line) / length
-    else:  # the tool only turns: how far it has come shows in its rotation
-        done = pin.log3(start.rotation.T @ pose.rotation)
-        along = float(done @ turn) / max(float(turn @ turn), np.finfo(float).tiny)
-    along = min(max(along, 0.0), 1.0)
+    moved = pose.translation - start.translation
+    turned = pin.log3(start.rotation.T @ pose.rotation)
+    whole = float(line @ line) + RADIAN**2 * float(turn @ turn)
+    come = float(moved @ line) + RADIAN**2 * float(turned @ turn)
+    along = min(max(come / max(whole, np.finfo(float).tiny), 0.0), 1.0)
     straight = pin.SE3(start.rotation @ pin.exp3(along * turn), start.translation + along * line)
     off = float(np.linalg.norm(pose.translation - straight.translation))
     return off, float(np.linalg.norm(pin.log3(straight.rotation.T @ pose.rotation)))

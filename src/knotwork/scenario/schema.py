@@ -83,16 +83,17 @@ class PlannerOptionsFile(StrictModel):
     ) = Field(
         default=None,
         description="Zero, estimated, or a mapping by joint for each waypoint in order, the start "
-        "included; 3-5-3 takes none for the first two and the last two [angle/s² or length/s²]",
+        "included, each joint named; 3-5-3 takes none for the first two and the last two "
+        "[angle/s² or length/s²]",
     )
     jerks: PerWaypoint | None = Field(
         default=None,
-        description="A mapping by joint for each waypoint, the start included "
+        description="A mapping by joint for each waypoint, the start included, each joint named "
         "[angle/s³ or length/s³]",
     )
     snaps: PerWaypoint | None = Field(
         default=None,
-        description="Fourth derivatives, a mapping by joint for each waypoint, the start included "
+        description="Fourth derivatives, a mapping by joint for each waypoint, each joint named "
         "[angle/s⁴ or length/s⁴]",
     )
     transition_time: (

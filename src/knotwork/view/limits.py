@@ -40,9 +40,10 @@ def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
     for time, value in drawn.beyond(lower, upper):
         times += [time, np.array([np.nan])]
         values += [value, np.array([np.nan])]
+    worst = use.value if np.isfinite(use.value) else use.limit  # a jump is marked at the limit
     panel.axis.plot(
-        np.concatenate(times),
-        np.concatenate(values),
+        np.concatenate([np.empty(0), *times]),
+        np.concatenate([np.empty(0), *values]),
         color=WRONG,
         linewidth=8.0 if len(times) <= 2 * MOST_WIDE_STRETCHES else 5.0,
         alpha=0.6,
@@ -52,7 +53,7 @@ def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
     )
     panel.axis.plot(
         [use.time],
-        [panel.factor * use.value],
+        [panel.factor * (worst or 0.0)],
         linestyle="none",
         marker="X",
         markersize=9,

@@ -44,7 +44,8 @@ def limit_note(series: Sequence[Series], quantity: str, factor: float, unit: str
     limits = _limits(bounds, factor, unit, use)
     if broken:
         more = f", and {broken - 1} more beyond" if broken > 1 else ""
-        value = rounded(factor * use.value)
+        infinite = np.isinf(use.value)
+        value = f"a jump, infinite {quantity}," if infinite else rounded(factor * use.value)
         return Note(f"{name}{value} at {rounded(use.time)} s breaks {limits}{more}", True)
     if quantity == "position":
         margin = use.margin if use.margin is not None else np.inf

@@ -30,6 +30,7 @@ def limit_use(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[LimitUs
     """
     for order, quantity in enumerate(QUANTITIES):
         extrema = curve.extrema(order)
+        jumps = _jumps_below(curve, order)
         if quantity == "position":
             lower, upper = space.lower_position_limit, space.upper_position_limit
         else:
@@ -46,6 +47,9 @@ def limit_use(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[LimitUs
             value, time, limit = low if at_low else high
             margin = below if at_low else above
             given = bool(np.isfinite(limit))
+            if given and i in jumps:
+                time, sign = jumps[i]
+                value, limit, margin = sign * np.inf, sign * float(upper[i]), -np.inf
             yield LimitUse(
                 joint,
                 quantity,
@@ -57,6 +61,22 @@ def limit_use(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[LimitUs
                 False,
                 margin >= -LIMIT_SLACK * max(1.0, abs(limit)) if given else True,
             )
+
+
+def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[float, float]]:
+    """Joints whose derivative of one order less jumps, where and in which direction.
+
+    A jump is made at once: the quantity itself is infinite there.
+    """
+    if order == 0:
+        return {}
+    signed = curve.jumps(order - 1)
+    _, relative = measured_jumps(curve, order - 1)
+    found = {}
+    for i in np.flatnonzero((relative > CONTINUITY_TOLERANCE).any(axis=0)):
+        k = int(relative[:, i].argmax())
+        found[int(i)] = float(curve.x[k + 1]), float(np.sign(signed[k, i]))
+    return found
 
 
 def continuity(

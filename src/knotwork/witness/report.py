@@ -53,7 +53,8 @@ class LimitUse:
     Attributes:
         joint: Name of the joint.
         quantity: `"position"`, `"velocity"`, `"acceleration"`, `"jerk"` or `"effort"`.
-        value: The value nearest to, or furthest beyond, its limit.
+        value: The value nearest to, or furthest beyond, its limit; infinite (`null` in JSON) where
+            the quantity is that of a jump.
         limit: The limit, with the sign it has on that side; `None` if no limit is given.
         margin: Distance left to the limit, negative beyond it; `None` without one.
         time: When [s].
@@ -75,6 +76,11 @@ class LimitUse:
     def __str__(self) -> str:
         if self.limit is None:
             return f"joint {self.joint!r}: {self.quantity} has no limit given"
+        if np.isinf(self.value):
+            return (
+                f"joint {self.joint!r}: {self.quantity} is infinite at the jump at "
+                f"{self.time:.6g} s, limit {self.limit:.6g} {self.unit}"
+            )
         return (
             f"joint {self.joint!r}: {self.quantity} reaches {self.value:.6g} {self.unit} at "
             f"{self.time:.6g} s, limit {self.limit:.6g} {self.unit}"
@@ -211,5 +217,5 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple | list):
         return [_plain(item) for item in value]
     if isinstance(value, np.generic):
-        return value.item()
-    return value
+        value = value.item()
+    return None if isinstance(value, float) and np.isinf(value) else value
