@@ -179,7 +179,7 @@ def test_a_limit_of_jerk_is_broken_where_the_acceleration_jumps() -> None:
 
 def test_a_screw_motion_is_not_taken_for_a_miss_of_the_turn() -> None:
     rows = {row.planner: row for row in compare("ur3_lid").scores}
-    for name in ("modified-hermite", "quintic:estimated", "3-5-3", "bspline"):
+    for name in ("modified-hermite", "quintic:estimated", "3-5-3", "trapezoidal"):
         assert rows[name].path_turn is not None
         assert rows[name].path_turn < np.radians(5)
 
