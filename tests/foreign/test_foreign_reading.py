@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from knotwork.errors import DocumentError
 from knotwork.foreign import read_trajectory
+from knotwork.pipeline import plan
 from knotwork.trajectory import JointTrajectory
 
 NAMES, UNITS = ("joint_1", "joint_10", "slide"), ("rad", "rad", "m")
@@ -361,3 +362,13 @@ def test_points_too_close_for_floats(tmp_path: Path) -> None:
     file = tmp_path / "m.csv"
     file.write_text("time,joint_1,joint_10,slide\n0,0,0,0\n1e-320,1e300,0,0\n")
     assert "exceeds the range" in str(refused(file))
+
+
+@pytest.mark.parametrize("nanosec", [-5, 1_000_000_000, 2_000_000_007])
+def test_nanoseconds_that_ros_2_can_not_say_are_refused(tmp_path: Path, nanosec: int) -> None:
+    message = yaml.safe_load(plan("paper_case").trajectory.to_ros2())
+    message["points"][1]["time_from_start"]["nanosec"] = nanosec
+    file = tmp_path / "message.yaml"
+    file.write_text(yaml.safe_dump(message), encoding="utf-8")
+    with pytest.raises(DocumentError, match=rf"points\[1\].*nanosec: {nanosec} is out of range"):
+        read_trajectory(file, ("joint_1",), ("rad",))

@@ -96,6 +96,9 @@ class Rows(ABC):
                 raise self.document.error((*where, field), "unknown key", "sec and nanosec")
             if isinstance(part, bool) or not isinstance(part, int) or abs(part) > MOST_SECONDS:
                 raise self.document.error((*where, field), f"{part!r} is no number of {name}")
+            if name == "nanosec" and not 0 <= part < NANOSECONDS:
+                accepted = f"0 to {NANOSECONDS - 1}; whole seconds are in sec"
+                raise self.document.error((*where, field), f"{part} is out of range", accepted)
             parts[name] = part
         return start + (parts["sec"] * NANOSECONDS + parts["nanosec"]) / NANOSECONDS
 
