@@ -167,6 +167,8 @@ class TestRules:
             ("quintic:balanced", "rule of planner 'quintic' 'balanced'; accepted: zero, estimated"),
             ("quintic:", "rule of planner 'quintic' ''"),
             ("cubic:zero", "unknown planner 'cubic:zero'.*cubic, modified-hermite:RULE"),
+            (3, "unknown planner '3'"),
+            (None, "unknown planner 'None'"),
         ],
     )
     def test_an_unknown_one_is_an_error_that_says_what_there_is(self, name, says):

@@ -63,6 +63,8 @@ def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
     Raises:
         UnknownNameError: There is no such planner, or it has no such rule.
     """
+    if not isinstance(name, str):
+        raise UnknownNameError("planner", str(name), PLANNERS)
     planner, colon, rule = name.partition(":")
     if planner not in PLANNERS:
         raise UnknownNameError("planner", planner, PLANNERS)
