@@ -44,7 +44,9 @@ class Shown(SphinxDirective):
     def page(self) -> _Page:
         """Folder and names of the page that is being read."""
         pages: dict[str, _Page] = self.env.app.shown_pages  # type: ignore[attr-defined]
-        return pages.setdefault(self.env.docname, _Page())
+        if self.env.docname not in pages:
+            pages[self.env.docname] = _Page()
+        return pages[self.env.docname]
 
     @contextlib.contextmanager
     def there(self) -> Iterator[io.StringIO]:

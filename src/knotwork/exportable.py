@@ -10,12 +10,32 @@ from __future__ import annotations
 import importlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
+    from typing_extensions import Unpack
 
 _EXPORT = f"{__package__}.export"
+
+
+class TableOptions(TypedDict, total=False):
+    """Options of the sampled formats: CSV, JSON, npz and Parquet.
+
+    Attributes:
+        rate: Samples a second [Hz], 100 by default; the last one is at the end exactly, whatever
+            the rate.
+        knots_only: Take points that carry the whole motion instead of samples.
+        accelerations: These points carry accelerations too, for quintics instead of cubics.
+        fit: Insert points until the motion is met within this tolerance [rad or m].
+        robot: `knotwork.Robot` that gives pose and twist of the tool.
+    """
+
+    rate: float | None
+    knots_only: bool
+    accelerations: bool
+    fit: float | None
+    robot: Any
 
 
 class Exportable:
@@ -62,19 +82,19 @@ class Exportable:
             )
         )
 
-    def to_csv(self, **options: Any) -> str:
+    def to_csv(self, **options: Unpack[TableOptions]) -> str:
         """Give samples or knots as CSV; see `knotwork.export.to_csv`."""
         return str(self._exported("to_csv", **options))
 
-    def to_json(self, **options: Any) -> str:
+    def to_json(self, **options: Unpack[TableOptions]) -> str:
         """Give samples or knots as JSON; see `knotwork.export.to_json`."""
         return str(self._exported("to_json", **options))
 
-    def to_npz(self, **options: Any) -> bytes:
+    def to_npz(self, **options: Unpack[TableOptions]) -> bytes:
         """Give samples or knots as an npz file; see `knotwork.export.to_npz`."""
         return bytes(self._exported("to_npz", **options))
 
-    def to_parquet(self, **options: Any) -> bytes:
+    def to_parquet(self, **options: Unpack[TableOptions]) -> bytes:
         """Give samples or knots as a Parquet file; see `knotwork.export.to_parquet`."""
         return bytes(self._exported("to_parquet", **options))
 

@@ -28,13 +28,17 @@ def built(folder: Path, page: str) -> Site:
     return build(source, folder / "built")
 
 
-def test_what_is_run_is_shown(tmp_path: Path) -> None:
+def test_what_is_run_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setenv("TMPDIR", str(temporary))
     page = "# P\n\n```{file} a.yaml\nrobot: nobody\n```\n\n"
     page += "```{run}\n:exit: 2\nknotwork plan a.yaml\n```\n\n"
     page += "```{python}\nx = 6 * 7\nprint('the answer', x)\n```\n\n"
     page += "```{python}\n:raises: ZeroDivisionError\nx / 0\n```\n\n$\\dot{r}_j$\n"
     site = built(tmp_path, page)
     assert site.code == 0, site.said
+    assert not list(temporary.glob("knotwork-docs-*"))
     shown = site.page("index")
     for words in ("robot", "nobody", "the answer 42", "ZeroDivisionError: division by zero"):
         assert words in shown

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from knotwork.export.ros2 import ros2_dict, to_ros2, to_ros2_message
     from knotwork.export.samples import to_csv, to_json, to_npz, to_parquet
     from knotwork.export.scipy_ppoly import to_scipy, to_scipy_npz
+    from knotwork.export.table import MotionTable, motion_table
 
 _HOME = {
     "carrying": ("Points", "carry"),
@@ -50,12 +51,14 @@ _HOME = {
     "ros2": ("ros2_dict", "to_ros2", "to_ros2_message"),
     "samples": ("to_csv", "to_json", "to_npz", "to_parquet"),
     "scipy_ppoly": ("to_scipy", "to_scipy_npz"),
+    "table": ("MotionTable", "motion_table"),
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "FORMATS",
     "Format",
+    "MotionTable",
     "Points",
     "carry",
     "checked_options",
@@ -63,6 +66,7 @@ __all__ = [
     "content",
     "export",
     "get_format",
+    "motion_table",
     "ros2_dict",
     "save",
     "to_csv",

@@ -17,7 +17,9 @@ from knotwork.storage import to_json as json_text
 from knotwork.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
-    from knotwork.robot import Robot
+    from typing_extensions import Unpack
+
+    from knotwork.exportable import TableOptions
 
 JSON_FORMAT = "knotwork.samples"
 _PLURALS = {
@@ -28,54 +30,24 @@ _PLURALS = {
 }
 
 
-def to_csv(
-    trajectory: JointTrajectory,
-    *,
-    rate: float | None = None,
-    knots_only: bool = False,
-    accelerations: bool = False,
-    fit: float | None = None,
-    robot: Robot | None = None,
-) -> str:
+def to_csv(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as CSV with one header row, units in the names of the columns.
 
-    Args and errors are those of `knotwork.export.table.motion_table`.
+    Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = motion_table(
-        trajectory,
-        rate=rate,
-        knots_only=knots_only,
-        accelerations=accelerations,
-        fit=fit,
-        robot=robot,
-    )
+    table = motion_table(trajectory, **options)
     columns = table.columns()
     text = io.StringIO()
     np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
     return ",".join(quoted(name) for name in columns) + "\n" + text.getvalue()
 
 
-def to_json(
-    trajectory: JointTrajectory,
-    *,
-    rate: float | None = None,
-    knots_only: bool = False,
-    accelerations: bool = False,
-    fit: float | None = None,
-    robot: Robot | None = None,
-) -> str:
+def to_json(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
 
-    Args and errors are those of `knotwork.export.table.motion_table`.
+    Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = motion_table(
-        trajectory,
-        rate=rate,
-        knots_only=knots_only,
-        accelerations=accelerations,
-        fit=fit,
-        robot=robot,
-    )
+    table = motion_table(trajectory, **options)
     data: dict[str, Any] = {
         "format": JSON_FORMAT,
         "version": 1,
@@ -102,31 +74,16 @@ def _arrays(table: MotionTable) -> dict[str, Any]:
     return arrays
 
 
-def to_npz(
-    trajectory: JointTrajectory,
-    *,
-    rate: float | None = None,
-    knots_only: bool = False,
-    accelerations: bool = False,
-    fit: float | None = None,
-    robot: Robot | None = None,
-) -> bytes:
+def to_npz(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> bytes:
     """Write samples or knots as NumPy's npz, without pickles.
 
     `numpy.load(file)` gives `time` (s,), `position`, `velocity`, … (s, d), `joint_names` (d,) and
     `joint_units` (d,); with a robot also `tool_position` (s, 3), `tool_quaternion` (s, 4, scalar
     last), `tool_linear_velocity` and `tool_angular_velocity` (s, 3).
 
-    Args and errors are those of `knotwork.export.table.motion_table`.
+    Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = motion_table(
-        trajectory,
-        rate=rate,
-        knots_only=knots_only,
-        accelerations=accelerations,
-        fit=fit,
-        robot=robot,
-    )
+    table = motion_table(trajectory, **options)
     return npz_bytes(_arrays(table))
 
 
@@ -137,27 +94,12 @@ def npz_bytes(arrays: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def to_parquet(
-    trajectory: JointTrajectory,
-    *,
-    rate: float | None = None,
-    knots_only: bool = False,
-    accelerations: bool = False,
-    fit: float | None = None,
-    robot: Robot | None = None,
-) -> bytes:
+def to_parquet(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> bytes:
     """Write samples or knots as Parquet, its columns those of the CSV (needs `pyarrow`).
 
-    Args and errors are those of `knotwork.export.table.motion_table`.
+    Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = motion_table(
-        trajectory,
-        rate=rate,
-        knots_only=knots_only,
-        accelerations=accelerations,
-        fit=fit,
-        robot=robot,
-    )
+    table = motion_table(trajectory, **options)
     how = "install it with pip install 'knotwork[parquet]'"
     arrow = needed("pyarrow", "Parquet", how)
     parquet = needed("pyarrow.parquet", "Parquet", how)
