@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
@@ -37,8 +37,7 @@ POLISHED = 1e-4
 POLISH_ITERATIONS = 2
 
 
-@dataclass(frozen=True, eq=False)
-class LocalSolution:
+class LocalSolution(NamedTuple):
     """Where a local search ended.
 
     Attributes:
@@ -54,6 +53,31 @@ class LocalSolution:
     orientation_error: float
     iterations: int
     converged: bool
+
+
+class _Workspace:
+    """What all searches with a robot share, like Pinocchio's working memory.
+
+    Attributes:
+        model, data, frame: Of the robot.
+        base: Where its base stands, `pin.SE3`; `None` if in the origin.
+        H: Memory for JᵀJ, shape (d, d).
+        diagonal: Its diagonal, a view.
+        ldlt: Its factorisation.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        if robot.tcp_frame_id is None:
+            robot.forward(robot.lower_position_limit)  # raises, naming the tool frames there are
+            raise RobotError(robot.name, "has no tool frame")
+        self.model, self.data, self.frame = robot.model, robot.data, robot.tcp_frame_id
+        base, d = robot.base_placement, robot.dof
+        self.base = None if base.isIdentity(0.0) else base
+        self.H, self.ldlt = np.empty((d, d)), LDLT(d)
+        self.diagonal = self.H.reshape(-1)[:: d + 1]
+
+
+_workspaces: WeakKeyDictionary[Robot, _Workspace] = WeakKeyDictionary()
 
 
 class PoseSearch:
@@ -82,13 +106,12 @@ class PoseSearch:
         position_weight: float = 1.0,
         orientation_weight: float = 1.0,
     ) -> None:
-        if robot.tcp_frame_id is None:
-            robot.forward(robot.lower_position_limit)  # raises, naming the tool frames there are
-            raise RobotError(robot.name, "has no tool frame")
-        self.robot, self.pose = robot, pose
+        work = _workspaces.get(robot)
+        if work is None:
+            work = _workspaces[robot] = _Workspace(robot)
+        self.robot, self.pose, self._work = robot, pose, work
         self._tolerances = position_tolerance, orientation_tolerance
-        self._model, self._data, self._frame = robot.model, robot.data, robot.tcp_frame_id
-        self._target = robot.base_placement * pose
+        self._target = pose if work.base is None else work.base * pose
         # An error of no weight has no tolerance to be within.
         self._position_tolerance = position_tolerance if position_weight else math.inf
         self._orientation_tolerance = orientation_tolerance if orientation_weight else math.inf
@@ -125,21 +148,24 @@ class PoseSearch:
 
     def jacobian(self, q: FloatArray) -> FloatArray:
         """Jacobian of the TCP in tool axes, its rows weighted, shape (6, d)."""
-        pin.computeJointJacobians(self._model, self._data, q)
-        pin.updateFramePlacement(self._model, self._data, self._frame)
+        work = self._work
+        pin.computeJointJacobians(work.model, work.data, q)
+        pin.updateFramePlacement(work.model, work.data, work.frame)
         return self._jacobian_here()
 
     def _jacobian_here(self) -> FloatArray:
         """The same where the error has been evaluated last."""
-        J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.LOCAL)
+        work = self._work
+        J: FloatArray = pin.getFrameJacobian(work.model, work.data, work.frame, pin.LOCAL)
         if J.ndim == 1:  # of a single joint
             J = J[:, np.newaxis]
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
     def _error(self, q: FloatArray) -> tuple[FloatArray, float, float, float]:
         """Weighted error e, shape (6,), |e|², and the squares of the errors [m²], [rad²]."""
-        pin.computeJointJacobians(self._model, self._data, q)
-        off = pin.updateFramePlacement(self._model, self._data, self._frame).actInv(self._target)
+        work = self._work
+        pin.computeJointJacobians(work.model, work.data, q)
+        off = pin.updateFramePlacement(work.model, work.data, work.frame).actInv(self._target)
         # The angular part of log₆ is log₃, and it makes the array at once.
         e = pin.log6(off).vector
         e[:3] = off.translation
@@ -162,7 +188,7 @@ class PoseSearch:
         """Search from a start.
 
         Args:
-            start: Joint positions [rad or m], shape (d,), within the limits.
+            start: Joint positions [rad or m], shape (d,); taken inside the limits.
             lower: Limits that the search stays within, shape (d,).
             upper: Likewise.
             max_iterations: Steps to try at most.
@@ -172,20 +198,24 @@ class PoseSearch:
         """
         # This is the inner loop of all that solves for single poses: no array is made, checked or
         # looked through twice, because for six numbers NumPy's overhead is all there is.
-        d, lows, highs = len(start), lower.tolist(), upper.tolist()
-        H, factorisation = np.empty((d, d)), LDLT(d)
-        diagonal = H.reshape(-1)[:: d + 1]
+        joints, place, log6 = pin.computeJointJacobians, pin.updateFramePlacement, pin.log6
+        work, weights, target = self._work, self._weights, self._target
+        model, data, frame, H = work.model, work.data, work.frame, work.H
+        diagonal, compute, solve = work.diagonal, work.ldlt.compute, work.ldlt.solve
+        lows, highs = lower.tolist(), upper.tolist()
         most_position, most_orientation = (
             self._position_tolerance**2,
             self._orientation_tolerance**2,
         )
         enough = (POLISHED * min(self._tolerances)) ** 2
-        q, at, factor = start, start.tolist(), FIRST_FACTOR
+        q, at, at_limit = _inside(start, lows, highs)
         e, square, position, orientation = self._error(q)
+        if not square < math.inf:
+            return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
         hasty = hasty and square > CLOSE**2
         patience = HASTY_STALL_ITERATIONS if hasty else STALL_ITERATIONS
         least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
-        checkpoint, polished, iteration, at_limit, accepted = square, 0, 0, True, True
+        factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
         while iteration < max_iterations:
             if position <= most_position and orientation <= most_orientation:
                 if polished == polish_iterations or square <= enough:
@@ -200,7 +230,7 @@ class PoseSearch:
                 J = self._jacobian_here()
                 JT = J.T
                 gradient = JT.dot(e)
-                held = _held(at, lows, highs, gradient.tolist()) if at_limit else []
+                held = _held(at, lows, highs, gradient.tolist()) if at_limit else ()
                 if held:
                     gradient[held] = 0.0
             JT.dot(J, out=H)
@@ -208,34 +238,56 @@ class PoseSearch:
                 H[i] = 0.0
                 H[:, i] = 0.0
             diagonal += factor * square + 1e-30
-            factorisation.compute(H)
-            step = factorisation.solve(gradient)
-            if d == 1:
+            compute(H)
+            step = solve(gradient)
+            if len(lows) == 1:
                 step = step.reshape(1)  # from (1, 1)
             moves = step.tolist()
             if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
                 step *= MAX_STEP / max(map(abs, moves))
             candidate = q + step
             moved, clipped = candidate.tolist(), False
-            for angle, low, high in zip(moved, lows, highs, strict=True):
+            for angle, low, high in zip(moved, lows, highs):  # noqa: B905 (slower)
                 if not low < angle < high:
-                    clipped = True
-                    np.maximum(candidate, lower, out=candidate)
-                    np.minimum(candidate, upper, out=candidate)
-                    moved = candidate.tolist()
+                    candidate, moved, clipped = _inside(candidate, lows, highs)
                     break
-            trial = self._error(candidate)
-            accepted = trial[1] < square
+            # as in `_error`, without the call
+            joints(model, data, candidate)
+            off = place(model, data, frame).actInv(target)
+            error = log6(off).vector
+            error[:3] = off.translation
+            x, y, z, u, v, w = error.tolist()
+            far, turned = x * x + y * y + z * z, u * u + v * v + w * w
+            if weights is None:
+                trial = far + turned
+            else:
+                error *= weights
+                trial = float(error.dot(error))
+            accepted = trial < square
             if accepted:
-                q, at, at_limit = candidate, moved, clipped
-                e, square, position, orientation = trial
+                q, at, at_limit, e, square = candidate, moved, clipped, error, trial
+                position, orientation = far, turned
                 factor = max(0.2 * factor, least_factor)
             else:
                 if polished or factor > MAX_FACTOR or not any(moves):
                     break
                 factor *= 8.0
+        if q is start:
+            q = start.copy()
         errors = math.sqrt(position), math.sqrt(orientation)
         return LocalSolution(q, *errors, iteration, self.within(*errors))
+
+
+def _inside(
+    q: FloatArray, lower: list[float], upper: list[float]
+) -> tuple[FloatArray, list[float], bool]:
+    """The nearest joint positions inside limits, as array and list, and whether one is at them."""
+    at = q.tolist()
+    for angle, low, high in zip(at, lower, upper, strict=True):
+        if not low < angle < high:
+            at = [min(max(a, b), c) for a, b, c in zip(at, lower, upper, strict=True)]
+            return np.array(at), at, True
+    return q, at, False
 
 
 def _held(at: list[float], lower: list[float], upper: list[float], slope: list[float]) -> list[int]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from itertools import chain, islice
+from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -119,29 +119,40 @@ def solve_pose_ik(
         RobotError: The robot has no tool frame.
     """
     # A start close by is solved in less time than NumPy takes to look at the arguments. So numbers
-    # that are not finite, for which nothing converges, are looked for once the first search fails.
+    # of the pose that are not finite are looked for once the first search has failed.
     if not (isinstance(pose, pin.SE3) and position_tolerance > 0 and orientation_tolerance > 0):
         check_pose(pose, position_tolerance, orientation_tolerance)
     first: FloatArray
-    if type(start) is np.ndarray and start.dtype == float and start.shape == (robot.dof,):
+    if (
+        type(start) is np.ndarray
+        and (start.shape, start.dtype) == ((robot.dof,), float)
+        and math.isfinite(sum(start.tolist()))
+    ):
         first = start
     else:
         first = read_only(start, (robot.dof,), "start")
     goal = first if near is None else read_only(near, (robot.dof,), "near")
     tolerances = MARGIN * position_tolerance, MARGIN * orientation_tolerance
     search = PoseSearch(robot, pose, *tolerances)
+    found = search.solve(
+        first,
+        robot.lower_position_limit,
+        robot.upper_position_limit,
+        polish_iterations=POLISH_ITERATIONS if nearest else 0,
+        hasty=True,
+    )
+    if found.converged and not nearest:
+        distance = math.dist(found.q.tolist(), goal.tolist())
+        if distance <= np.pi:  # no joint is more than half a turn away
+            return _ended(found, distance, found.iterations, 0)
     collector = _Collector(search, goal, settle=nearest)
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    collector.try_from(np.minimum(np.maximum(first, lower), upper))
+    collector.take(found)
     if collector.found and not nearest:
         return collector.solution()
     points = low_discrepancy(robot.dof)
     if not collector.found:
         check_pose(pose, position_tolerance, orientation_tolerance)
-        read_only(first, (robot.dof,), "start")
-        nearby = _spread(robot, goal, NEARBY, points, NEARBY_RESTARTS if nearest else 0)
-        everywhere = _spread(robot, goal, np.inf, points, max_restarts)
-        starts = chain(nearby, seeds(robot, [pose])[0], everywhere)
+        starts = _starts(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
         collector.search_on(islice(starts, max_restarts))
     if not collector.found and max_restarts:
         collector.search_on(pulled_inside(search, goal))
@@ -154,8 +165,18 @@ def solve_pose_ik(
     return collector.solution()
 
 
+def _starts(
+    robot: Robot, pose: Any, near: FloatArray, points: Iterator[FloatArray], nearby: int
+) -> Iterator[FloatArray]:
+    """Where to search for a pose after a start that failed, shape (d,) each, without end."""
+    if nearby:
+        yield from _spread(robot, near, NEARBY, points, nearby)
+    yield from seeds(robot, [pose])[0]
+    yield from _spread(robot, near, np.inf, points, None)
+
+
 def _spread(
-    robot: Robot, centre: FloatArray, radius: float, points: Iterator[FloatArray], count: int
+    robot: Robot, centre: FloatArray, radius: float, points: Iterator[FloatArray], count: int | None
 ) -> Iterator[FloatArray]:
     """Take points of the box around a configuration, shape (d,) each."""
     corner, opposite = search_box(robot, centre, radius)
@@ -196,14 +217,20 @@ class _Collector:
         robot = self.search.robot
         lower, upper = robot.lower_position_limit, robot.upper_position_limit
         hasty = not self.found and self.restarts < HASTY_SEARCHES
-        found = self.search.solve(start, lower, upper, polish_iterations=self._polish, hasty=hasty)
+        self.take(
+            self.search.solve(start, lower, upper, polish_iterations=self._polish, hasty=hasty)
+        )
+
+    def take(self, found: LocalSolution) -> None:
+        """Keep where a search ended, if it is a solution and nearer than the others."""
         self.iterations += found.iterations
         if not found.converged:
             return
-        q = found.q
+        robot, q = self.search.robot, found.q
         away = q - self.near
         distance = math.sqrt(away.dot(away))
         if distance > np.pi:  # else no joint is more than half a turn away
+            lower, upper = robot.lower_position_limit, robot.upper_position_limit
             revolute = np.array([unit == "rad" for unit in robot.joint_units])
             q = nearest_turns(q, self.near, lower, upper, revolute)
             distance = float(np.linalg.norm(q - self.near))
@@ -212,7 +239,7 @@ class _Collector:
             self.iterations += steps
             distance = float(np.linalg.norm(q - self.near))
         if distance < self.distance:
-            self.best, self.distance = found if q is found.q else replace(found, q=q), distance
+            self.best, self.distance = found if q is found.q else found._replace(q=q), distance
             self._measured = q is found.q
 
     @property
@@ -254,14 +281,21 @@ class _Collector:
             position, orientation = best.position_error, best.orientation_error
         else:
             position, orientation = self.search.errors(q)
-        q.setflags(write=False)
-        return IKSolution(
-            q=q,
-            position_error=position,
-            orientation_error=orientation,
-            distance=self.distance,
-            iterations=self.iterations,
-            restarts=self.restarts,
-            converged=self.search.within(position, orientation),
-            reason=f"nearest solution found in {self.restarts + 1} searches",
+        best = LocalSolution(
+            q, position, orientation, best.iterations, self.search.within(position, orientation)
         )
+        return _ended(best, self.distance, self.iterations, self.restarts)
+
+
+def _ended(found: LocalSolution, distance: float, iterations: int, restarts: int) -> IKSolution:
+    found.q.setflags(write=False)
+    return IKSolution(
+        found.q,
+        found.position_error,
+        found.orientation_error,
+        distance,
+        iterations,
+        restarts,
+        found.converged,
+        f"nearest solution found in {restarts + 1} searches",
+    )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +26,19 @@ def low_discrepancy(dimension: int) -> Iterator[FloatArray]:
     Yields:
         Points, shape (dimension,).
     """
-    g = 2.0
-    for _ in range(64):
-        g = (1.0 + g) ** (1.0 / (dimension + 1))
-    alpha = g ** -np.arange(1.0, dimension + 1.0)
+    alpha = _steps(dimension)
     point = np.full(dimension, 0.5)
     while True:
         point = (point + alpha) % 1.0
         yield point
+
+
+@lru_cache
+def _steps(dimension: int) -> FloatArray:
+    g = 2.0
+    for _ in range(64):
+        g = (1.0 + g) ** (1.0 / (dimension + 1))
+    return np.asarray(g ** -np.arange(1.0, dimension + 1.0))
 
 
 def search_box(robot: Robot, near: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
@@ -72,16 +79,24 @@ def nearest_turns(
             the turn that is least outside.
         revolute: Which joints are revolute, shape (d,).
     """
-    turns = np.round((near - q) / FULL_TURN)
-    least, most = np.ceil((lower - q) / FULL_TURN), np.floor((upper - q) / FULL_TURN)
-    inside = np.minimum(np.maximum(turns, least), most)
-    below, above = lower - (q + most * FULL_TURN), q + least * FULL_TURN - upper
-    outside = np.where(below <= above, most, least)
-    turns = np.where(least <= most, inside, outside)
-    moved = (turns != 0) & revolute
+    # Joint by joint: for so few numbers that is several times faster than arrays.
     result = q.copy()
-    result[moved] += turns[moved] * FULL_TURN
-    # Rounding may leave a joint beside the limit that it should have met.
-    rounded = ((result < lower) | (result > upper)) & (q >= lower) & (q <= upper)
-    result[rounded] = q[rounded]
+    joints = zip(q.tolist(), near.tolist(), lower.tolist(), upper.tolist(), revolute, strict=True)
+    for i, (angle, goal, low, high, turning) in enumerate(joints):
+        turns: float = round((goal - angle) / FULL_TURN)
+        inside = low <= angle <= high
+        if not turning or (turns == 0 and inside):
+            continue
+        least, most = (low - angle) / FULL_TURN, (high - angle) / FULL_TURN
+        least = math.ceil(least) if math.isfinite(least) else least
+        most = math.floor(most) if math.isfinite(most) else most
+        if least <= most:
+            turns = min(max(turns, least), most)
+        else:
+            below, above = low - (angle + most * FULL_TURN), angle + least * FULL_TURN - high
+            turns = most if below <= above else least
+        moved = angle + turns * FULL_TURN
+        # Rounding may leave a joint beside the limit that it should have met.
+        if low <= moved <= high or not inside:
+            result[i] = moved
     return result
