@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.kinematics.joint_axes import JointAxes, pose_errors
 from knotwork.kinematics.levenberg_marquardt import (
@@ -15,7 +16,10 @@ from knotwork.kinematics.levenberg_marquardt import (
     MAX_STEP,
     MIN_FACTOR,
 )
+from knotwork.kinematics.restarts import BoolArray
 from knotwork.waypoints import FloatArray
+
+IntArray: TypeAlias = NDArray[np.intp]
 
 # Searches that are not down to this part of their error every so many iterations are given up.
 CHECK_EVERY = 8
@@ -27,6 +31,9 @@ NEAR = 0.03
 # The same for searches for any solution, which others follow.
 HASTY_CHECK_EVERY = 5
 HASTY_FALLEN_TO = 0.25
+# Fewer searches than these are stepped one matrix after the other.
+FEW = 150
+SMALLEST_PIVOT = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +51,10 @@ class Targets:
     @classmethod
     def of(cls, poses: Any) -> Targets:
         """Collect the positions and orientations of `pin.SE3` poses."""
-        return cls(
-            np.array([pose.translation for pose in poses]).reshape(-1, 3).T,
-            np.array([pose.rotation.T for pose in poses]).reshape(-1, 3, 3).transpose(1, 2, 0),
-        )
+        # One array a pose: to make them takes longer than a step of a search.
+        matrices = np.array([pose.homogeneous for pose in poses]).reshape(-1, 4, 4)
+        matrices = np.ascontiguousarray(matrices.transpose(2, 1, 0))
+        return cls(matrices[3, :3], matrices[:3, :3])
 
     def take(self, index: Any) -> Targets:
         """Those of the given indices."""
@@ -86,6 +93,7 @@ def solve_batch(
     upper: FloatArray | None = None,
     max_iterations: int = 60,
     hasty: bool = False,
+    group: IntArray | None = None,
 ) -> BatchSolution:
     """Search from each start for the joint positions that bring the TCP to its pose.
 
@@ -101,6 +109,8 @@ def solve_batch(
         upper: Likewise.
         max_iterations: Steps at most.
         hasty: Give up soon: there are other searches for a solution, whichever it is.
+        group: Number of the group that each search belongs to, shape (n,): once one of a group
+            has converged, the others are given up.
     """
     check_every = HASTY_CHECK_EVERY if hasty else CHECK_EVERY
     fallen_to = HASTY_FALLEN_TO if hasty else FALLEN_TO
@@ -115,6 +125,8 @@ def solve_batch(
     while True:
         done = np.maximum(state.distance, state.angle) <= tolerance
         leaving = done | (state.factor > MAX_FACTOR)
+        if group is not None and done.any():
+            leaving |= np.isin(group[index], group[index[done]])
         if iteration % check_every == check_every - 1:
             leaving |= state.square > fallen_to * checkpoint
             checkpoint = state.square.copy()
@@ -124,7 +136,7 @@ def solve_batch(
             leaving[:] = True
         if leaving.any():
             rows = index[leaving]
-            q[rows] = state.q[leaving]
+            q[rows] = state.q[:, leaving].T
             best_position[rows], best_angle[rows] = state.distance[leaving], state.angle[leaving]
             staying = ~leaving
             index, checkpoint = index[staying], checkpoint[staying]
@@ -138,7 +150,7 @@ def solve_batch(
 
 
 class _State:
-    """The searches that still go on."""
+    """The searches that still go on; arrays over them have them last, as in `JointAxes`."""
 
     def __init__(
         self,
@@ -149,16 +161,17 @@ class _State:
         upper: FloatArray | None,
         least_factor: float,
     ) -> None:
-        self.chain, self.targets, self.q = chain, targets, q.copy()
-        self.limits = (lower, upper) if lower is not None and upper is not None else None
+        self.chain, self.targets, self.q = chain, targets, np.array(q.T, order="C")
+        self.limits = None
+        if lower is not None and upper is not None:
+            self.limits = lower[:, None], upper[:, None]
         self._least_factor = least_factor
-        self._diagonal = np.arange(q.shape[1])
         self.error, self.J, self.distance, self.angle = self._evaluate(self.q)
         self.square = np.einsum("in,in->n", self.error, self.error)
         self.factor = np.full(len(q), FIRST_FACTOR)
 
     def _evaluate(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        tip, rotation, points, axes = self.chain.forward(q)
+        tip, rotation, points, axes = self.chain.forward(q.T)
         error, distance, angle = pose_errors(
             tip, rotation, self.targets.position, self.targets.rotation
         )
@@ -166,40 +179,90 @@ class _State:
 
     def keep(self, rows: Any) -> None:
         """Drop all other searches."""
-        self.q, self.factor, self.square = self.q[rows], self.factor[rows], self.square[rows]
+        self.q, self.factor, self.square = self.q[:, rows], self.factor[rows], self.square[rows]
         self.distance, self.angle = self.distance[rows], self.angle[rows]
         self.error, self.J = self.error[:, rows], self.J[:, :, rows]
         self.targets = self.targets.take(rows)
 
     def step(self) -> None:
         """Try a step of every search, and keep those that bring it nearer."""
-        J = np.ascontiguousarray(self.J.transpose(2, 0, 1))
-        JT = J.transpose(0, 2, 1)
-        H = JT @ J
-        gradient = (JT @ self.error.T[:, :, None])[:, :, 0]
+        gradient = np.einsum("kin,kn->in", self.J, self.error)
+        held = None
         if self.limits is not None:
             lower, upper = self.limits
             held = (self.q <= lower) & (gradient < 0)
             held |= (self.q >= upper) & (gradient > 0)
             gradient[held] = 0.0
-            H *= ~(held[:, :, None] | held[:, None, :])
         # A singular matrix is no error here: 1e-13 is rounding beside entries of about 1.
-        H[:, self._diagonal, self._diagonal] += (self.factor * self.square + 1e-13)[:, None]
-        step = np.linalg.solve(H, gradient[:, :, None])[:, :, 0]
-        longest = np.abs(step).max(axis=1)
-        step *= (MAX_STEP / np.maximum(longest, MAX_STEP))[:, None]
+        damping = self.factor * self.square + 1e-13
+        few = self.q.shape[1] < FEW
+        solve = _steps_by_lapack if few else _steps_by_cholesky
+        step = solve(self.J, gradient, damping, held if held is not None and held.any() else None)
+        longest = np.abs(step).max(axis=0)
+        step *= MAX_STEP / np.maximum(longest, MAX_STEP)
         trial = self.q + step
         if self.limits is not None:
-            trial = np.minimum(np.maximum(trial, self.limits[0]), self.limits[1])
+            trial = np.minimum(np.maximum(trial, lower), upper)
         error, J, distance, angle = self._evaluate(trial)
         square = np.einsum("in,in->n", error, error)
         better = square < self.square
         if not better.all():
             worse = ~better
-            trial[worse], square[worse] = self.q[worse], self.square[worse]
+            trial[:, worse], square[worse] = self.q[:, worse], self.square[worse]
             error[:, worse], J[:, :, worse] = self.error[:, worse], self.J[:, :, worse]
             distance[worse], angle[worse] = self.distance[worse], self.angle[worse]
         self.q, self.error, self.J, self.square = trial, error, J, square
         self.distance, self.angle = distance, angle
         reduced = np.maximum(0.2 * self.factor, self._least_factor)
         self.factor = np.where(better, reduced, 8 * self.factor)
+
+
+def _steps_by_lapack(
+    J: FloatArray, gradient: FloatArray, damping: FloatArray, held: BoolArray | None
+) -> FloatArray:
+    """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search; arguments as of `_steps_by_cholesky`."""
+    each = np.ascontiguousarray(J.transpose(2, 0, 1))
+    H = each.transpose(0, 2, 1) @ each
+    if held is not None:
+        free = ~held.T
+        H *= free[:, :, None] & free[:, None, :]
+    diagonal = np.arange(H.shape[1])
+    H[:, diagonal, diagonal] += damping[:, None]
+    return np.ascontiguousarray(np.linalg.solve(H, gradient.T[:, :, None])[:, :, 0].T)
+
+
+def _steps_by_cholesky(
+    J: FloatArray, gradient: FloatArray, damping: FloatArray, held: BoolArray | None
+) -> FloatArray:
+    """Solve (JᵀJ + λ² I) Δq = Jᵀe for all searches in step.
+
+    Each operation on an entry runs over all searches, for many of them several times faster than
+    one matrix after the other.
+
+    Args:
+        J: Jacobians, shape (6, d, n).
+        gradient: Jᵀe, zero for joints that are held, shape (d, n).
+        damping: λ², shape (n,).
+        held: Joints that stay where they are, shape (d, n); `None` if there are none.
+    """
+    d, n = gradient.shape
+    L = np.empty((d, d, n))
+    for j in range(d):
+        column = L[j:, j]
+        np.einsum("kin,kn->in", J[:, j:], J[:, j], out=column)
+        if held is not None:
+            column[:, held[j]] = 0.0
+            column[held[j:]] = 0.0
+        column[0] += damping
+        column -= np.einsum("ikn,kn->in", L[j:, :j], L[j, :j])
+        # Rounding must not take the pivot of a singular matrix below zero.
+        np.sqrt(np.maximum(column[0], SMALLEST_PIVOT), out=column[0])
+        column[1:] /= column[0]
+    step = gradient.copy()
+    for j in range(d):
+        step[j] -= np.einsum("kn,kn->n", L[j, :j], step[:j])
+        step[j] /= L[j, j]
+    for j in reversed(range(d)):
+        step[j] -= np.einsum("kn,kn->n", L[j + 1 :, j], step[j + 1 :])
+        step[j] /= L[j, j]
+    return step

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.kinematics.batch import BatchSolution, Targets, solve_batch
 from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.pose import check_pose
+from knotwork.kinematics.pose import check_pose, check_tolerance
 from knotwork.kinematics.restarts import low_discrepancy, search_box
 from knotwork.kinematics.seeds import seeds
 from knotwork.robot import Robot
@@ -20,7 +21,7 @@ MAX_RESTARTS = 600
 # Searches aim at a little less than the tolerance, so that rounding can't carry one across.
 MARGIN = 0.9
 # Searches that are made at once where few poses are left.
-FILLED_BATCH = 200
+FILLED_BATCH = 600
 
 
 def solve_many(
@@ -53,13 +54,13 @@ def solve_many(
         RobotError: The robot has no tool frame.
     """
     n, d = len(poses), robot.dof
-    for pose in poses:
-        check_pose(pose, tolerance, tolerance)
+    check_tolerance(tolerance, "tolerance")
+    targets = _targets(poses)
     given = np.asarray(start)
     first = read_only(given if given.ndim == 2 else np.tile(given, (n, 1)), (n, d), "start")
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     corner, opposite = search_box(robot, np.zeros(d), np.inf)
-    chain, targets = joint_axes(robot), Targets.of(poses)
+    chain = joint_axes(robot)
     points = low_discrepancy(d)
     q = np.minimum(np.maximum(first, lower), upper)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
@@ -67,14 +68,16 @@ def solve_many(
     starts = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
     while True:
         count = starts.shape[1]
+        group = np.repeat(todo, count)
         found = solve_batch(
             chain,
-            targets.take(np.repeat(todo, count)),
+            targets.take(group),
             starts.reshape(-1, d),
             tolerance=MARGIN * tolerance,
             lower=lower,
             upper=upper,
             hasty=True,
+            group=group,
         )
         iterations += found.iterations
         # Of the searches for a pose the first that converged, or else the one that came nearest.
@@ -100,3 +103,14 @@ def solve_many(
         restarts += starts.shape[1]
     converged = np.maximum(position, orientation) <= MARGIN * tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
+
+
+def _targets(poses: Sequence[Any]) -> Targets:
+    """Poses as arrays; looked at all at once, and singly only to say which is wrong."""
+    if all(isinstance(pose, pin.SE3) for pose in poses):
+        targets = Targets.of(poses)
+        if np.isfinite(targets.position).all() and np.isfinite(targets.rotation).all():
+            return targets
+    for i, pose in enumerate(poses):
+        check_pose(pose, name=f"poses[{i}]")
+    raise RuntimeError("poses are wrong together, but each is right")

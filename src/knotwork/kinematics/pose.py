@@ -121,7 +121,9 @@ def solve_pose_ik(
     # A start close by is solved in less time than NumPy takes to look at the arguments. So numbers
     # of the pose that are not finite are looked for once the first search has failed.
     if not (isinstance(pose, pin.SE3) and position_tolerance > 0 and orientation_tolerance > 0):
-        check_pose(pose, position_tolerance, orientation_tolerance)
+        check_pose(pose)
+        check_tolerance(position_tolerance, "position_tolerance")
+        check_tolerance(orientation_tolerance, "orientation_tolerance")
     first: FloatArray
     if (
         type(start) is np.ndarray
@@ -151,7 +153,7 @@ def solve_pose_ik(
         return collector.solution()
     points = low_discrepancy(robot.dof)
     if not collector.found:
-        check_pose(pose, position_tolerance, orientation_tolerance)
+        check_pose(pose)
         starts = _starts(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
         collector.search_on(islice(starts, max_restarts))
     if not collector.found and max_restarts:
@@ -183,21 +185,25 @@ def _spread(
     return (corner + point * (opposite - corner) for point in islice(points, count))
 
 
-def check_pose(pose: Any, position_tolerance: float, orientation_tolerance: float) -> None:
-    """Check what `solve_pose_ik` is given.
+def check_pose(pose: Any, name: str = "pose") -> None:
+    """Check a pose.
 
     Raises:
-        WaypointDataError: The pose is not finite, or a tolerance is not positive.
+        WaypointDataError: It is no finite `pin.SE3`.
     """
     # A sum is finite only if no term is nan or infinite, and faster than looking at each.
     if not isinstance(pose, pin.SE3) or not math.isfinite(pose.homogeneous.sum()):
-        raise WaypointDataError(f"pose must be a finite pin.SE3, not {pose!r}", value=pose)
-    for name, value in (
-        ("position_tolerance", position_tolerance),
-        ("orientation_tolerance", orientation_tolerance),
-    ):
-        if not value > 0:
-            raise WaypointDataError(f"{name} must be positive, not {value!r}", value=value)
+        raise WaypointDataError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
+
+
+def check_tolerance(value: float, name: str) -> None:
+    """Check a tolerance.
+
+    Raises:
+        WaypointDataError: It is not positive.
+    """
+    if not value > 0:
+        raise WaypointDataError(f"{name} must be positive, not {value!r}", value=value)
 
 
 class _Collector:

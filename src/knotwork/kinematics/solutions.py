@@ -18,7 +18,7 @@ from knotwork.kinematics.enumeration import (
     find_branches,
     joint_axes,
 )
-from knotwork.kinematics.pose import check_pose, solve_pose_ik
+from knotwork.kinematics.pose import check_pose, check_tolerance, solve_pose_ik
 from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy
 from knotwork.kinematics.words import all_branches, branch_signs, describe_branch
 from knotwork.robot import Robot
@@ -89,7 +89,9 @@ def solve_all(
     Raises:
         OutsideLimitsError, UnreachablePoseError, WaypointDataError, RobotError: As `solve_pose_ik`.
     """
-    check_pose(pose, position_tolerance, orientation_tolerance)
+    check_pose(pose)
+    check_tolerance(position_tolerance, "position_tolerance")
+    check_tolerance(orientation_tolerance, "orientation_tolerance")
     tolerances = position_tolerance, orientation_tolerance
     targets = Targets.of([pose])
     if robot.dof > 6:
