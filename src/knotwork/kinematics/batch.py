@@ -117,6 +117,8 @@ def solve_batch(
     n = len(start)
     q = start.copy()
     best_position, best_angle = np.full(n, np.inf), np.full(n, np.inf)
+    if n == 0:
+        return BatchSolution(q, best_position, best_angle, best_position < 0, 0)
     index = np.arange(n)
     least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
     state = _State(chain, targets, q, lower, upper, least_factor)

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from knotwork.kinematics.arguments import (
+    FARTHEST,
+    ROTATION_TOLERANCE,
+    check_distance,
+    check_pose,
+    check_poses,
+    check_restarts,
+    check_tolerance,
+)
 from knotwork.kinematics.batch import BatchSolution, Targets, solve_batch
 from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.pose import check_pose, check_tolerance
 from knotwork.kinematics.restarts import low_discrepancy, search_box
 from knotwork.kinematics.seeds import seeds
 from knotwork.robot import Robot
-from knotwork.waypoints import read_only
+from knotwork.waypoints import FloatArray, read_only
 
 MAX_RESTARTS = 600
 # Searches aim at a little less than the tolerance, so that rounding can't carry one across.
@@ -26,7 +34,7 @@ FILLED_BATCH = 600
 
 def solve_many(
     robot: Robot,
-    poses: Sequence[Any],
+    poses: Iterable[Any],
     start: ArrayLike,
     *,
     tolerance: float = 1e-8,
@@ -53,9 +61,11 @@ def solve_many(
             positive.
         RobotError: The robot has no tool frame.
     """
-    n, d = len(poses), robot.dof
+    wanted = check_poses(poses)
+    n, d = len(wanted), robot.dof
     check_tolerance(tolerance, "tolerance")
-    targets = _targets(poses)
+    check_restarts(max_restarts)
+    targets = _targets(wanted)
     given = np.asarray(start)
     first = read_only(given if given.ndim == 2 else np.tile(given, (n, 1)), (n, d), "start")
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
@@ -94,7 +104,7 @@ def solve_many(
         if not todo.size or restarts >= max_restarts:
             break
         if restarts == 0:
-            starts = seeds(robot, [poses[i] for i in todo])[:, :max_restarts]
+            starts = seeds(robot, [wanted[i] for i in todo])[:, :max_restarts]
         else:
             # A step of a batch takes hardly longer for hundreds than for one.
             count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
@@ -109,8 +119,21 @@ def _targets(poses: Sequence[Any]) -> Targets:
     """Poses as arrays; looked at all at once, and singly only to say which is wrong."""
     if all(isinstance(pose, pin.SE3) for pose in poses):
         targets = Targets.of(poses)
-        if np.isfinite(targets.position).all() and np.isfinite(targets.rotation).all():
+        if _are_poses(targets.position, targets.rotation):
             return targets
     for i, pose in enumerate(poses):
-        check_pose(pose, name=f"poses[{i}]")
-    raise RuntimeError("poses are wrong together, but each is right")
+        check_pose(pose, f"poses[{i}]")
+        check_distance(pose, f"poses[{i}]")
+    return Targets.of(poses)
+
+
+def _are_poses(position: FloatArray, rotation: FloatArray) -> bool:
+    """Whether positions (3, n) are finite, and matrices (column, row, pose) are rotations."""
+    product = np.einsum("irn,jrn->ijn", rotation, rotation) - np.eye(3)[:, :, None]
+    x, y, z = rotation
+    volume = np.einsum("rn,rn->n", np.cross(x, y, axis=0), z)
+    return bool(
+        (np.abs(position) < FARTHEST).all()
+        and (np.abs(product) < 0.5 * ROTATION_TOLERANCE).all()
+        and (volume > 0.0).all()
+    )

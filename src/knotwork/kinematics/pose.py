@@ -9,10 +9,14 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.errors import WaypointDataError
+from knotwork.kinematics.arguments import (
+    check_distance,
+    check_pose,
+    check_restarts,
+    check_tolerance,
+)
 from knotwork.kinematics.diagnosis import raise_unsolved
 from knotwork.kinematics.levenberg_marquardt import (
     POLISH_ITERATIONS,
@@ -118,14 +122,13 @@ def solve_pose_ik(
         WaypointDataError: An array is not finite or of another shape.
         RobotError: The robot has no tool frame.
     """
-    # A start close by is solved in less time than NumPy takes to look at the arguments. So numbers
-    # of the pose that are not finite are looked for once the first search has failed.
-    if not (isinstance(pose, pin.SE3) and position_tolerance > 0 and orientation_tolerance > 0):
-        check_pose(pose)
+    check_pose(pose)
+    if not (position_tolerance > 0 and orientation_tolerance > 0 and max_restarts >= 0):
         check_tolerance(position_tolerance, "position_tolerance")
         check_tolerance(orientation_tolerance, "orientation_tolerance")
+        check_restarts(max_restarts)
     first: FloatArray
-    if (
+    if (  # faster than `read_only`
         type(start) is np.ndarray
         and (start.shape, start.dtype) == ((robot.dof,), float)
         and math.isfinite(sum(start.tolist()))
@@ -153,7 +156,7 @@ def solve_pose_ik(
         return collector.solution()
     points = low_discrepancy(robot.dof)
     if not collector.found:
-        check_pose(pose)
+        check_distance(pose)
         starts = _starts(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
         collector.search_on(islice(starts, max_restarts))
     if not collector.found and max_restarts:
@@ -183,27 +186,6 @@ def _spread(
     """Take points of the box around a configuration, shape (d,) each."""
     corner, opposite = search_box(robot, centre, radius)
     return (corner + point * (opposite - corner) for point in islice(points, count))
-
-
-def check_pose(pose: Any, name: str = "pose") -> None:
-    """Check a pose.
-
-    Raises:
-        WaypointDataError: It is no finite `pin.SE3`.
-    """
-    # A sum is finite only if no term is nan or infinite, and faster than looking at each.
-    if not isinstance(pose, pin.SE3) or not math.isfinite(pose.homogeneous.sum()):
-        raise WaypointDataError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
-
-
-def check_tolerance(value: float, name: str) -> None:
-    """Check a tolerance.
-
-    Raises:
-        WaypointDataError: It is not positive.
-    """
-    if not value > 0:
-        raise WaypointDataError(f"{name} must be positive, not {value!r}", value=value)
 
 
 class _Collector:

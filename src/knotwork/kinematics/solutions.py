@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from knotwork.kinematics.arguments import check_distance, check_pose, check_tolerance
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import (
     MOST_BRANCHES,
@@ -18,7 +19,7 @@ from knotwork.kinematics.enumeration import (
     find_branches,
     joint_axes,
 )
-from knotwork.kinematics.pose import check_pose, check_tolerance, solve_pose_ik
+from knotwork.kinematics.pose import solve_pose_ik
 from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy
 from knotwork.kinematics.words import all_branches, branch_signs, describe_branch
 from knotwork.robot import Robot
@@ -90,6 +91,7 @@ def solve_all(
         OutsideLimitsError, UnreachablePoseError, WaypointDataError, RobotError: As `solve_pose_ik`.
     """
     check_pose(pose)
+    check_distance(pose)
     check_tolerance(position_tolerance, "position_tolerance")
     check_tolerance(orientation_tolerance, "orientation_tolerance")
     tolerances = position_tolerance, orientation_tolerance

@@ -1,0 +1,87 @@
+"""Checking what the solvers for poses are given."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.errors import WaypointDataError
+
+# A matrix is a rotation if RᵀR differs from I by no more.
+ROTATION_TOLERANCE = 1e-6
+# Squares of numbers beyond this overflow [m].
+FARTHEST = 1e150
+
+
+def check_pose(pose: Any, name: str = "pose") -> None:
+    """Check a pose.
+
+    Raises:
+        WaypointDataError: It is no `pin.SE3`, is not finite, or its matrix is no rotation.
+    """
+    # X⁻¹X is the identity only if all numbers are finite and the matrix is orthogonal. That takes
+    # a microsecond, which is not enough to look through arrays.
+    if isinstance(pose, pin.SE3) and pose.actInv(pose).isIdentity(ROTATION_TOLERANCE):
+        (a, b, c), (d, e, f), (g, h, i) = pose.rotation.tolist()
+        if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0:
+            return
+    elif not isinstance(pose, pin.SE3) or not np.isfinite(pose.homogeneous).all():
+        raise WaypointDataError(f"{name} must be a finite pin.SE3, not {pose!r}", value=pose)
+    R = pose.rotation
+    raise WaypointDataError(
+        f"the matrix of {name} is no rotation: of {R.tolist()} the product RᵀR differs from I by "
+        f"{np.abs(R.T @ R - np.eye(3)).max():.3g} and the determinant is {np.linalg.det(R):.6g}; "
+        f"a difference up to {ROTATION_TOLERANCE:g} is accepted, and a determinant above 0",
+        value=pose,
+    )
+
+
+def check_poses(poses: Any) -> list[Any]:
+    """Check that poses are some in a row, and return them as a list.
+
+    Raises:
+        WaypointDataError: They are not.
+    """
+    try:
+        return list(poses)
+    except TypeError as error:
+        raise WaypointDataError(
+            f"poses must be a sequence of pin.SE3, not {poses!r}", value=poses
+        ) from error
+
+
+def check_distance(pose: Any, name: str = "pose") -> None:
+    """Check that a pose is not so far away that its distance can't be calculated.
+
+    Raises:
+        WaypointDataError: It is.
+    """
+    if np.abs(pose.translation).max() > FARTHEST:
+        raise WaypointDataError(
+            f"{name} is at {pose.translation.tolist()} m; up to {FARTHEST:g} m is accepted",
+            value=pose,
+        )
+
+
+def check_restarts(value: int) -> None:
+    """Check a number of searches.
+
+    Raises:
+        WaypointDataError: It is negative.
+    """
+    if not (isinstance(value, int) and value >= 0):
+        raise WaypointDataError(
+            f"max_restarts must be an integer, 0 or more, not {value!r}", value=value
+        )
+
+
+def check_tolerance(value: float, name: str) -> None:
+    """Check a tolerance.
+
+    Raises:
+        WaypointDataError: It is not positive.
+    """
+    if not (isinstance(value, (int, float, np.number)) and value > 0):
+        raise WaypointDataError(f"{name} must be positive, not {value!r}", value=value)

@@ -1,0 +1,85 @@
+"""What the solvers for poses do not take, and say so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import WaypointDataError
+
+UR5 = kw.load_robot("ur5")
+HOME = np.array(UR5.configuration("home"))
+SOLVERS: dict[str, Callable[[Any], Any]] = {
+    "solve_pose_ik": lambda pose: kw.solve_pose_ik(UR5, pose, HOME),
+    "solve_pose_ik, first": lambda pose: kw.solve_pose_ik(UR5, pose, HOME, nearest=False),
+    "solve_all": lambda pose: kw.solve_all(UR5, pose),
+    "solve_many": lambda pose: kw.solve_many(UR5, [UR5.forward(HOME), pose], HOME),
+}
+PLACE = np.array([0.3, 0.2, 0.3])
+NO_POSES = {
+    "a reflection": (pin.SE3(np.diag([1.0, 1.0, -1.0]), PLACE), "no rotation.*determinant is -1"),
+    "scaled": (pin.SE3(2.0 * np.eye(3), PLACE), "no rotation.*differs from I by 3"),
+    "a shear": (pin.SE3(np.eye(3) + 1e-5 * np.eye(3, k=1), PLACE), "no rotation.*up to 1e-06"),
+    "zero": (pin.SE3(np.zeros((3, 3)), PLACE), "no rotation.*differs from I by 1"),
+    "not a number": (pin.SE3(np.full((3, 3), np.nan), PLACE), "finite pin.SE3"),
+    "infinite": (pin.SE3(np.eye(3), np.array([np.inf, 0, 0])), "finite pin.SE3"),
+    "too far to square": (pin.SE3(np.eye(3), np.array([0, -1e200, 0])), r"up to 1e\+150 m"),
+    "no pose": ("home", "must be a finite pin.SE3, not 'home'"),
+}
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("what", NO_POSES)
+def test_what_is_no_pose_is_refused(solver: str, what: str) -> None:
+    pose, complaint = NO_POSES[what]
+    name = r"poses\[1\]" if solver == "solve_many" else "pose"
+    with pytest.raises(WaypointDataError, match=f"{name}.*{complaint}"):
+        SOLVERS[solver](pose)
+
+
+def test_a_matrix_that_is_a_rotation_up_to_its_last_digits_is_solved() -> None:
+    exact = UR5.forward(HOME + 0.1)
+    rounded = pin.SE3(np.round(exact.rotation, 8), exact.translation)
+    assert kw.solve_pose_ik(UR5, rounded, HOME).converged
+    assert kw.solve_many(UR5, [rounded], HOME).converged.all()
+
+
+def test_no_poses_are_solved_at_once() -> None:
+    none = kw.solve_many(UR5, [], HOME)
+    assert none.q.shape == (0, 6)
+    assert none.converged.shape == (0,)
+
+
+@pytest.mark.parametrize("poses", [None, 5, UR5.forward(HOME)])
+def test_poses_must_be_some_in_a_row(poses: Any) -> None:
+    with pytest.raises(WaypointDataError, match="poses must be a sequence of pin.SE3"):
+        kw.solve_many(UR5, poses, HOME)
+
+
+def test_poses_may_come_one_by_one() -> None:
+    assert kw.solve_many(UR5, (UR5.forward(HOME) for _ in range(2)), HOME).converged.all()
+
+
+@pytest.mark.parametrize("bad", [0, -1e-8, float("nan"), "fine"])
+def test_tolerances_are_positive_numbers(bad: Any) -> None:
+    pose = UR5.forward(HOME)
+    with pytest.raises(WaypointDataError, match="^tolerance must be positive"):
+        kw.solve_many(UR5, [pose], HOME, tolerance=bad)
+    with pytest.raises(WaypointDataError, match="^orientation_tolerance must be positive"):
+        kw.solve_all(UR5, pose, orientation_tolerance=bad)
+
+
+@pytest.mark.parametrize("bad", [-1, 2.5])
+def test_restarts_are_counted(bad: Any) -> None:
+    with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
+        kw.solve_many(UR5, [UR5.forward(HOME)], HOME, max_restarts=bad)
+
+
+def test_no_restarts_is_a_number_of_restarts() -> None:
+    with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
+        kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, max_restarts=-1)
