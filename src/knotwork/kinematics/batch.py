@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
 from knotwork.kinematics.joint_axes import JointAxes, pose_errors
@@ -59,6 +60,10 @@ class Targets:
     def take(self, index: Any) -> Targets:
         """Those of the given indices."""
         return Targets(self.position[:, index], self.rotation[:, :, index])
+
+    def pose(self, index: int) -> Any:
+        """One of them as `pin.SE3`."""
+        return pin.SE3(self.rotation[:, :, index].T.copy(), self.position[:, index].copy())
 
     def __len__(self) -> int:
         return int(self.position.shape[1])

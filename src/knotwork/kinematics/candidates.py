@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.enumeration import MOST_BRANCHES, find_branches, joint_axes
+from knotwork.kinematics.enumeration import (
+    MOST_BRANCHES,
+    find_branches,
+    joint_axes,
+    told_apart,
+)
+from knotwork.kinematics.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.passage import limit_nearness, singular_nearness
 from knotwork.kinematics.pose import IKSolution, solve_pose_ik
 from knotwork.kinematics.solutions import (
@@ -84,12 +90,19 @@ def find_candidates(
     found = _tracked(robot, targets) if redundant else _branches(robot, targets)
     result = []
     before: FloatArray | None = None
-    for waypoint, pose, solutions, reference in zip(
-        waypoints, poses, found, references, strict=True
+    tried: FloatArray | None = None
+    for i, (waypoint, pose, solutions, reference) in enumerate(
+        zip(waypoints, poses, found, references, strict=True)
     ):
         free = redundant or len(solutions) > MOST_BRANCHES
         if free and not redundant:
             solutions = farthest_apart(robot, solutions, SPREAD)
+        if not free and not (tried is not None and np.array_equal(reference, tried)):
+            # What is next to where the arm comes from must not be missing.
+            tried, led = reference, _led(robot, pose, reference)
+            solutions = told_apart(
+                joint_axes(robot), targets.take([i]), np.vstack([solutions, led])
+            )
         if not free:
             # The order decides ties, and must not hang on which search came to which solution.
             solutions = np.array(sorted(solutions, key=in_order)).reshape(-1, robot.dof)
@@ -103,6 +116,13 @@ def find_candidates(
             before = solution.q
         result.append(_valued(robot, waypoint, copies, free))
     return result
+
+
+def _led(robot: Robot, pose: Any, start: FloatArray) -> FloatArray:
+    """Where a search from a configuration ends: one solution, shape (1, d), or none."""
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    found = PoseSearch(robot, pose, 1e-9, 1e-9).solve(start, lower, upper)
+    return found.q[None] if found.converged else np.empty((0, robot.dof))
 
 
 def _nearest(

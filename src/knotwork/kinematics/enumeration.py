@@ -8,8 +8,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.joint_axes import JointAxes
+from knotwork.kinematics.joint_axes import JointAxes, pose_errors
+from knotwork.kinematics.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy
+from knotwork.kinematics.valleys import DEEP, solutions_in_valleys
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -25,10 +27,16 @@ MAX_ITERATIONS = 40
 # by more than `SAME`, but where two branches meet.
 RESIDUAL = 1e-11
 SAME = 1e-5
+# Solutions next to a singularity are as exact as rounding lets them be [m, rad].
+VALLEY_RESIDUAL = 1e-10
+# Two solutions this near are one if the pose is met to this between them, too [m, rad].
+BESIDE = 1e-2
+JOINED = 1e-9
 # Near a singularity two branches lie close, and one may get next to none of the starts.
 NEAR_SINGULAR = 0.03
 # An arm with more solutions than any six-joint arm has (16) moves freely at the pose.
 MOST_BRANCHES = 16
+MOST_KNOWN = 4 * MOST_BRANCHES
 
 _CHAINS: WeakKeyDictionary[Robot, JointAxes] = WeakKeyDictionary()
 
@@ -86,6 +94,7 @@ def find_branches(
         return low + np.array([next(points) for _ in range(count)]) * (high - low)
 
     found = [np.empty((0, d)) for _ in range(n)]
+    deep = [np.empty((0, d)) for _ in range(n)]  # where searches ended without getting there
     first = fresh(FIRST_STARTS if known is None else BESIDE_KNOWN)
     starts = [first if known is None else np.vstack([known[i], first]) for i in range(n)]
     active = list(range(n))
@@ -102,7 +111,11 @@ def find_branches(
         again: list[int] = []
         starts = []
         for i in active:
-            solved = solution.q[(owner == i) & solution.converged]
+            own = owner == i
+            solved = solution.q[own & solution.converged]
+            if d == 6:
+                near = solution.position_error + solution.orientation_error < DEEP
+                deep[i] = np.vstack([deep[i], solution.q[own & near & ~solution.converged]])
             new = _not_yet(found[i], solved, chain.revolute)
             found[i] = np.vstack([found[i], new])
             all_there = complete(found[i]) if complete is not None else None
@@ -114,7 +127,38 @@ def find_branches(
         active = again
         if not active:
             break
+    for i, beside in enumerate(deep):
+        if len(beside) and len(found[i]) <= MOST_BRANCHES:
+            search = PoseSearch(robot, targets.pose(i), RESIDUAL, RESIDUAL)
+            more = solutions_in_valleys(search, beside, chain.revolute, VALLEY_RESIDUAL)
+            found[i] = np.vstack([np.array(more).reshape(-1, d), found[i]])
+        if len(found[i]) <= MOST_KNOWN:
+            found[i] = told_apart(chain, targets.take([i]), found[i])
     return [difference(q, np.zeros(d), chain.revolute) for q in found]
+
+
+def told_apart(chain: JointAxes, target: Targets, solutions: FloatArray) -> FloatArray:
+    """Those solutions that no motion joins which leaves the tool where it is: the first of each.
+
+    Where two branches meet, searches end on both sides of the point where they do, and in a valley
+    anywhere near the solution.
+    """
+    kept: list[FloatArray] = []
+    for q in solutions:
+        apart = [difference(q, other, chain.revolute) for other in kept]
+        sizes = [np.abs(gap).max() for gap in apart]
+        if any(size <= SAME for size in sizes):
+            continue
+        middles = [q - 0.5 * gap for gap, size in zip(apart, sizes, strict=True) if size < BESIDE]
+        if middles:
+            between = np.array(middles)
+            tip, rotation, *_ = chain.forward(between)
+            one = target.take(np.zeros(len(between), dtype=int))
+            _, distance, angle = pose_errors(tip, rotation, one.position, one.rotation)
+            if (np.maximum(distance, angle) < JOINED).any():
+                continue
+        kept.append(q)
+    return np.array(kept).reshape(-1, solutions.shape[1])
 
 
 def _not_yet(found: FloatArray, solved: FloatArray, revolute: FloatArray) -> FloatArray:

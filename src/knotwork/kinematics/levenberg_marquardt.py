@@ -141,6 +141,10 @@ class PoseSearch:
         _, _, position, orientation = self._error(q)
         return math.sqrt(position), math.sqrt(orientation)
 
+    def error(self, q: FloatArray) -> FloatArray:
+        """Weighted error e, shape (6,)."""
+        return self._error(q)[0]
+
     def gradient(self, q: FloatArray) -> FloatArray:
         """Jᵀe: where the joints would go to come nearer, shape (d,)."""
         e = self._error(q)[0]

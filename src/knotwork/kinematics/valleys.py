@@ -1,0 +1,173 @@
+"""Solutions next to a singularity, found along the motion that the tool hardly feels.
+
+Where an arm of six joints is nearly singular, as where two axes of its wrist are nearly in line,
+it can move along a curve while the tool stays almost at its pose: a valley of the pose error, on
+whose floor the error is as small as the distance from the singularity. The solutions are single
+points of that curve. A search that comes down into the valley crawls along it and hardly gets to
+them; here the valley is followed from end to end instead, and its solutions are where the rest of
+the error, which has a sign, passes through zero.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.kinematics.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.restarts import FULL_TURN, BoolArray
+from knotwork.waypoints import FloatArray
+
+# Errors on the floor of a valley are below this [m, rad]: farther from a singularity searches
+# converge as anywhere.
+DEEP = 1e-2
+STEP = 0.15  # along the valley [rad or m]
+SHORTEST_STEP = STEP / 32
+# Cosine of the angle that the directions along and across may turn in a step.
+SAME_DIRECTION = 0.8
+MOST_STEPS = 160
+# Valleys followed for one pose at most; a UR5 has four.
+MOST_VALLEYS = 16
+# A configuration so near one that a valley has been followed through is in that valley.
+SAME_VALLEY = 2.0 * STEP
+# Steps down to the floor: Newton's, in the directions other than the valley's.
+DESCENTS = 6
+DESCENDED = 1e-13
+# There is one direction that the tool hardly feels; where there are two, valleys meet.
+SECOND_SINGULAR = 1e-3
+ROOT_STEPS = 60
+# The rest of the error is known no better [m, rad]. A solution a millionth from a singularity is
+# then known to a millionth of its way along the valley.
+ROUNDING = 1e-15
+
+
+@dataclass(frozen=True, eq=False)
+class _Floor:
+    """A point on the floor of a valley.
+
+    Attributes:
+        q: Joint positions [rad or m], shape (d,).
+        along: Direction of the valley, shape (d,), a unit vector.
+        across: Direction of the error that the arm can't mend there, shape (6,), a unit vector.
+        rest: The error along it, with its sign.
+    """
+
+    q: FloatArray
+    along: FloatArray
+    across: FloatArray
+    rest: float
+
+    def follows(self, before: _Floor) -> bool:
+        """Whether the directions are nearly those of the point before."""
+        return bool(min(self.along @ before.along, self.across @ before.across) > SAME_DIRECTION)
+
+
+def solutions_in_valleys(
+    search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray, tolerance: float
+) -> list[FloatArray]:
+    """Follow the valleys that configurations lie in, and find the solutions there.
+
+    Args:
+        search: The pose, and an arm of six joints.
+        starts: Configurations with a small error, shape (d,) each.
+        revolute: Which joints are revolute, shape (d,).
+        tolerance: Of solutions: distance [m] and angle [rad].
+
+    Returns:
+        Solutions, shape (d,) each; some perhaps more than once.
+    """
+    followed: list[FloatArray] = []
+    found: list[FloatArray] = []
+    for start in starts:
+        if len(followed) == MOST_VALLEYS:
+            break
+        if any(_apart(points, start, revolute).min() < SAME_VALLEY for points in followed):
+            continue
+        first = _down(search, start, None)
+        if first is None:
+            continue
+        way, closed = _follow(search, first, 1.0, revolute)
+        ways = [way] if closed else [way, _follow(search, first, -1.0, revolute)[0]]
+        followed.append(np.array([floor.q for way in ways for floor in way]))
+        for way in ways:
+            for a, b in itertools.pairwise(way):
+                if a.rest * b.rest <= 0.0:
+                    found += _root(search, a, b, tolerance)
+    return found
+
+
+def _apart(points: FloatArray, q: FloatArray, revolute: BoolArray) -> FloatArray:
+    """Largest joint distance of each of some configurations from another, turns aside."""
+    gap = points - q
+    gap -= np.where(revolute, FULL_TURN * np.round(gap / FULL_TURN), 0.0)
+    return np.asarray(np.abs(gap).max(axis=1))
+
+
+def _down(search: PoseSearch, q: FloatArray, before: _Floor | None) -> _Floor | None:
+    """Go down to the floor of the valley; `None` where there is none."""
+    for _ in range(DESCENTS):
+        e = search.error(q)
+        U, s, Vt = np.linalg.svd(search.jacobian(q))
+        if s[-2] < SECOND_SINGULAR:
+            return None
+        move = Vt[:-1].T @ ((U[:, :-1].T @ e) / s[:-1])
+        size = float(np.abs(move).max())
+        if size > 2.0 * STEP:
+            return None
+        q = q + move
+        if size < DESCENDED:
+            break
+    along, across = Vt[-1], U[:, -1]
+    if before is not None:
+        along = along if along @ before.along >= 0.0 else -along
+        across = across if across @ before.across >= 0.0 else -across
+    rest = float(across @ search.error(q))
+    return _Floor(q, along, across, rest) if abs(rest) < DEEP else None
+
+
+def _follow(
+    search: PoseSearch, first: _Floor, sign: float, revolute: BoolArray
+) -> tuple[list[_Floor], bool]:
+    """Points along a valley in one direction to its end, or round to the first, and whether so."""
+    way = [first]
+    here = _Floor(first.q, sign * first.along, first.across, first.rest)
+    step, length, closed = STEP, 0.0, False
+    for _ in range(MOST_STEPS):
+        there = _down(search, here.q + step * here.along, here)
+        turned = there is None or not there.follows(here)
+        if turned and step > SHORTEST_STEP:
+            step *= 0.5
+            continue
+        if there is None:
+            break
+        way.append(there)
+        length += step
+        if closed:  # a step beyond, so that nothing is between the last and the first
+            break
+        closed = length > 4 * STEP and _apart(there.q[None], first.q, revolute)[0] < 0.75 * STEP
+        step = min(2.0 * step, STEP)
+        here = there
+    return way, closed
+
+
+def _root(search: PoseSearch, a: _Floor, b: _Floor, tolerance: float) -> Iterator[FloatArray]:
+    """The solution between two points of a valley (regula falsi, the Illinois variant)."""
+    floor, low, high, at_low, at_high = a, 0.0, 1.0, a.rest, b.rest
+    for _ in range(ROOT_STEPS):
+        slope = at_high - at_low
+        t = 0.5 * (low + high) if slope == 0.0 else (low * at_high - high * at_low) / slope
+        between = _down(search, a.q + t * (b.q - a.q), a)
+        if between is None:
+            return
+        floor = between
+        if abs(floor.rest) <= ROUNDING or high == low:
+            break
+        if floor.rest * at_high < 0.0:
+            low, at_low = high, at_high
+        else:
+            at_low *= 0.5
+        high, at_high = t, floor.rest
+    if max(search.errors(floor.q)) <= tolerance:
+        yield floor.q
