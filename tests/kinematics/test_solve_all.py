@@ -58,6 +58,57 @@ def test_every_branch_of_the_closed_form_is_found(arm: str, spherical: Robot) ->
 
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
+@pytest.mark.parametrize("bent", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_every_branch_is_found_next_to_a_wrist_singularity(
+    arm: str, bent: float, spherical: Robot
+) -> None:
+    """There the arm can move far while the tool hardly does, and searches do not converge."""
+    robot = UR5 if arm == "ur5" else spherical
+    generator = np.random.default_rng(4)
+    for _ in range(8):
+        q = generator.uniform(-2.5, 2.5, 6)
+        q[4] = bent
+        pose = robot.forward(q)
+        branches = kw.solve_all(robot, pose)
+        answers = np.array([closed_form.turned(branch.q) for branch in branches])
+        expected = [x for x in truth(robot, pose) if (np.abs(x) <= np.pi).all()]
+        known = max(1e-6, 1e-9 / bent)  # rounding of the pose and of the closed form, magnified
+        for x in [q, *expected]:
+            assert np.abs(closed_form.turned(answers - x)).max(axis=1).min() < known
+        assert len(branches) == len(expected)
+
+
+@pytest.mark.parametrize("bent", [1e-7, 1e-8])
+def test_the_way_here_is_found_where_closed_forms_round_it_away(bent: float) -> None:
+    generator = np.random.default_rng(4)
+    for _ in range(12):
+        q = generator.uniform(-2.5, 2.5, 6)
+        q[4] = bent
+        answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+        assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-3
+
+
+def test_two_singularities_at_once() -> None:
+    """Elbow and wrist both nearly straight: the error along the valley dips to zero twice."""
+    q = np.array([-0.9537, -0.6456, 0.0024, 0.4131, 1e-5, 1.2927])
+    answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+    assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-4
+
+
+@pytest.mark.parametrize("elbow", [0.0, 1e-6, 1e-5])
+def test_where_two_branches_meet_they_are_one(elbow: float) -> None:
+    generator = np.random.default_rng(3)
+    for _ in range(8):
+        q = generator.uniform(-2.5, 2.5, 6)
+        q[2] = elbow
+        answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+        assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-4
+        for i, one in enumerate(answers):
+            for other in answers[:i]:
+                assert np.abs(closed_form.turned(one - other)).max() > 1e-2
+
+
+@pytest.mark.parametrize("arm", ["ur5", "spherical"])
 @pytest.mark.parametrize("straight", [True, False])
 def test_every_branch_is_found_along_a_sequence(arm: str, straight: bool, spherical: Robot) -> None:
     """Where the branches of one waypoint start the search at the next, none gets lost."""
