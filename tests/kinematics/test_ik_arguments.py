@@ -57,7 +57,7 @@ def test_no_poses_are_solved_at_once() -> None:
 
 @pytest.mark.parametrize("poses", [None, 5, UR5.forward(HOME)])
 def test_poses_must_be_some_in_a_row(poses: Any) -> None:
-    with pytest.raises(WaypointDataError, match="poses must be a sequence of pin.SE3"):
+    with pytest.raises(WaypointDataError, match=r"poses must be a sequence of pin\.SE3"):
         kw.solve_many(UR5, poses, HOME)
 
 
@@ -68,9 +68,9 @@ def test_poses_may_come_one_by_one() -> None:
 @pytest.mark.parametrize("bad", [0, -1e-8, float("nan"), "fine"])
 def test_tolerances_are_positive_numbers(bad: Any) -> None:
     pose = UR5.forward(HOME)
-    with pytest.raises(WaypointDataError, match="^tolerance must be positive"):
+    with pytest.raises(WaypointDataError, match=r"^tolerance must be positive"):
         kw.solve_many(UR5, [pose], HOME, tolerance=bad)
-    with pytest.raises(WaypointDataError, match="^orientation_tolerance must be positive"):
+    with pytest.raises(WaypointDataError, match=r"^orientation_tolerance must be positive"):
         kw.solve_all(UR5, pose, orientation_tolerance=bad)
 
 
