@@ -83,3 +83,23 @@ def test_restarts_are_counted(bad: Any) -> None:
 def test_no_restarts_is_a_number_of_restarts() -> None:
     with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
         kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, max_restarts=-1)
+
+
+@pytest.mark.parametrize("bad", [0, -3, 1.5])
+def test_a_spread_is_of_some_configurations(bad: Any) -> None:
+    with pytest.raises(WaypointDataError, match="spread must be an integer, 1 or more"):
+        kw.solve_all(UR5, UR5.forward(HOME), spread=bad)
+
+
+def test_velocities_are_not_solved_within_no_tolerance() -> None:
+    singular = np.array([0.2, -1.2, 0.0, -1.7, 0.4, 0.3])
+    twist = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0])
+    for name in ("linear_tolerance", "angular_tolerance"):
+        with pytest.raises(WaypointDataError, match=f"{name} must be positive, not nan"):
+            kw.solve_velocity_ik(UR5, singular, twist, **{name: float("nan")})
+
+
+@pytest.mark.parametrize("rate", [float("nan"), float("inf")])
+def test_a_pull_is_finite(rate: float) -> None:
+    with pytest.raises(WaypointDataError, match="rate must be finite"):
+        kw.kinematics.pull_to_middle(UR5, HOME, rate)

@@ -339,3 +339,33 @@ def test_the_first_solution_may_do(name: str) -> None:
         assert found.restarts == 0
         assert max(found.position_error, found.orientation_error) <= 1e-8
         assert found.distance < 0.2
+
+
+@pytest.mark.parametrize("wide", [20.0, 1e16])
+def test_limits_far_apart_leave_a_number_of_turns_that_can_be_looked_through(wide: float) -> None:
+    robot = UR5.with_limits(position=dict.fromkeys(UR5.joint_names, (-wide, wide)))
+    q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
+    branches = kw.solve_all(robot, robot.forward(q))
+    assert len(branches) == 8
+    for branch in branches:
+        assert 500 < len(branch.turns) <= 1024
+        assert len(np.unique(np.round(branch.turns, 6), axis=0)) == len(branch.turns)
+        assert np.abs(branch.turns).max() < 5 * np.pi
+        for turn in branch.turns[::97]:
+            assert robot.forward(turn).isApprox(robot.forward(q), 1e-7)
+
+
+def test_samples_of_a_free_motion_are_called_so() -> None:
+    pose = UR5.forward(np.array([0.3, -1.1, 1.3, -1.6, 0.0, 0.3]))
+    assert all(branch.sampled for branch in kw.solve_all(UR5, pose))
+    assert not any(branch.sampled for branch in kw.solve_all(UR5, UR5.forward(np.full(6, 0.7))))
+    panda = ROBOTS["panda"]
+    middle = 0.5 * (panda.lower_position_limit + panda.upper_position_limit)
+    assert all(branch.sampled for branch in kw.solve_all(panda, panda.forward(middle)))
+
+
+def test_samples_of_a_free_motion_are_spread_inside_the_limits() -> None:
+    """Half of the motion of a straight wrist is outside: the samples are all of the other half."""
+    narrow = UR5.with_limits(position={"wrist_3_joint": (0.0, np.pi)})
+    pose = narrow.forward(np.array([0.3, -1.1, 1.3, -1.6, 0.0, 0.3]))
+    assert len(kw.solve_all(narrow, pose)) >= 0.8 * len(kw.solve_all(UR5, pose))

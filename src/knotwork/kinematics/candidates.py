@@ -22,6 +22,7 @@ from knotwork.kinematics.pose import IKSolution, solve_pose_ik
 from knotwork.kinematics.solutions import (
     farthest_apart,
     in_order,
+    inside_limits,
     spread_free_motion,
     turns_inside,
 )
@@ -96,7 +97,8 @@ def find_candidates(
     ):
         free = redundant or len(solutions) > MOST_BRANCHES
         if free and not redundant:
-            solutions = farthest_apart(robot, solutions, SPREAD)
+            inside = np.array(inside_limits(robot, solutions)).reshape(-1, robot.dof)
+            solutions = farthest_apart(robot, inside, SPREAD)
         if not free and not (tried is not None and np.array_equal(reference, tried)):
             # What is next to where the arm comes from must not be missing.
             tried, led = reference, _led(robot, pose, reference)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.kinematics.arguments import (
+    check_count,
     check_distance,
     check_pose,
-    check_restarts,
     check_tolerance,
 )
 from knotwork.kinematics.diagnosis import raise_unsolved
@@ -96,9 +96,10 @@ def solve_pose_ik(
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
     A local search from the start is followed by others from points that fill the part of joint
-    space where a nearer solution would lie. Joints are taken by whole turns to where they are
-    nearest; an arm with more joints than the pose needs is moved along its free motion as near
-    as it gets. The same arguments always give the same answer.
+    space where a nearer solution would lie. Where the nearest is far, by some radians, it may be
+    missed all the same; `solve_all` finds every one. Joints are taken by whole turns to where they
+    are nearest; an arm with more joints than the pose needs is moved along its free motion as
+    near as it gets. The same arguments always give the same answer.
 
     Args:
         robot: The robot.
@@ -126,7 +127,7 @@ def solve_pose_ik(
     if not (position_tolerance > 0 and orientation_tolerance > 0 and max_restarts >= 0):
         check_tolerance(position_tolerance, "position_tolerance")
         check_tolerance(orientation_tolerance, "orientation_tolerance")
-        check_restarts(max_restarts)
+        check_count(max_restarts, "max_restarts")
     first: FloatArray
     if (  # faster than `read_only`
         type(start) is np.ndarray
@@ -149,8 +150,8 @@ def solve_pose_ik(
     if found.converged and not nearest:
         distance = math.dist(found.q.tolist(), goal.tolist())
         if distance <= np.pi:  # no joint is more than half a turn away
-            return _ended(found, distance, found.iterations, 0)
-    collector = _Collector(search, goal, settle=nearest)
+            return _ended(found, distance, found.iterations, 0, "first")
+    collector = _Collector(search, goal, nearest=nearest)
     collector.take(found)
     if collector.found and not nearest:
         return collector.solution()
@@ -191,10 +192,10 @@ def _spread(
 class _Collector:
     """Keeps the nearest of the solutions found, and counts the work."""
 
-    def __init__(self, search: PoseSearch, near: FloatArray, *, settle: bool) -> None:
+    def __init__(self, search: PoseSearch, near: FloatArray, *, nearest: bool) -> None:
         self.search, self.near = search, near
-        self._settle = settle and search.robot.dof > 6
-        self._polish = POLISH_ITERATIONS if settle else 0
+        self._nearest, self._settle = nearest, nearest and search.robot.dof > 6
+        self._polish = POLISH_ITERATIONS if nearest else 0
         self.best: LocalSolution | None = None
         self.distance = np.inf
         self.iterations = self.restarts = 0
@@ -272,10 +273,13 @@ class _Collector:
         best = LocalSolution(
             q, position, orientation, best.iterations, self.search.within(position, orientation)
         )
-        return _ended(best, self.distance, self.iterations, self.restarts)
+        kind = "nearest" if self._nearest else "first"
+        return _ended(best, self.distance, self.iterations, self.restarts, kind)
 
 
-def _ended(found: LocalSolution, distance: float, iterations: int, restarts: int) -> IKSolution:
+def _ended(
+    found: LocalSolution, distance: float, iterations: int, restarts: int, kind: str
+) -> IKSolution:
     found.q.setflags(write=False)
     return IKSolution(
         found.q,
@@ -285,5 +289,5 @@ def _ended(found: LocalSolution, distance: float, iterations: int, restarts: int
         iterations,
         restarts,
         found.converged,
-        f"nearest solution found in {restarts + 1} searches",
+        f"{kind} solution of {restarts + 1} searches" if restarts else "solution of one search",
     )

@@ -82,8 +82,33 @@ def solutions_in_valleys(
     Returns:
         Solutions, shape (d,) each; some perhaps more than once.
     """
-    followed: list[FloatArray] = []
     found: list[FloatArray] = []
+    for way in _valleys(search, starts, revolute):
+        for a, b in itertools.pairwise(_with_dips(search, way)):
+            if a.rest * b.rest <= 0.0:
+                found += _root(search, a, b, tolerance)
+    return found
+
+
+def floors_of_valleys(
+    search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray, tolerance: float
+) -> list[FloatArray]:
+    """Follow the valleys of an arm that is singular: all along them the pose is met.
+
+    Arguments as of `solutions_in_valleys`.
+
+    Returns:
+        Points along the valleys that are solutions, shape (d,) each.
+    """
+    points = [floor.q for way in _valleys(search, starts, revolute) for floor in way]
+    return [q for q in points if max(search.errors(q)) <= tolerance]
+
+
+def _valleys(
+    search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray
+) -> Iterator[list[_Floor]]:
+    """Points along each valley that starts lie in; one that does not close gives two lists."""
+    followed: list[FloatArray] = []
     for start in starts:
         if len(followed) == MOST_VALLEYS:
             break
@@ -95,11 +120,7 @@ def solutions_in_valleys(
         way, closed = _follow(search, first, 1.0, revolute)
         ways = [way] if closed else [way, _follow(search, first, -1.0, revolute)[0]]
         followed.append(np.array([floor.q for way in ways for floor in way]))
-        for way in ways:
-            for a, b in itertools.pairwise(_with_dips(search, way)):
-                if a.rest * b.rest <= 0.0:
-                    found += _root(search, a, b, tolerance)
-    return found
+        yield from ways
 
 
 def _apart(points: FloatArray, q: FloatArray, revolute: BoolArray) -> FloatArray:
