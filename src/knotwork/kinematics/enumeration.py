@@ -11,7 +11,12 @@ from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.joint_axes import JointAxes, pose_errors
 from knotwork.kinematics.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy
-from knotwork.kinematics.valleys import DEEP, floors_of_valleys, solutions_in_valleys
+from knotwork.kinematics.valleys import (
+    DEEP,
+    VALLEY_RESIDUAL,
+    floors_of_valleys,
+    solutions_in_valleys,
+)
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -27,8 +32,6 @@ MAX_ITERATIONS = 40
 # by more than `SAME`, but where two branches meet.
 RESIDUAL = 1e-11
 SAME = 1e-5
-# Solutions next to a singularity are as exact as rounding lets them be [m, rad].
-VALLEY_RESIDUAL = 1e-10
 # Two solutions this near are one if the pose is met to this between them, too [m, rad].
 BESIDE = 1e-2
 JOINED = 1e-9

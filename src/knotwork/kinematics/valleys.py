@@ -23,6 +23,8 @@ from knotwork.waypoints import FloatArray
 # Errors on the floor of a valley are below this [m, rad]: farther from a singularity searches
 # converge as anywhere.
 DEEP = 1e-2
+# Solutions there are as exact as rounding lets them be [m, rad].
+VALLEY_RESIDUAL = 1e-10
 STEP = 0.15  # along the valley [rad or m]
 SHORTEST_STEP = STEP / 32
 # Cosine of the angle that the directions along and across may turn in a step.
