@@ -12,6 +12,7 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
+from knotwork import resources
 from knotwork.cli import export as command
 from knotwork.export import FORMATS, save
 
@@ -82,6 +83,42 @@ def test_drives_and_controllers_pass_the_check_again(
     file = tmp_path / f"m{FORMATS[form].suffix}"
     assert knotwork("export", "ur5_deburring", "-f", form, "-o", file, *extra).code == 0
     assert knotwork("check", file, "-s", "ur5_deburring").code == 0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("ros2",),
+        ("pvt",),
+        ("pvt", "--incremental"),
+        ("pvt", "--degrees", "--incremental"),
+        ("csv",),
+        ("csv", "--knots-only"),
+        ("json", "--knots-only"),
+    ],
+)
+def test_a_task_that_starts_late_passes_the_check_again(
+    knotwork: Command, tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    late = tmp_path / "late.yaml"
+    task = yaml.safe_load(resources.find("scenarios", SCENARIO).read_text(encoding="utf-8"))
+    for waypoint in task["waypoints"]:
+        waypoint["time"] += 5.1
+    task["knots"] = "balanced"
+    late.write_text(yaml.safe_dump(task), encoding="utf-8")
+    file = tmp_path / f"m{FORMATS[options[0]].suffix}"
+    assert knotwork("export", late, "-f", *options, "-o", file).code == 0
+    ran = knotwork("check", file, "-s", late)
+    assert ran.code == 0, ran.out + ran.err
+
+
+def test_tables_in_drive_units_can_not_be_checked(knotwork: Command, tmp_path: Path) -> None:
+    file = tmp_path / "m.csv"
+    arguments = ("export", SCENARIO, "-f", "pvt", "--scale", "joint_1=2", "-o", file)
+    assert knotwork(*arguments).code == 0
+    ran = knotwork("check", file, "-s", SCENARIO)
+    assert ran.code == 2
+    assert "export without --scale and --offset to check" in ran.err
 
 
 def test_a_changed_point_fails_the_check(knotwork: Command, tmp_path: Path) -> None:

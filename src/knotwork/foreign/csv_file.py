@@ -17,7 +17,13 @@ from knotwork.waypoints import FloatArray
 DELIMITERS = (",", ";", "\t")
 
 
-def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str]) -> PointTable:
+def read_csv(
+    path: Path,
+    joint_names: Sequence[str],
+    joint_units: Sequence[str],
+    *,
+    start_time: float = 0.0,
+) -> PointTable:
     """Read a CSV file.
 
     Columns are divided by commas, semicolons or tabs. Empty lines and lines that start with `#`
@@ -27,6 +33,8 @@ def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str])
         path: The file.
         joint_names: The joints there are; the columns may have any order.
         joint_units: `"rad"` or `"m"` for each.
+        start_time: What is added to times named `time_from_start`, and to the sums of those named
+            `time_step` [s].
 
     Raises:
         DocumentError: The file can't be read, has no headings, a column that is not understood, a
@@ -36,6 +44,9 @@ def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str])
     if not rows:
         raise DocumentError(path, [Problem(None, "", "holds no rows")])
     head, cells = rows[0]
+    if all(_is_number(cell) for cell in cells):
+        accepted = f"a line above the numbers, with time and {', '.join(joint_names)}"
+        raise DocumentError(path, [Problem(head, "", "has no headings", accepted)])
     columns = _columns(path, head, cells, joint_names, joint_units)
     lines, values = _numbers(path, rows[1:], cells)
     time = np.empty(len(lines))
@@ -43,9 +54,11 @@ def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str])
     where: dict[tuple[str, int | None], int] = {}
     for i, content in enumerate(columns):
         if content.quantity == "time":
-            time = values[:, i] * content.factor
+            time = _absolute(values[:, i] * content.factor, content.clock, start_time)
         elif content.quantity:
             tables[content.quantity][:, content.joint] = values[:, i] * content.factor
+        else:
+            continue
         where[content.quantity, content.joint] = i
     given = {quantity: (quantity, 0) in where for quantity in QUANTITIES}
 
@@ -69,6 +82,14 @@ def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str])
         np.full(count, given["acceleration"]),
         place,
     )
+
+
+def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
+    """Times as the scenario counts them, from those of a column."""
+    if clock == "absolute":
+        return time
+    with np.errstate(all="ignore"):  # what is not finite is refused with its place
+        return start_time + (np.cumsum(time) if clock == "step" else time)
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
@@ -99,9 +120,16 @@ def _cells(path: Path, line: int, text: str, delimiter: str) -> list[str]:
         raise DocumentError(path, [Problem(line, "", f"is not valid CSV: {error}")]) from error
 
 
+def _number(cell: str) -> float:
+    """A number as data have it; Python would read `1_000` and figures of every script, too."""
+    if "_" in cell or not cell.isascii():
+        raise ValueError(cell)
+    return float(cell)
+
+
 def _is_number(cell: str) -> bool:
     try:
-        float(cell)
+        _number(cell)
     except ValueError:
         return False
     return True
@@ -161,7 +189,7 @@ def _numbers(
             message = f"has {len(cells)} values"
             raise DocumentError(path, [Problem(line, "", message, f"{len(head)}, as headings")])
         try:
-            values[row] = [float(cell) for cell in cells]
+            values[row] = [_number(cell) for cell in cells]
         except ValueError:
             at = next(i for i, cell in enumerate(cells) if not _is_number(cell))
             field = f"column {at + 1} ({head[at].strip()})"
