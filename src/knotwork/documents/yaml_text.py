@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import typing
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +17,9 @@ from knotwork.errors import DocumentError, Problem
 
 # Deeper than any document of ours, and shallow enough for the parser, which is recursive.
 MOST_NESTED = 100
-# Aliases of aliases can make a short file hold more than any memory.
-MOST_VALUES = 1_000_000
+# Aliases of aliases can make a short file hold more than any memory. Counted is what they repeat,
+# not what stands in the file itself, however long that is.
+MOST_REPEATED = 1_000_000
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
@@ -36,6 +40,7 @@ _SCALARS: tuple[tuple[str, str, str], ...] = (
         "-+.0123456789",
     ),
 )
+_FLOAT = _TAG + "float"
 _PATTERNS = {_TAG + kind: re.compile(pattern) for kind, pattern, _ in _SCALARS}
 for _kind, _, _first in _SCALARS:
     _Loader.add_implicit_resolver(_TAG + _kind, _PATTERNS[_TAG + _kind], list(_first))
@@ -45,8 +50,9 @@ _Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^$"), [""])
 class _Reader:
     """Turns a tree of YAML nodes into a `Document`'s data and lines."""
 
-    def __init__(self, file: Path | None) -> None:
+    def __init__(self, file: Path | None, own_values: int) -> None:
         self.file = file
+        self.most = own_values + MOST_REPEATED
         self.lines: dict[Location, int] = {}
         self.problems: list[Problem] = []
         self.open: set[int] = set()
@@ -60,9 +66,10 @@ class _Reader:
         line = node.start_mark.line + 1
         self.lines.setdefault(location, line)
         self.values += 1
-        if self.values > MOST_VALUES:
-            message = f"its aliases make more than {MOST_VALUES} values"
-            raise DocumentError(self.file, [Problem(line, "", message)])
+        if self.values > self.most:
+            message = f"its aliases repeat more than {MOST_REPEATED} values"
+            accepted = "write them out, or as JSON"
+            raise DocumentError(self.file, [Problem(line, "", message, accepted)])
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, location)
         if id(node) in self.open:
@@ -111,8 +118,8 @@ class _Reader:
             return None
         if tag == _TAG + "bool":
             return text.lower() == "true"
-        if tag == _TAG + "float":
-            return float(re.sub(r"^([-+]?)\.(inf|nan)$", r"\1\2", text.lower()))
+        if tag == _FLOAT:
+            return float(text if text[-1] not in "fFnN" else text.replace(".", ""))
         try:
             return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
         except ValueError:  # Python reads no more than some thousands of digits
@@ -127,8 +134,9 @@ def parse(text: str, file: Path | None = None) -> Document:
         DocumentError: The text is no YAML, is empty, gives a key twice, or is nested too deep.
     """
     try:
-        _check_depth(text, file)
-        node = yaml.compose(text, Loader=_Loader)
+        values = _checked_size(text, file)
+        with _no_collector():
+            node = yaml.compose(text, Loader=_Loader)
     except yaml.YAMLError as error:
         raise DocumentError(file, [_syntax_problem(error)]) from error
     except UnicodeEncodeError as error:
@@ -137,29 +145,51 @@ def parse(text: str, file: Path | None = None) -> Document:
         raise DocumentError(file, [Problem(line, "", message)]) from error
     if node is None:
         raise DocumentError(file, [Problem(None, "", "the file is empty")])
-    reader = _Reader(file)
-    data = reader.read(node, ())
+    reader = _Reader(file, values)
+    with _no_collector():
+        data = reader.read(node, ())
     if reader.problems:
         raise DocumentError(file, reader.problems)
     return Document(data, file, reader.lines)
 
 
-def _check_depth(text: str, file: Path | None) -> None:
-    """Refuse deep nesting before the parser, which crashes on it, makes a tree of the text.
+@contextmanager
+def _no_collector() -> Iterator[None]:
+    """Leave Python's cyclic garbage alone for a while.
+
+    Making millions of objects that all stay, it would look at them again and again, which takes
+    longer than to make them.
+    """
+    running = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if running:
+            gc.enable()
+
+
+def _checked_size(text: str, file: Path | None) -> int:
+    """Count the values that a text holds, aliases as none.
+
+    Deep nesting is refused here, before the parser, which crashes on it, makes a tree of the text.
 
     Raises:
         DocumentError: The text is nested too deep.
         yaml.YAMLError: It is no YAML.
     """
-    depth = 0
+    depth = values = 0
     for event in yaml.parse(text, Loader=_Loader):
-        if isinstance(event, yaml.CollectionStartEvent):
-            depth += 1
+        if isinstance(event, yaml.ScalarEvent):
+            values += 1
+        elif isinstance(event, yaml.CollectionStartEvent):
+            depth, values = depth + 1, values + 1
             if depth > MOST_NESTED:
                 line = event.start_mark.line + 1 if event.start_mark is not None else None
                 raise DocumentError(file, [_too_deep(line)])
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
+    return values
 
 
 def _too_deep(line: int | None) -> Problem:
