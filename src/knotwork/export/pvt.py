@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from knotwork.errors import ExportError, InputError, UnknownNameError
-from knotwork.export.carrying import LOSSLESS, carry
+from knotwork.export.carrying import LOSSLESS, Points, carry
 from knotwork.export.numbers import finite_number
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
@@ -26,7 +26,7 @@ HALF_DIGIT = 2.0**-53
 
 
 def to_pvt(
-    trajectory: JointTrajectory,
+    motion: JointTrajectory | Points,
     *,
     degrees: bool = False,
     scale: Mapping[str, float] | None = None,
@@ -39,7 +39,7 @@ def to_pvt(
     A drive's position is scale·q + offset and its velocity scale·q̇, with q in rad, deg or m.
 
     Args:
-        trajectory: The motion.
+        motion: The motion, or points of it as `carry` makes them.
         degrees: Give revolute joints in deg instead of rad; prismatic ones stay in m.
         scale: Drive units a rad (deg, m) by joint name, not 0; 1 for joints left out.
         offset: Drive's position, in its own units, where the joint is at 0; 0 for joints left out.
@@ -52,15 +52,16 @@ def to_pvt(
             but in drive units their digits no longer hold it.
         InputError: A factor or the tolerance is out of range, or names no joint.
     """
+    points = carry(motion, accelerations=None, fit=fit)
+    trajectory = points.trajectory
     names, units = trajectory.joint_names, trajectory.joint_units
     factors = _by_joint(trajectory, scale, 1.0, "scale")
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
-    points = carry(trajectory, accelerations=None, fit=fit)
-    knots = points.trajectory.knots
+    knots = trajectory.knots
     time = np.asarray(knots.time - knots.time[0])
     shown = ["deg" if unit == "rad" and degrees else unit for unit in units]
     ratio = np.array([DEGREES if unit == "deg" else 1.0 for unit in shown])
-    position, velocity = _in_drive_units(points.trajectory, shown, ratio, factors, shifts)
+    position, velocity = _in_drive_units(trajectory, shown, ratio, factors, shifts)
     header, columns = ["time_step_s" if incremental else "time_from_start_s"], []
     columns.append((increments(time) if incremental else time)[:, None])
     about = [

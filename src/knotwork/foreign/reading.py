@@ -61,7 +61,7 @@ def read_trajectory(
         kind = "ROS 2"
     else:
         document = storage.read_trajectory_document(path)
-        if not _is_points(document):
+        if not holds_points(document):
             stored = storage.trajectory_from_dict(document)
             fault = storage.knot_disagreement(document, stored)
             return stored, [] if fault is None else [fault]
@@ -78,7 +78,8 @@ def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:
     return replace(trajectory, polynomial=PiecewisePolynomial(trajectory.polynomial.c, breaks))
 
 
-def _is_points(document: Document) -> bool:
+def holds_points(document: Document) -> bool:
+    """Whether plain data are points of another tool, or samples, and no stored trajectory."""
     data = document.data
     if not isinstance(data, dict) or any(key in data for key in STORED):
         return False
