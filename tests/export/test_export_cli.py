@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -332,6 +333,64 @@ def test_paths_that_can_not_be_written(knotwork: Command, tmp_path: Path) -> Non
     assert Path("/dev/null").is_char_device()
 
 
+def test_the_file_itself_is_named_where_it_can_not_be_written(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("mine")
+    path = tmp_path / "file" / "deep" / "m.csv"
+    ran = knotwork("export", SCENARIO, "-f", "csv", "-o", path)
+    assert ran.code == 2
+    assert f"can't write to {path}: " in ran.err
+    assert "exists" not in ran.err
+
+
+@pytest.mark.parametrize("out", ["", "new/", "new/.", "new/..", "."])
+def test_names_of_folders_are_no_files(
+    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, out: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = knotwork("export", SCENARIO, "-f", "csv", "-o", out, "--force")
+    assert ran.code == 2
+    assert f"can't write to {out!r}" in ran.err
+    assert "give the path of a file" in ran.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("path", [None, 3, b"m.csv", ["m.csv"], ""])
+def test_what_is_no_path(path: object) -> None:
+    with pytest.raises(kw.InputError, match=r"can't write to .*give the path of a file"):
+        kw.plan(SCENARIO).trajectory.save_as("csv", path)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", [3, None, ["csv"], "xls"])
+def test_what_is_no_format(name: object, tmp_path: Path) -> None:
+    with pytest.raises(kw.InputError, match="unknown format"):
+        kw.plan(SCENARIO).trajectory.save_as(name, tmp_path / "m")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
+def test_a_replaced_file_keeps_its_permissions(tmp_path: Path, mode: int) -> None:
+    file = tmp_path / "m.csv"
+    file.write_text("old")
+    file.chmod(mode)
+    kw.plan(SCENARIO).trajectory.save_as("csv", file, force=True, rate=5.0)
+    assert file.read_text() != "old"
+    assert file.stat().st_mode & 0o777 == mode
+
+
+@pytest.mark.parametrize("command", ["check", "export"])
+@pytest.mark.parametrize("suffix", [".json", ".csv", ".yaml"])
+def test_pipes_are_no_files(knotwork: Command, tmp_path: Path, command: str, suffix: str) -> None:
+    pipe = tmp_path / f"pipe{suffix}"
+    os.mkfifo(pipe)
+    if command == "check":
+        ran = knotwork("check", pipe, "-s", SCENARIO)
+    else:
+        ran = knotwork("export", pipe, "-f", "ros2")
+    assert ran.code == 2
+    assert "is no regular file" in ran.err or (command, suffix) == ("export", ".csv")
+
+
 def test_links_are_followed(tmp_path: Path) -> None:
     target, link = tmp_path / "target.csv", tmp_path / "link.csv"
     target.write_text("old")
@@ -343,8 +402,6 @@ def test_links_are_followed(tmp_path: Path) -> None:
 
 
 def test_nothing_is_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import os
-
     file = tmp_path / "m.csv"
     file.write_text("mine")
 

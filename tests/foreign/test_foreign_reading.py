@@ -486,10 +486,23 @@ def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
     assert said in str(refused(file))
 
 
-def test_json_with_no_numbers_but_nan(tmp_path: Path) -> None:
+@pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity"])
+def test_json_with_no_numbers_but_nan(tmp_path: Path, word: str) -> None:
     file = tmp_path / "bad.json"
-    file.write_text(json.dumps(message(2)).replace("0.5,", "NaN,", 1))
-    assert "NaN is no finite number" in str(refused(file))
+    number = str(float(word.lower()))
+    data = json.dumps(message(2))
+    file.write_text(data.replace("[0.5, -1.0, 0.2]", f"[0.5, {word}, 0.2]", 1))
+    said = f"points[1].positions[1]: the position of joint 'joint_10' is {number} (a finite number)"
+    assert said in str(refused(file))
+    data = json.dumps({"joint_names": NAMES, "time": [0.0, 0.5, 0.1], "positions": Q})
+    file.write_text(data.replace("0.1]", f"{word}]", 1))
+    assert f"time[2]: the time is {number} (a finite number of seconds)" in str(refused(file))
+
+
+def test_times_are_said_with_the_digits_that_matter(tmp_path: Path) -> None:
+    file = tmp_path / "bad.csv"
+    file.write_text(replaced(csv_of(2), 4, 1, "0.1"))
+    assert "the time 0.1 s is not after 0.5 s, the one before it" in str(refused(file))
 
 
 @pytest.mark.parametrize("text", ["[1, 2]", "3", "null", '"text"'])

@@ -221,6 +221,12 @@ def read_text(path: Path) -> str:
         DocumentError: The file can't be read or is not UTF-8 text.
     """
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            # a pipe may never end, and neither does /dev/zero
+            problem = Problem(
+                None, "", "is no regular file", "a file; write a pipe's output to one"
+            )
+            raise DocumentError(path, [problem])
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text (byte {error.start})"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -62,6 +63,11 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
     Raises:
         InputError: It exists, or is no file.
     """
+    if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
+        raise InputError(f"can't write to {path!r}: give the path of a file")
+    if os.path.basename(path) in ("", ".", ".."):
+        named = "names a folder" if os.fspath(path) else "is empty"
+        raise InputError(f"can't write to {str(path)!r}: it {named}; give the path of a file")
     try:
         target = Path(path).resolve()
         exists, regular = target.exists(), target.is_file()
@@ -118,5 +124,12 @@ def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
         InputError: The file exists or can't be written.
     """
     target = checked_target(path, force=force)
-    (written,) = write_files(target.parent, {target.name: made})
+    try:
+        (written,) = write_files(target.parent, {target.name: made})
+    except InputError as error:
+        reason = getattr(error.__cause__, "strerror", None) or error.__cause__ or error
+        raise InputError(
+            f"can't write to {path}: {reason}; give a file in a folder that can be made and "
+            "written to"
+        ) from error
     return written

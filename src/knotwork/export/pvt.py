@@ -77,8 +77,8 @@ def to_pvt(
         text = f"joint {_one_line(name)} [{unit}], velocity [{unit}/s]"
         if not own:
             text += (
-                f", each in drive units: {factors[i]:.17g} a {unit}, position "
-                f"{shifts[i]:+.17g} drive units"
+                f", each in drive units: {float(factors[i])!r} a {unit}, position "
+                f"{'' if shifts[i] < 0.0 else '+'}{float(shifts[i])!r} drive units"
             )
         about.append(f"Columns {2 * i + 2}, {2 * i + 3}: position of {text}.")
     table = io.StringIO()

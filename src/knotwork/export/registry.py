@@ -118,7 +118,7 @@ def get_format(name: str) -> Format:
     Raises:
         UnknownNameError: There is none.
     """
-    if name not in FORMATS:
+    if not isinstance(name, str) or name not in FORMATS:
         raise UnknownNameError("format", name, FORMATS)
     return FORMATS[name]
 

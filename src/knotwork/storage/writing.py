@@ -125,7 +125,7 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
             written.append((Path(temporary), folder / name))
             with os.fdopen(handle, "wb") as file:
                 file.write(content if isinstance(content, bytes) else content.encode())
-            Path(temporary).chmod(0o666 & ~_umask())
+            Path(temporary).chmod(_mode(folder / name))
         _replace_all(written)
     except (OSError, ValueError) as error:  # ValueError: a name or text that no file can have
         reason = getattr(error, "strerror", None) or str(error)
@@ -164,6 +164,14 @@ def _replace_all(files: list[tuple[Path, Path]]) -> None:
         for _, old in done:
             if old is not None:
                 old.unlink(missing_ok=True)
+
+
+def _mode(path: Path) -> int:
+    """Permissions of a file that is replaced, or those that a new one gets."""
+    try:
+        return path.stat().st_mode & 0o777
+    except OSError:
+        return 0o666 & ~_umask()
 
 
 def _umask() -> int:
