@@ -88,7 +88,7 @@ def _planned(motion: str, reference: str | None, planner: str | None) -> Source:
 def _holds_points(file: Path | str | None) -> bool:
     """Whether a file that is no scenario is a trajectory of another tool."""
     from knotwork import documents
-    from knotwork.foreign import holds_points
+    from knotwork.foreign.reading import holds_points
 
     try:
         return file is not None and holds_points(documents.read(Path(file)))
@@ -100,7 +100,7 @@ def _stored(path: Path, reference: str | None, planner: str | None) -> Source:
     if planner is not None:
         raise InputError("--planner belongs to a scenario; the trajectory is planned already")
     from knotwork import storage
-    from knotwork.foreign import holds_points
+    from knotwork.foreign.reading import holds_points
 
     document: Document = storage.read_trajectory_document(path)
     if holds_points(document):

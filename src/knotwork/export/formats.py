@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.export.carrying import Points
@@ -14,13 +14,12 @@ from knotwork.export.table import MotionTable
 from knotwork.storage import write_files
 from knotwork.trajectory import JointTrajectory
 
-Motion: TypeAlias = JointTrajectory | Points | MotionTable
-"""A motion; or points of it as `carry` makes them, for formats of points; or a table as
-`motion_table` makes it, for tables."""
 
-
-def export(motion: Motion, name: str, **options: Any) -> Any:
+def export(motion: JointTrajectory | Points | MotionTable, name: str, **options: Any) -> Any:
     """Give a motion in a format: text, bytes or an object, as its `to_…` function does.
+
+    Formats of points take points as `carry` makes them, too, and tables a table as `motion_table`
+    makes it.
 
     Raises:
         UnknownNameError: There is no such format.
@@ -30,8 +29,10 @@ def export(motion: Motion, name: str, **options: Any) -> Any:
     return _function(form, form.function)(motion, **checked_options(form, options))
 
 
-def content(motion: Motion, name: str, **options: Any) -> str | bytes:
-    """Give the content of a file in a format.
+def content(
+    motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
+) -> str | bytes:
+    """Give the content of a file in a format, of what `export` takes.
 
     Raises:
         UnknownNameError: There is no such format.

@@ -1,12 +1,13 @@
 """The sampled formats: CSV, JSON, NumPy's npz and Parquet, all of one `MotionTable`.
 
-Each also takes `knots_only`, and then holds the points that carry the motion without loss.
+Each also takes `knots_only`, and then holds the points that carry the motion without loss. In place
+of a motion each takes points of it as `carry` makes them, or a table made already.
 """
 
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,11 +33,9 @@ _PLURALS = {
 }
 
 
-Motion: TypeAlias = "JointTrajectory | Points | MotionTable"
-"""What is written: a motion, points of it as `carry` makes them, or a table made already."""
-
-
-def _table(motion: Motion, **options: Unpack[TableOptions]) -> MotionTable:
+def _table(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> MotionTable:
     if not isinstance(motion, MotionTable):
         return motion_table(motion, **options)
     if options:
@@ -44,7 +43,7 @@ def _table(motion: Motion, **options: Unpack[TableOptions]) -> MotionTable:
     return motion
 
 
-def to_csv(motion: Motion, **options: Unpack[TableOptions]) -> str:
+def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as CSV with one header row, units in the names of the columns.
 
     Options and errors are those of `knotwork.export.motion_table`.
@@ -56,7 +55,7 @@ def to_csv(motion: Motion, **options: Unpack[TableOptions]) -> str:
     return ",".join(quoted(name) for name in columns) + "\n" + text.getvalue()
 
 
-def to_json(motion: Motion, **options: Unpack[TableOptions]) -> str:
+def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
 
     Options and errors are those of `knotwork.export.motion_table`.
@@ -88,7 +87,9 @@ def _arrays(table: MotionTable) -> dict[str, Any]:
     return arrays
 
 
-def to_npz(motion: Motion, **options: Unpack[TableOptions]) -> bytes:
+def to_npz(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> bytes:
     """Write samples or knots as NumPy's npz, without pickles.
 
     `numpy.load(file)` gives `time` (s,), `position`, `velocity`, … (s, d), `joint_names` (d,) and
@@ -108,7 +109,9 @@ def npz_bytes(arrays: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def to_parquet(motion: Motion, **options: Unpack[TableOptions]) -> bytes:
+def to_parquet(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> bytes:
     """Write samples or knots as Parquet, its columns those of the CSV (needs `pyarrow`).
 
     Options and errors are those of `knotwork.export.motion_table`.

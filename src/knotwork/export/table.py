@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.export.carrying import Points, carry
 from knotwork.export.numbers import finite_number
-from knotwork.storage import refuse_too_many
+from knotwork.storage.writing import refuse_too_many
 from knotwork.trajectory import QUANTITIES, JointTrajectory
 from knotwork.waypoints import FloatArray
 

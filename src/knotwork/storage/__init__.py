@@ -8,13 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from knotwork.storage.writing import (
-    refuse_too_many,
-    samples_to_csv,
-    to_json,
-    trajectory_to_dict,
-    write_files,
-)
+from knotwork.storage.writing import samples_to_csv, to_json, trajectory_to_dict, write_files
 
 if TYPE_CHECKING:
     from knotwork.storage.reading import (
@@ -28,7 +22,6 @@ __all__ = [
     "knot_disagreement",
     "load_trajectory",
     "read_trajectory_document",
-    "refuse_too_many",
     "samples_to_csv",
     "to_json",
     "trajectory_from_dict",
