@@ -128,6 +128,23 @@ def test_only_what_aliases_repeat_is_counted(monkeypatch: pytest.MonkeyPatch) ->
         documents.parse(f"{anchored}\n- *row\n- *row\n- *row")
 
 
+def test_lines_of_parts_that_share_one() -> None:
+    text = "rows:\n- [1, 2,\n   3]\n- {a: 4, b:\n    5}\nrow: {c: [6]}\n"
+    document = documents.parse(text)
+    places = {
+        ("rows",): 1,
+        ("rows", 0): 2,
+        ("rows", 0, 1): 2,
+        ("rows", 0, 2): 3,
+        ("rows", 1, "b"): 4,
+        ("row", "c", 0): 6,
+    }
+    assert {place: document.line(place) for place in places} == places
+    part = document.part(("rows", 0))
+    assert (part.line(()), part.line((1,)), part.line((2,))) == (2, 2, 3)
+    assert document.part(("row", "c", 0)).line(()) == 6
+
+
 def test_the_collector_runs_on_after_a_document() -> None:
     assert gc.isenabled()
     documents.parse("a: 1")

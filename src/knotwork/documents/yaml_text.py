@@ -48,7 +48,11 @@ _Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^$"), [""])
 
 
 class _Reader:
-    """Turns a tree of YAML nodes into a `Document`'s data and lines."""
+    """Turns a tree of YAML nodes into a `Document`'s data and lines.
+
+    A line is noted only where it is another than that of the part around it, which `Document` takes
+    for it: most numbers of a long file share one.
+    """
 
     def __init__(self, file: Path | None, own_values: int) -> None:
         self.file = file
@@ -62,13 +66,13 @@ class _Reader:
         line = node.start_mark.line + 1
         self.problems.append(Problem(line, field_path(location), message, hint))
 
-    def read(self, node: yaml.Node, location: Location) -> Any:
-        line = node.start_mark.line + 1
-        self.lines.setdefault(location, line)
+    def read(self, node: yaml.Node, location: Location, above: int) -> Any:
+        """Data of a node, of which the part around it, or its key, is in the line `above`."""
         self.values += 1
         if self.values > self.most:
             message = f"its aliases repeat more than {MOST_REPEATED} values"
             accepted = "write them out, or as JSON"
+            line = node.start_mark.line + 1
             raise DocumentError(self.file, [Problem(line, "", message, accepted)])
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, location)
@@ -76,31 +80,42 @@ class _Reader:
             self._problem(node, location, "refers to itself")
             return None
         if len(location) > MOST_NESTED:
-            raise DocumentError(self.file, [_too_deep(line)])
+            raise DocumentError(self.file, [_too_deep(node.start_mark.line + 1)])
         if node.tag not in (_TAG + "map", _TAG + "seq"):
             self._problem(node, location, f"has the tag {node.tag!r}", "plain values without tags")
             return None
         self.open.add(id(node))
         try:
             if isinstance(node, yaml.MappingNode):
-                return self._mapping(node, location)
-            return [self.read(child, (*location, i)) for i, child in enumerate(node.value)]
+                return self._mapping(node, location, above)
+            return [
+                self.read(child, inner, self._note(child, inner, above))
+                for child, inner in ((child, (*location, i)) for i, child in enumerate(node.value))
+            ]
         finally:
             self.open.discard(id(node))
 
-    def _mapping(self, node: yaml.MappingNode, location: Location) -> dict[str, Any]:
+    def _note(self, node: yaml.Node, location: Location, above: int) -> int:
+        line: int = node.start_mark.line + 1
+        if line != above:
+            self.lines[location] = line
+        return line
+
+    def _mapping(self, node: yaml.MappingNode, location: Location, above: int) -> dict[str, Any]:
         data: dict[str, Any] = {}
+        lines: dict[str, int] = {}
         for key_node, value_node in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
                 self._problem(key_node, location, "has a key that is no plain text")
                 continue
             key = str(key_node.value)
             if key in data:
-                first = self.lines[(*location, key)]
-                self._problem(key_node, (*location, key), f"is given twice, first in line {first}")
+                message = f"is given twice, first in line {lines[key]}"
+                self._problem(key_node, (*location, key), message)
                 continue
-            self.lines[(*location, key)] = key_node.start_mark.line + 1
-            data[key] = self.read(value_node, (*location, key))
+            inner = (*location, key)
+            lines[key] = self._note(key_node, inner, above)
+            data[key] = self.read(value_node, inner, lines[key])
         return data
 
     def _scalar(self, node: yaml.ScalarNode, location: Location) -> Any:
@@ -147,7 +162,9 @@ def parse(text: str, file: Path | None = None) -> Document:
         raise DocumentError(file, [Problem(None, "", "the file is empty")])
     reader = _Reader(file, values)
     with _no_collector():
-        data = reader.read(node, ())
+        first = node.start_mark.line + 1
+        reader.lines[()] = first
+        data = reader.read(node, (), first)
     if reader.problems:
         raise DocumentError(file, reader.problems)
     return Document(data, file, reader.lines)
