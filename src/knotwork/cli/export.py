@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.export_source import passes, points_pass, read_source
+from knotwork.cli.export_source import Source, passes, points_pass, read_source
 from knotwork.errors import InputError
-from knotwork.export.registry import FORMATS, checked_options, get_format
+from knotwork.export.registry import FORMATS, Format, checked_options, get_format
+
+if TYPE_CHECKING:
+    from knotwork.export import Points
+    from knotwork.trajectory import JointTrajectory
 
 PASSED, FAILED = 0, 1
 
@@ -138,45 +142,68 @@ def export(
     for key, pairs in (("scale", scale), ("offset", offset)):
         if pairs:
             given[key] = _by_joint(pairs, key)
-    checked_options(form, given)
-    if not form.file_function:
-        raise InputError(
-            f"format {name!r} is an object in memory and has no file; make it in Python with "
-            f"trajectory.{form.function}()"
-        )
-    if out is None and form.binary:
-        raise InputError(f"format {name!r} is binary: give a file to write with -o FILE")
-    from knotwork import export as exporting
-
-    if out is not None:
-        exporting.checked_target(out, force=force)
+    _check(form, given, out, force)
     source = read_source(motion, reference, planner)
     if not passes(source, allow_failed):
         return FAILED
-    made: Any = source.trajectory
-    note = ""
-    if form.takes_points(given):
-        fit = given.pop("fit", None)
-        taken = given.get("accelerations", False) if "accelerations" in form.options else None
-        made = exporting.carry(source.trajectory, accelerations=taken, fit=fit)
-        note = made.describe()
-        if not points_pass(source, made, form, allow_failed):
-            return FAILED
-    elif "rate" in form.options and source.scenario is not None:
-        given.setdefault("rate", source.scenario.rate)
-    if form.tabular:
-        made = exporting.motion_table(made, robot=source.robot, **given)
-        note, given = made.note, {}
-    content = exporting.content(made, name, **given)
+    made = _made(form, source, given, allow_failed)
+    if made is None:
+        return FAILED
+    content, note = made
     if out is None:
         click.echo(content, nl=False)
     else:
-        exporting.write(out, content, force=force)
+        from knotwork.export import write
+
+        write(out, content, force=force)
     where = f"wrote {out}" if out is not None else ""
     text = "; ".join(part for part in (where, note) if part)
     if text:
         click.echo(text, err=out is None)
     return PASSED
+
+
+def _check(form: Format, given: dict[str, Any], out: str | None, force: bool) -> None:
+    """Refuse what can't be, before anything is planned.
+
+    Raises:
+        InputError: The format has no file, or takes no such option; or the file can't be written.
+    """
+    checked_options(form, given)
+    if not form.file_function:
+        raise InputError(
+            f"format {form.name!r} is an object in memory and has no file; make it in Python with "
+            f"trajectory.{form.function}()"
+        )
+    if out is None and form.binary:
+        raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
+    if out is not None:
+        from knotwork.export import checked_target
+
+        checked_target(out, force=force)
+
+
+def _made(
+    form: Format, source: Source, given: dict[str, Any], allowed: bool
+) -> tuple[str | bytes, str] | None:
+    """The content and what it is worth in words, or `None` where its points fail the check."""
+    from knotwork import export as exporting
+
+    made: JointTrajectory | Points = source.trajectory
+    note, given = "", dict(given)
+    if form.takes_points(given):
+        fit = given.pop("fit", None)
+        taken = given.get("accelerations", False) if "accelerations" in form.options else None
+        made = points = exporting.carry(source.trajectory, accelerations=taken, fit=fit)
+        note = points.describe()
+        if not points_pass(source, points, form, allowed):
+            return None
+    elif "rate" in form.options and source.scenario is not None:
+        given.setdefault("rate", source.scenario.rate)
+    if form.tabular:
+        table = exporting.motion_table(made, robot=source.robot, **given)
+        return exporting.content(table, form.name), table.note
+    return exporting.content(made, form.name, **given), note
 
 
 def _by_joint(pairs: tuple[tuple[str, float], ...], what: str) -> dict[str, float]:

@@ -119,14 +119,7 @@ def motion_table(
         if isinstance(motion, Points):
             raise InputError("points are no motion to sample; give the trajectory, or knots_only")
         trajectory = motion
-        rate = DEFAULT_RATE if rate is None else finite_number(rate, "rate", "Hz", positive=True)
-        columns = 1 + len(QUANTITIES) * len(trajectory.joint_names)
-        if robot is not None:
-            columns += sum(len(components) for _, components, _ in TOOL.values())
-        refuse_too_many(trajectory, rate, columns)
-        samples = trajectory.sample(rate)
-        time, note = samples.time, f"{samples.time.size} samples at {rate:g} Hz"
-        joints = {name: getattr(samples, name) for name in QUANTITIES}
+        time, joints, note = _sampled(motion, rate, with_tool=robot is not None)
     tool = {} if robot is None else _tool(trajectory, robot, joints["position"], joints["velocity"])
     return MotionTable(
         trajectory.joint_names,
@@ -137,6 +130,20 @@ def motion_table(
         tool,
         note,
     )
+
+
+def _sampled(
+    trajectory: JointTrajectory, rate: float | None, *, with_tool: bool
+) -> tuple[FloatArray, dict[str, FloatArray], str]:
+    """Times, the joints' quantities at them, and what they are."""
+    rate = DEFAULT_RATE if rate is None else finite_number(rate, "rate", "Hz", positive=True)
+    columns = 1 + len(QUANTITIES) * len(trajectory.joint_names)
+    if with_tool:
+        columns += sum(len(components) for _, components, _ in TOOL.values())
+    refuse_too_many(trajectory, rate, columns)
+    samples = trajectory.sample(rate)
+    joints = {name: getattr(samples, name) for name in QUANTITIES}
+    return samples.time, joints, f"{samples.time.size} samples at {rate:g} Hz"
 
 
 def _tool(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.documents import read_text
 from knotwork.errors import DocumentError, Problem
 from knotwork.foreign.header import QUANTITIES, Column, HeadingError, column
-from knotwork.foreign.table import PointTable
+from knotwork.foreign.table import Place, PointTable
 from knotwork.waypoints import FloatArray
 
 DELIMITERS = (",", ";", "\t")
@@ -61,15 +61,6 @@ def read_csv(
             continue
         where[content.quantity, content.joint] = i
     given = {quantity: (quantity, 0) in where for quantity in QUANTITIES}
-
-    def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
-        line = lines[row] if row < len(lines) else None
-        index = where.get((quantity, joint))
-        field = "" if index is None else f"column {index + 1} ({cells[index].strip()})"
-        return lambda message, accepted: DocumentError(
-            path, [Problem(line, field, message, accepted)]
-        )
-
     count = len(lines)
     return PointTable(
         tuple(joint_names),
@@ -80,8 +71,25 @@ def read_csv(
         tables["acceleration"],
         np.full(count, given["velocity"]),
         np.full(count, given["acceleration"]),
-        place,
+        _places(path, lines, cells, where),
     )
+
+
+def _places(
+    path: Path,
+    lines: Sequence[int],
+    cells: Sequence[str],
+    where: Mapping[tuple[str, int | None], int],
+) -> Place:
+    def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
+        line = lines[row] if row < len(lines) else None
+        index = where.get((quantity, joint))
+        field = "" if index is None else f"column {index + 1} ({cells[index].strip()})"
+        return lambda message, accepted: DocumentError(
+            path, [Problem(line, field, message, accepted)]
+        )
+
+    return place
 
 
 def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
