@@ -76,8 +76,8 @@ class _JointNumbers(click.ParamType[Any]):
     metavar="TOLERANCE",
     type=float,
     help="Insert points until a motion that points can't carry exactly is met within this, at all "
-    "times [rad or m]. Without --accelerations the acceleration then jumps at the points, which "
-    "fails a scenario that asks for continuity: 2, as by default.",
+    "times [rad or m]. Without --accelerations the acceleration then jumps at the points, and a "
+    "check of them fails if the scenario asks for continuity: 2, as by default.",
 )
 @click.option("--goal", is_flag=True, help="ros2: a FollowJointTrajectory goal, not a message.")
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
@@ -133,7 +133,7 @@ def export(
 
     TRAJECTORY is a trajectory.json or a folder with one in it, SCENARIO a shipped scenario's name
     or the path of a file. Nothing is written if the motion fails its check, or if what a receiver
-    makes of the points of --fit does.
+    makes of the points of --fit fails it otherwise than by its acceleration.
     """  # noqa: D301
     form = get_format(name)
     given = {
