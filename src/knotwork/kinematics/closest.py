@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import difference, joint_axes
 from knotwork.kinematics.levenberg_marquardt import MAX_STEP, LocalSolution, PoseSearch
-from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy, nearest_turns
+from knotwork.kinematics.restarts import FULL_TURN, BoolArray, low_discrepancy, nearest_turns
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -137,10 +137,11 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
     return LocalSolution(q, *errors, found.iterations, search.within(*errors))
 
 
-def held_at(q: FloatArray, slope: FloatArray, limits: Limits, margin: float = 0.0) -> FloatArray:
-    """Indices of joints at a limit that a slope would take beyond it by more than a margin."""
+def held_at(q: FloatArray, slope: FloatArray, limits: Limits, margin: float = 0.0) -> BoolArray:
+    """Which joints at a limit a slope steeper than a margin would take beyond it, shape (d,)."""
     lower, upper = limits
-    return np.flatnonzero(((q <= lower) & (slope < -margin)) | ((q >= upper) & (slope > margin)))
+    held: BoolArray = ((q <= lower) & (slope < -margin)) | ((q >= upper) & (slope > margin))
+    return held
 
 
 def _hessian(search: PoseSearch, q: FloatArray) -> FloatArray:

@@ -34,11 +34,9 @@ AT_LIMIT = 1e-9
 AS_NEAR = 1e-3
 # A joint is held back if its motion has at least this part in the way to the pose.
 HELD = 1e-6
-# Configurations beyond the limits that searches inside them start from.
-TRIED_INSIDE = 10
 # Searches for the point alone besides those from where the others ended, and how many of those that
 # get there have the tool turned.
-POINT_SEARCHES = 20
+POINT_SEARCHES = 10
 POINT_REFINED = 8
 
 
@@ -69,11 +67,11 @@ def solution_or_reason(
     """
     robot = search.robot
     beyond = closest_poses(search, near, no_limits(robot))
-    pulled = [turned_inside(robot, s.q, near) for s in beyond[:TRIED_INSIDE]]
-    inside = [
-        _turned(search, s, near)
-        for s in closest_poses(search, near, turning_limits(robot), [near, *pulled])
-    ]
+    limits, found = turning_limits(robot), beyond
+    if np.isfinite(limits).any():  # else it is the same search
+        pulled = [turned_inside(robot, s.q, near) for s in beyond]
+        found = closest_poses(search, near, limits, pulled)
+    inside = [_turned(search, s, near) for s in found]
     solutions = [s for s in inside if s.converged]
     if solutions:
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
@@ -85,7 +83,8 @@ def solution_or_reason(
         raise _outside_limits(search, reached, closest, near, waypoint, where)
     # The limits may hide a minimum from the searches that ignore them.
     least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
-    raise _unreachable(search, least, closest, [*beyond, *inside], near, waypoint, where)
+    every = beyond if found is beyond else [*beyond, *inside]
+    raise _unreachable(search, least, closest, every, near, waypoint, where)
 
 
 def _turned(search: PoseSearch, found: LocalSolution, near: FloatArray) -> LocalSolution:
@@ -251,7 +250,7 @@ def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
     margin = HELD * hypot(closest.position_error, closest.orientation_error)
     limits = robot.lower_position_limit, robot.upper_position_limit
     held = held_at(closest.q, search.gradient(closest.q), limits, margin)
-    return tuple(robot.joint_names[i] for i in held)
+    return tuple(robot.joint_names[i] for i in np.flatnonzero(held))
 
 
 def _inside(closest: LocalSolution, held: tuple[str, ...]) -> str:
