@@ -232,3 +232,24 @@ def test_a_point_beyond_the_limits_is_not_called_reachable() -> None:
         solve_pose_ik(planar, pose, [0.1, 0.1])
     assert caught.value.held
     assert caught.value.closest_distance > 0.1
+
+
+def test_a_joint_hardly_beyond_its_limit_is_said_to_be_so_by_how_much() -> None:
+    q = [0.3, -1.2, 1.4, -1.7, 0.8, 0.3]
+    limits = {"elbow_joint": (1.0, 1.4 - 1e-7), "wrist_2_joint": (0.5, 1.0)}
+    narrow = UR5.with_limits(position=limits | {"shoulder_lift_joint": (-1.3, -1.1)})
+    said = r"elbow_joint at 1\.4 rad, outside \[1, 1\.4\] by 1e-07 rad; .* limits of elbow_joint$"
+    with pytest.raises(OutsideLimitsError, match=said):
+        solve_pose_ik(narrow, UR5.forward(q), np.zeros(6))
+
+
+@pytest.mark.parametrize("name", ["ur5", "talos_arm", "planar2"])
+@pytest.mark.parametrize("far", [1e3, 1e9, 1e149])
+def test_the_distance_of_a_pose_far_away_is_right(name: str, far: float) -> None:
+    with pytest.raises(UnreachablePoseError, match="out of reach") as caught:
+        solve_pose_ik(
+            ARMS[name], pin.SE3(np.eye(3), np.array([far, 0, 0])), np.zeros(ARMS[name].dof)
+        )
+    for said in (caught.value.position_shortfall, caught.value.point_shortfall):
+        assert said == pytest.approx(far, rel=1e-9, abs=2.0)
+    assert caught.value.angle_at_point is None

@@ -28,7 +28,7 @@ from knotwork.waypoints import FloatArray
 
 # How much more a metre counts than a radian when the point is to be kept and the tool turned.
 POINT_FIRST = 1e3
-# A joint is at its limit, or an excess over it is rounding, within this [rad or m].
+# An excess over a limit is rounding within this [rad or m].
 AT_LIMIT = 1e-9
 # The limits make a pose worse if they add more than this part of what is left without them.
 AS_NEAR = 1e-3
@@ -153,6 +153,8 @@ def _outside_limits(
     units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
     said = "; ".join(
         f"{name} at {value:.6g} {units[name]}, outside [{low:.6g}, {high:.6g}]"
+        # so little would not be seen in the digits
+        + (f" by {by:.3g} {units[name]}" if (by := max(low - value, value - high)) < 1e-4 else "")
         for name, value, low, high in joints
     )
     held = _held(search, closest)
