@@ -106,7 +106,8 @@ def solve_pose_ik(
         start: Joint positions to search from [rad or m], shape (d,).
         position_tolerance: [m].
         orientation_tolerance: [rad].
-        max_restarts: Searches to make at most when the first finds nothing.
+        max_restarts: Searches to make at most when the first finds nothing. If none of them does,
+            others look for the reason; where they come upon a solution it is the answer.
         near: Configuration that the answer should be near [rad or m], shape (d,); by default the
             start.
         nearest: Go on to look for nearer solutions. Without, the first solution found is the
