@@ -1,4 +1,4 @@
-"""How many of all solutions are found, against closed forms."""
+"""How many of all solutions are found, against closed forms, also next to a singular wrist."""
 
 from __future__ import annotations
 
@@ -19,21 +19,16 @@ from ik_arms import arm
 from knotwork.robot import Robot, load_robot
 from knotwork.waypoints import FloatArray
 
+BENT = (1e-2, 1e-4, 1e-6)
+"""How far from straight the wrist is [rad]."""
+
 
 def branches(poses: int) -> Table:
     """All solutions of a UR5 and a spherical wrist against their closed forms."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "kinematics"))
     closed_form: Any = importlib.import_module("closed_form")
     table = Table(title=f"Branches found, {poses} poses", title_justify="left")
-    for column in (
-        "arm",
-        "closed form",
-        "found",
-        "share",
-        "a pose",
-        "not in the closed form",
-        "ms",
-    ):
+    for column in ("arm", "wrist", "closed form", "found", "share", "beside these", "ms a pose"):
         table.add_column(column)
     turn = pin.SE3(pin.utils.rotate("z", np.pi), np.zeros(3))
     with tempfile.TemporaryDirectory() as folder:
@@ -45,21 +40,37 @@ def branches(poses: int) -> Table:
         (spherical, lambda pose: list(closed_form.spherical_wrist(pose.homogeneous))),
     ]
     for robot, truth in truths:
-        generator = np.random.default_rng(45)
-        wanted = found = extra = 0
-        seconds = 0.0
-        for _ in range(poses):
-            pose = robot.forward(generator.uniform(-np.pi, np.pi, 6))
-            start = time.perf_counter()
-            answers = np.array([branch.q for branch in kw.solve_all(robot, pose)])
-            seconds += time.perf_counter() - start
-            expected = truth(pose)
-            hits = sum(
-                bool((np.abs(closed_form.turned(answers - q)).max(axis=1) < 1e-5).any())
-                for q in expected
-            )
-            wanted, found = wanted + len(expected), found + hits
-            extra += len(answers) - hits
-        cells = [wanted, found, f"{found / wanted:.3%}", f"{wanted / poses:.2f}", extra]
-        table.add_row(robot.name, *map(str, cells), f"{1e3 * seconds / poses:.1f}")
+        for bent in (None, *BENT):
+            count = poses if bent is None else max(poses // 10, 1)
+            row, seconds = _row(robot, truth, count, bent, closed_form.turned)
+            anywhere = "anywhere" if bent is None else f"{bent:.0e} rad from straight"
+            table.add_row(robot.name, anywhere, *row, f"{1e3 * seconds / count:.1f}")
     return table
+
+
+def _row(
+    robot: Robot,
+    truth: Callable[[Any], list[FloatArray]],
+    poses: int,
+    bent: float | None,
+    turned: Callable[[FloatArray], FloatArray],
+) -> tuple[list[str], float]:
+    """Solutions of the closed form, those found of them, their share, others; and seconds."""
+    generator = np.random.default_rng(45)
+    wanted = found = extra = 0
+    seconds = 0.0
+    # What rounding of pose and closed form makes of solutions next to a singularity.
+    same = 1e-5 if bent is None else max(1e-5, 1e-9 / bent)
+    for _ in range(poses):
+        q = generator.uniform(-np.pi, np.pi, 6)
+        if bent is not None:
+            q[4] = bent
+        pose = robot.forward(q)
+        start = time.perf_counter()
+        answers = np.array([branch.q for branch in kw.solve_all(robot, pose)])
+        seconds += time.perf_counter() - start
+        expected = truth(pose)
+        hits = sum(bool((np.abs(turned(answers - x)).max(axis=1) < same).any()) for x in expected)
+        wanted, found = wanted + len(expected), found + hits
+        extra += len(answers) - hits
+    return [str(wanted), str(found), f"{found / wanted:.3%}", str(extra)], seconds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from pathlib import Path
 from typing import Annotated, Any
@@ -113,7 +114,49 @@ def test_aliases_that_multiply_without_end_are_refused() -> None:
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
     for i in range(1, 12):
         lines.append(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]")
-    assert "values" in str(refused("\n".join(lines)))
+    assert "its aliases repeat more than 1000000 values" in str(refused("\n".join(lines)))
+
+
+def test_only_what_aliases_repeat_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("knotwork.documents.yaml_text.MOST_REPEATED", 100)
+    row = ", ".join("0" * 50)
+    many = "\n".join(f"- [{row}]" for _ in range(20))
+    assert documents.parse(many).data == [[0] * 50] * 20
+    anchored = many.replace("- [", "- &row [", 1)
+    assert documents.parse(f"{anchored}\n- *row").data == [[0] * 50] * 21
+    with pytest.raises(DocumentError, match="repeat more than 100 values"):
+        documents.parse(f"{anchored}\n- *row\n- *row\n- *row")
+
+
+def test_lines_of_parts_that_share_one() -> None:
+    text = "rows:\n- [1, 2,\n   3]\n- {a: 4, b:\n    5}\nrow: {c: [6]}\n"
+    document = documents.parse(text)
+    places = {
+        ("rows",): 1,
+        ("rows", 0): 2,
+        ("rows", 0, 1): 2,
+        ("rows", 0, 2): 3,
+        ("rows", 1, "b"): 4,
+        ("row", "c", 0): 6,
+    }
+    assert {place: document.line(place) for place in places} == places
+    part = document.part(("rows", 0))
+    assert (part.line(()), part.line((1,)), part.line((2,))) == (2, 2, 3)
+    assert document.part(("row", "c", 0)).line(()) == 6
+
+
+def test_the_collector_runs_on_after_a_document() -> None:
+    assert gc.isenabled()
+    documents.parse("a: 1")
+    refused("a: &a [*a]")
+    refused("a: [1")
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        documents.parse("a: 1")
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize(

@@ -82,3 +82,17 @@ def test_every_pose_is_solved() -> None:
     *singular, last = rows("At singularities")
     assert all(row[2] == "100/100" for row in singular)
     assert last[2] == "refused, 1e-06 m short"
+
+
+def test_all_branches_are_found() -> None:
+    table = rows("Branches found")
+    found = {row[0]: f"{int(row[3]):,}" for row in table if row[1] == "anywhere"}
+    assert set(found) == {"ur5", "spherical"}
+    for arm, wrist, wanted, hits, share, *_ in table:
+        assert (hits, share) == (wanted, "100.000%"), (arm, wrist)
+    assert len([row for row in table if "from straight" in row[1]]) == 6
+    page = (Path(__file__).parents[1] / "docs" / "inverse_kinematics.md").read_text(
+        encoding="utf-8"
+    )
+    said = rf"all of the\s+{found['ur5']} branches of a UR5 and all of the {found['spherical']} of"
+    assert re.search(said, page)

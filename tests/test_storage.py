@@ -371,8 +371,8 @@ def test_a_malformed_file_names_file_and_field(
     [
         ('{"format": "knotwork.trajectory",\n "breaks": [0, 1,]}', "line 2: is not valid JSON"),
         ("", "not valid JSON"),
-        ('{"breaks": [NaN]}', "NaN is no finite number"),
-        ('{"breaks": [-Infinity]}', "-Infinity is no finite number"),
+        ('{"breaks": [NaN]}', "breaks[0]: nan: must be a finite number"),
+        ('{"breaks": [-Infinity]}', "breaks[0]: -inf: must be a finite number"),
         ('{"breaks": [1e999, 2]}', "breaks[0]"),
         ('{"breaks": [' + "9" * 5000 + "]}", "digits"),
         ("[" * 100_000, "nested"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import itertools
 import pickle
 import re
 from typing import Any
@@ -98,28 +97,114 @@ def test_turns_are_taken_with_the_end_in_view() -> None:
     np.testing.assert_allclose(chosen.waypoints.position[1:-1], between, atol=1e-7)
 
 
-def test_no_other_sequence_is_shorter() -> None:
-    generator = np.random.default_rng(5)
-    q = [HOME + generator.uniform(-0.8, 0.8, 6) for _ in range(3)]
-    chosen = solved(
-        {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, x) for x in q], 9.0)}
+def weight(robot: kw.Robot, q: np.ndarray) -> float:
+    """How much travel counts, as the documentation says it: once, near what is bad to threefold."""
+    room = float(
+        min((q - robot.lower_position_limit).min(), (robot.upper_position_limit - q).min())
     )
-    all_of = [np.concatenate([b.turns for b in kw.solve_all(UR5, UR5.forward(x))]) for x in q]
+    smallest = float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1])
+    return 1.0 + max(0.0, 1.0 - room / 0.2) ** 2 + max(0.0, 1.0 - smallest / 0.05) ** 2
 
-    def travel(path: tuple[np.ndarray, ...]) -> float:
-        return sum(
-            float(np.linalg.norm((b - a) / UR5.velocity_limit)) for a, b in itertools.pairwise(path)
+
+@pytest.mark.parametrize("seed", range(6))
+def test_equal_to_trying_all_turns_of_all_branches(seed: int) -> None:
+    """First within the limits, then halfway, then least travel, each before the next."""
+    generator = np.random.default_rng(seed)
+    durations = generator.uniform(0.4, 3.0, 2)
+    poses = [UR5.forward(generator.uniform(-3, 3, 6)) for _ in range(2)]
+    waypoints = [
+        {"pose": pose_of(UR5, q), "after": float(h), "stop": True}
+        for q, h in zip((kw.solve_all(UR5, pose)[0].q for pose in poses), durations, strict=True)
+    ]
+    chosen = solved({"robot": "ur5", "start": "home", "waypoints": waypoints})
+    layers = [
+        np.concatenate([branch.turns for branch in kw.solve_all(UR5, pose)]) for pose in poses
+    ]
+
+    def step(a: np.ndarray, b: np.ndarray, weights: np.ndarray, h: float) -> np.ndarray:
+        """What counts first, second and third of the ways to each of some configurations."""
+        move = np.abs(b - a) / UR5.velocity_limit
+        use = move.max(axis=1) / h
+        halfway = 1.5 * use
+        return np.array(
+            [
+                np.where(use > 1, use, 0.0),
+                np.where(halfway > 1, 2 - 1 / halfway, 0.0),
+                np.linalg.norm(move, axis=1) * weights,
+            ]
         )
 
-    best = travel(tuple(chosen.waypoints.position))
-    # Every candidate within reach of a travel as short, the weight being at most three.
-    near = [c[np.linalg.norm((c - HOME) / UR5.velocity_limit, axis=1) <= best] for c in all_of]
-    others = [travel((HOME, *path)) for path in itertools.product(*near)]
-    assert len(others) >= 1
-    assert best <= min(others) * 3 + 1e-9
-    clear = [x for x in chosen.waypoints.position if abs(np.sin(x[4])) > 0.3]
-    if len(clear) == len(chosen.waypoints.position):
-        assert best == pytest.approx(min(others), rel=0.05)
+    weights = [np.array([weight(UR5, q) for q in layer]) for layer in layers]
+    first = step(HOME, layers[0], (weight(UR5, HOME) + weights[0]) / 2, durations[0])
+    totals = np.concatenate(
+        [
+            first[:, i, None] + step(q, layers[1], (weights[0][i] + weights[1]) / 2, durations[1])
+            for i, q in enumerate(layers[0])
+        ],
+        axis=1,
+    )
+    order = np.lexsort(np.round(totals[::-1], 7))
+    best = totals[:, order[0]]
+    path = chosen.waypoints.position
+    own = sum(
+        step(a, b[None], np.array([(weight(UR5, a) + weight(UR5, b)) / 2]), h)[:, 0]
+        for a, b, h in zip(path, path[1:], durations, strict=False)
+    )
+    np.testing.assert_allclose(own, best, rtol=1e-6, atol=1e-6)
+    assert bool(chosen.obstacles) == bool(best[0])
+
+
+@pytest.mark.parametrize("branch", ["keep", "free"])
+def test_a_branch_is_kept_however_much_travel_that_takes(branch: str) -> None:
+    """At a hundredth of a joint speed, and with many waypoints, travel comes to many seconds."""
+    home = np.array(HOME)
+    elbow_down = next(
+        b.q for b in kw.solve_all(UR5, UR5.forward(home)) if b.words.endswith("elbow down, flip")
+    )
+    place = UR5.forward(home)
+    waypoints = []
+    for k in range(20):
+        pose = {
+            "position": (place.translation + 0.001 * (k + 1) * np.eye(3)[2]).tolist(),
+            "rotation_matrix": place.rotation.tolist(),
+        }
+        waypoints.append({"pose": pose, "after": 3000.0, "velocity": {"linear": [0, 0, 3.3e-7]}})
+    waypoints[-1] = {"pose": waypoints[-1]["pose"], "after": 3000.0, "stop": True}
+    chosen = solved(
+        {
+            "robot": "ur5",
+            "branch": branch,
+            "near": joints(elbow_down),
+            "limits": {"velocity": 0.01},
+            "start": joints(home),
+            "waypoints": waypoints,
+        }
+    )
+    assert {choice.branch for choice in chosen.choices} == {"shoulder left, elbow up, flip"}
+    said = "nearest to near" + (", branch kept" if branch == "keep" else "")
+    assert {choice.reason.split(";")[0] for choice in chosen.choices} == {said}
+
+
+def test_a_branch_that_is_not_kept_is_said_to_be_changed() -> None:
+    low = {"position": {"wrist_3_joint": [-3.2, 3.2]}}
+    start, end = HOME.copy(), HOME.copy()
+    start[5], end[5] = 3.0, -2.5
+    task = {
+        "robot": "ur5",
+        "limits": low,
+        "start": joints(start),
+        "waypoints": stops([pose_of(UR5, end)], 2.8),
+    }
+    (fixed,) = solved({**task, "branch": "fixed"}).choices
+    (kept,) = solved({**task, "branch": "keep"}).choices
+    assert (fixed.branch, fixed.reason) == (kept.branch, "least travel, branch fixed")
+    hurried = {**task, "waypoints": stops([pose_of(UR5, end)], 1.7)}
+    (kept,) = solved({**hurried, "branch": "keep"}).choices
+    assert kept.branch != fixed.branch
+    assert "branch changed for the speeds" in kept.reason
+    failed = solved({**hurried, "branch": "fixed"})
+    assert "in another branch it can be done (branch: free)" in failed.obstacles[0]
+    assert failed.choices[0].reason == "least beyond the velocity limits, branch fixed"
 
 
 @pytest.mark.parametrize(
@@ -317,3 +402,20 @@ def test_a_solution_can_be_copied_and_pickled() -> None:
     for other in (copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
         assert other.choices == found.choices
         np.testing.assert_array_equal(other.waypoints.position, found.waypoints.position)
+
+
+@pytest.mark.parametrize("branch", ["fixed", "free"])
+@pytest.mark.parametrize("bent", [1e-3, 1e-5, 1e-6, 1e-7, 0.0])
+def test_a_pose_with_a_straight_wrist_is_reached_from_close_by(branch: str, bent: float) -> None:
+    """Its solutions in the branch of the start lie in a valley that searches hardly get along."""
+    start = np.array([0.2, -1.2, 1.4, -1.7, 0.3, 0.3])
+    straight = np.array([0.3, -1.1, 1.3, -1.6, bent, 0.3])
+    chosen = solved(
+        {
+            "robot": "ur5",
+            "branch": branch,
+            "start": joints(start),
+            "waypoints": stops([pose_of(UR5, straight)], 3.0),
+        }
+    )
+    assert np.abs(chosen.waypoints.position[1] - start).max() < 0.31

@@ -10,7 +10,7 @@ from motions import hermite_data, motion
 
 from knotwork import plan
 from knotwork.errors import ExportError, InputError
-from knotwork.export import carry
+from knotwork.export import carry, motion_table, to_csv, to_pvt, to_ros2
 from knotwork.interpolation import PLANNERS
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
@@ -53,6 +53,17 @@ def test_a_fit_meets_its_tolerance(planner: str, accelerations: bool, tolerance:
     assert off <= points.error + 1e-13
     assert slow <= points.velocity_error + 1e-11
     assert points.error <= tolerance
+    inside = dense[~np.isin(dense, points.trajectory.breaks)]
+    accelerations_off = np.abs(points.trajectory(inside, 2) - trajectory(inside, 2)).max()
+    assert accelerations_off <= points.acceleration_error + 1e-9
+    assert points.acceleration_error <= 1.2 * accelerations_off + 1e-9
+    jumps = points.trajectory.polynomial.jumps(2)
+    if accelerations:
+        assert points.acceleration_jump == 0.0
+        assert points.exact or points.describe().endswith("C2")
+    else:
+        assert points.acceleration_jump == np.abs(jumps).max() > 0.0
+        assert f"C1: acceleration jumps by up to {np.abs(jumps).max():.3g}" in points.describe()
     if off > 1e-10:
         assert points.error <= 1.01 * off
     assert points.count == trajectory.breaks.size + points.inserted
@@ -95,10 +106,29 @@ def test_a_fit_of_what_is_carried_inserts_nothing(
     assert points.inserted == 0
 
 
-@pytest.mark.parametrize("fit", [0.0, -1e-3, float("nan"), float("inf"), "wide", 1e-30])
+@pytest.mark.parametrize(
+    "fit",
+    [0.0, -1e-3, float("nan"), float("inf"), "wide", "1e-3", True, 10**400, 1j, [1e-3], 1e-30],
+)
 def test_tolerances_that_can_not_be(fit: float) -> None:
     with pytest.raises(InputError):
         carry(motion("quintic"), fit=fit)
+
+
+def test_points_are_points_of_themselves() -> None:
+    points = carry(motion("quintic"), fit=1e-4)
+    assert carry(points) is points
+    assert to_pvt(points) == to_pvt(motion("quintic"), fit=1e-4)
+    assert to_ros2(points) == to_ros2(motion("quintic"), fit=1e-4)
+    table = motion_table(points, knots_only=True)
+    assert to_csv(table) == to_csv(motion("quintic"), knots_only=True, fit=1e-4)
+    for options in ({"fit": 1e-3}, {"accelerations": True}):
+        with pytest.raises(InputError, match="made already"):
+            carry(points, **options)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="made already"):
+        to_csv(table, rate=10.0)
+    with pytest.raises(InputError, match="no motion to sample"):
+        to_csv(points)
 
 
 def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,8 +142,8 @@ def test_a_jump_is_no_point(order: int) -> None:
     c = np.zeros((4, 2, 1))
     c[3 - order, 1, 0] = 1.0
     trajectory = JointTrajectory(("a",), PiecewisePolynomial(c, [0.0, 1.0, 2.0]))
-    what = ("position", "velocity")[order]
+    unit = ("rad", "rad/s")[order]
     for fit in (None, 1e-3):
-        with pytest.raises(ExportError, match=f"the {what} of joint 'a' jumps by 1 at 1 s") as got:
+        with pytest.raises(ExportError, match=f"'a' jumps by 1 {unit} at 1 s") as got:
             carry(trajectory, fit=fit)
         assert (got.value.joint, got.value.error, got.value.time) == ("a", 1.0, 1.0)

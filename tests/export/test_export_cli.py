@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
-from knotwork.cli import export as command
+from knotwork import resources
 from knotwork.export import FORMATS, save
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +30,6 @@ def stored(knotwork: Command, tmp_path: Path) -> Path:
 
 
 def test_the_command_lists_every_format(knotwork: Command) -> None:
-    assert set(command.FORMATS) == set(FORMATS)
     out = knotwork("export", "--help").out
     for name in FORMATS:
         assert name in out
@@ -82,6 +82,42 @@ def test_drives_and_controllers_pass_the_check_again(
     file = tmp_path / f"m{FORMATS[form].suffix}"
     assert knotwork("export", "ur5_deburring", "-f", form, "-o", file, *extra).code == 0
     assert knotwork("check", file, "-s", "ur5_deburring").code == 0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("ros2",),
+        ("pvt",),
+        ("pvt", "--incremental"),
+        ("pvt", "--degrees", "--incremental"),
+        ("csv",),
+        ("csv", "--knots-only"),
+        ("json", "--knots-only"),
+    ],
+)
+def test_a_task_that_starts_late_passes_the_check_again(
+    knotwork: Command, tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    late = tmp_path / "late.yaml"
+    task = yaml.safe_load(resources.find("scenarios", SCENARIO).read_text(encoding="utf-8"))
+    for waypoint in task["waypoints"]:
+        waypoint["time"] += 5.1
+    task["knots"] = "balanced"
+    late.write_text(yaml.safe_dump(task), encoding="utf-8")
+    file = tmp_path / f"m{FORMATS[options[0]].suffix}"
+    assert knotwork("export", late, "-f", *options, "-o", file).code == 0
+    ran = knotwork("check", file, "-s", late)
+    assert ran.code == 0, ran.out + ran.err
+
+
+def test_tables_in_drive_units_can_not_be_checked(knotwork: Command, tmp_path: Path) -> None:
+    file = tmp_path / "m.csv"
+    arguments = ("export", SCENARIO, "-f", "pvt", "--scale", "joint_1=2", "-o", file)
+    assert knotwork(*arguments).code == 0
+    ran = knotwork("check", file, "-s", SCENARIO)
+    assert ran.code == 2
+    assert "export without --scale and --offset to check" in ran.err
 
 
 def test_a_changed_point_fails_the_check(knotwork: Command, tmp_path: Path) -> None:
@@ -166,9 +202,88 @@ def test_a_quintic_is_refused_or_fitted(knotwork: Command, tmp_path: Path) -> No
     rows = [line for line in ran.out.splitlines() if line[0].isdigit()]
     assert f"{len(rows)} points of position and velocity" in ran.err
     assert "inserted" in ran.err
+    assert "C1: acceleration jumps by up to" in ran.err
     file = tmp_path / "m.csv"
     ran = knotwork(*line, "--fit", "1e-4", "-o", file)
     assert f"wrote {file}; {len(rows)} points" in ran.out
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("pvt", "quintic"),
+        ("ros2", "septic"),
+        ("csv", "nonic", "--knots-only"),
+        ("ros2", "septic", "--accelerations"),
+        ("json", "nonic", "--knots-only", "--accelerations"),
+        ("ros2", "quintic", "--accelerations"),
+        ("pvt", "modified-hermite"),
+    ],
+)
+def test_a_fit_is_exported_exactly_if_its_file_passes_the_check(
+    knotwork: Command, tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    name, planner, *extra = options
+    file = tmp_path / f"m{FORMATS[name].suffix}"
+    line = ["export", "ur5_deburring", "-f", name, "--planner", planner, *extra]
+    line += ["--fit", "1e-6", "-o", file]
+    ran = knotwork(*line)
+    assert file.exists() == (ran.code == 0)
+    passing = "--accelerations" in extra or planner == "modified-hermite"
+    assert ran.code == (0 if passing else 1)
+    if not passing:
+        assert "acceleration jumps by" in ran.err
+        assert "--allow-failed" in ran.err
+        assert ("--accelerations" in ran.err) == (name != "pvt")
+        allowed = knotwork(*line, "--allow-failed")
+        assert (allowed.code, file.exists()) == (0, True)
+        assert "exported all the same" in allowed.err
+    checked = knotwork("check", file, "-s", "ur5_deburring", "--json")
+    assert checked.code == ran.code
+    failures = json.loads(checked.out)["failures"]
+    assert bool(failures) != passing
+
+
+def test_a_fit_is_taken_by_a_scenario_that_allows_its_jumps(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    task = yaml.safe_load(resources.find("scenarios", SCENARIO).read_text(encoding="utf-8"))
+    del task["knots"]
+    task |= {"planner": "quintic", "continuity": 1}
+    scenario, file = tmp_path / "c1.yaml", tmp_path / "m.csv"
+    scenario.write_text(yaml.safe_dump(task), encoding="utf-8")
+    assert knotwork("export", scenario, "-f", "pvt", "--fit", "1e-5", "-o", file).code == 0
+    assert knotwork("check", file, "-s", scenario).code == 0
+
+
+def test_a_fit_of_a_stored_trajectory_says_what_it_loses(knotwork: Command, tmp_path: Path) -> None:
+    knotwork("plan", "ur5_deburring", "--planner", "septic", "-o", tmp_path / "p")
+    line = ("export", tmp_path / "p", "-f", "pvt", "--fit", "1e-5")
+    ran = knotwork(*line)
+    assert ran.code == 0
+    assert "C1: acceleration jumps by up to" in ran.err
+    assert "C1: acceleration jumps by up to" in ran.out.splitlines()[1]
+    assert knotwork(*line, "-s", "ur5_deburring").code == 1
+
+
+def test_samples_say_how_many_they_are(knotwork: Command, tmp_path: Path) -> None:
+    file = tmp_path / "m.csv"
+    ran = knotwork("export", SCENARIO, "-f", "csv", "--rate", "20", "-o", file)
+    assert ran.out == f"wrote {file}; 501 samples at 20 Hz\n"
+    assert len(file.read_text().splitlines()) == 502
+    assert "501 samples at 20 Hz" in knotwork("export", SCENARIO, "-f", "json", "--rate", "20").err
+
+
+@pytest.mark.parametrize("name", ["csv", "json", "ros2", "pvt"])
+def test_files_that_can_only_be_checked_are_not_exported(
+    knotwork: Command, tmp_path: Path, name: str
+) -> None:
+    file = tmp_path / f"m{FORMATS[name].suffix}"
+    assert knotwork("export", SCENARIO, "-f", name, "-o", file).code == 0
+    ran = knotwork("export", file, "-f", "ros2")
+    assert (ran.code, ran.out) == (2, "")
+    assert f"{str(file)!r} holds samples or points, of which export makes nothing" in ran.err
+    assert "knotwork check" in ran.err
 
 
 @pytest.mark.parametrize(
@@ -218,6 +333,64 @@ def test_paths_that_can_not_be_written(knotwork: Command, tmp_path: Path) -> Non
     assert Path("/dev/null").is_char_device()
 
 
+def test_the_file_itself_is_named_where_it_can_not_be_written(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("mine")
+    path = tmp_path / "file" / "deep" / "m.csv"
+    ran = knotwork("export", SCENARIO, "-f", "csv", "-o", path)
+    assert ran.code == 2
+    assert f"can't write to {path}: " in ran.err
+    assert "exists" not in ran.err
+
+
+@pytest.mark.parametrize("out", ["", "new/", "new/.", "new/..", "."])
+def test_names_of_folders_are_no_files(
+    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, out: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = knotwork("export", SCENARIO, "-f", "csv", "-o", out, "--force")
+    assert ran.code == 2
+    assert f"can't write to {out!r}" in ran.err
+    assert "give the path of a file" in ran.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("path", [None, 3, b"m.csv", ["m.csv"], ""])
+def test_what_is_no_path(path: object) -> None:
+    with pytest.raises(kw.InputError, match=r"can't write to .*give the path of a file"):
+        kw.plan(SCENARIO).trajectory.save_as("csv", path)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", [3, None, ["csv"], "xls"])
+def test_what_is_no_format(name: object, tmp_path: Path) -> None:
+    with pytest.raises(kw.InputError, match="unknown format"):
+        kw.plan(SCENARIO).trajectory.save_as(name, tmp_path / "m")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
+def test_a_replaced_file_keeps_its_permissions(tmp_path: Path, mode: int) -> None:
+    file = tmp_path / "m.csv"
+    file.write_text("old")
+    file.chmod(mode)
+    kw.plan(SCENARIO).trajectory.save_as("csv", file, force=True, rate=5.0)
+    assert file.read_text() != "old"
+    assert file.stat().st_mode & 0o777 == mode
+
+
+@pytest.mark.parametrize("command", ["check", "export"])
+@pytest.mark.parametrize("suffix", [".json", ".csv", ".yaml"])
+def test_pipes_are_no_files(knotwork: Command, tmp_path: Path, command: str, suffix: str) -> None:
+    pipe = tmp_path / f"pipe{suffix}"
+    os.mkfifo(pipe)
+    if command == "check":
+        ran = knotwork("check", pipe, "-s", SCENARIO)
+    else:
+        ran = knotwork("export", pipe, "-f", "ros2")
+    assert ran.code == 2
+    assert "is no regular file" in ran.err or (command, suffix) == ("export", ".csv")
+
+
 def test_links_are_followed(tmp_path: Path) -> None:
     target, link = tmp_path / "target.csv", tmp_path / "link.csv"
     target.write_text("old")
@@ -229,8 +402,6 @@ def test_links_are_followed(tmp_path: Path) -> None:
 
 
 def test_nothing_is_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import os
-
     file = tmp_path / "m.csv"
     file.write_text("mine")
 
@@ -267,7 +438,7 @@ def test_bad_files_are_said_in_a_line(knotwork: Command, tmp_path: Path) -> None
 def test_a_fit_of_nothing_is_refused_and_not_passed_over(knotwork: Command) -> None:
     ran = knotwork("export", "paper_case", "-f", "pvt", "--fit", "0")
     assert ran.code == 2
-    assert "fit is 0; it must be positive" in ran.err
+    assert "fit is 0.0; it must be a positive and finite number" in ran.err
 
 
 @pytest.mark.parametrize(("name", "offered"), [("ros2", True), ("pvt", False)])

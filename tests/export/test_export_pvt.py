@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -27,7 +28,7 @@ def read(text: str) -> tuple[list[str], list[str], np.ndarray]:
 @settings(max_examples=30, deadline=None)
 def test_a_drive_makes_the_motion(trajectory: JointTrajectory) -> None:
     _, head, rows = read(trajectory.to_pvt())
-    assert head[0] == "time_s"
+    assert head[0] == "time_from_start_s"
     assert rows[0, 0] == 0.0
     at = np.linspace(0.0, rows[-1, 0], 500)
     q, v = hermite(rows[:, 0], rows[:, 1::2], rows[:, 2::2], at)
@@ -97,7 +98,7 @@ def test_names_with_commas_and_lines_stay_in_their_cell() -> None:
     name = 'a,"b"\n#c'
     curve = JointTrajectory.from_knots([name], [0, 1], [[0], [1]], [[0], [0]])
     text = curve.to_pvt()
-    body = text[text.index("time_s") :]
+    body = text[text.index("time_from_start_s") :]
     head, *rows = csv.reader(body.splitlines(keepends=True))
     assert head[1] == f"{name}.position_rad"
     assert len(rows) == 2
@@ -112,3 +113,53 @@ def test_scales_that_can_not_be(value: float) -> None:
 def test_unknown_joints() -> None:
     with pytest.raises(UnknownNameError, match="slide"):
         motion().to_pvt(offset={"slid": 1.0})
+
+
+@pytest.mark.parametrize("value", [0.0, True, 10**400, 1j, "2", None])
+def test_scales_that_are_no_numbers(value: object) -> None:
+    with pytest.raises(InputError, match="scale of joint 'a'"):
+        motion().to_pvt(scale={"a": value})  # type: ignore[dict-item]
+
+
+@pytest.mark.parametrize("what", ["scale", "offset"])
+@pytest.mark.parametrize("value", [2.0, [2.0], "a"])
+def test_factors_that_name_no_joint(what: str, value: object) -> None:
+    with pytest.raises(InputError, match=f"{what} is .*mapping of joint names"):
+        motion().to_pvt(**{what: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("degrees", [False, True])
+@pytest.mark.parametrize("value", [1e308, -1e308, 1e-320])
+def test_factors_that_lose_the_motion_are_refused(value: float, degrees: bool) -> None:
+    with pytest.raises(ExportError, match=r"scale of joint 'a' is .*can't hold") as caught:
+        motion().to_pvt(scale={"a": value}, degrees=degrees)
+    accepted = re.search(r"(\S+) to (\S+) drive units a (rad|deg) are", str(caught.value))
+    assert accepted
+    for end in accepted.groups()[:2]:
+        _, _, rows = read(motion().to_pvt(scale={"a": float(end)}, degrees=degrees))
+        ratio = 180 / math.pi if degrees else 1.0
+        for column, own in ((1, motion().knots.position), (2, motion().knots.velocity)):
+            back = rows[:, column] / float(end) / ratio
+            assert back == pytest.approx(own[:, 0], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("value", [1e20, -1e12, 1.7e308])
+@pytest.mark.parametrize("scale", [1.0, 1e4])
+def test_offsets_that_lose_the_motion_are_refused(value: float, scale: float) -> None:
+    with pytest.raises(ExportError, match=r"offset of joint 'slide' is .*counts as carried") as got:
+        motion().to_pvt(offset={"slide": value}, scale={"slide": scale})
+    assert got.value.joint == "slide"
+    accepted = re.search(r"to (\S+) drive units is accepted", str(got.value))
+    assert accepted
+    most = float(accepted[1])
+    assert most > 1000.0 * scale
+    _, _, rows = read(motion().to_pvt(offset={"slide": most}, scale={"slide": scale}))
+    back = (rows[:, 5] - most) / scale
+    assert back == pytest.approx(motion().knots.position[:, 2], abs=1e-12)
+
+
+def test_a_joint_at_rest_takes_any_offset() -> None:
+    flat = np.zeros((2, 1))
+    curve = JointTrajectory.from_knots(["a"], [0.0, 1.0], flat, flat)
+    _, _, rows = read(curve.to_pvt(offset={"a": 1e20}))
+    assert (rows[:, 1] == 1e20).all()

@@ -15,7 +15,7 @@ from motions import motion
 from replay import hermite
 
 from knotwork.errors import ExportError, InputError
-from knotwork.export import content
+from knotwork.export import content, motion_table
 from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
@@ -142,6 +142,12 @@ def test_knots_of_a_quintic() -> None:
         {"rate": float("nan")},
         {"rate": 1e9},
         {"rate": "fast"},
+        {"rate": "100"},
+        {"rate": 10**400},
+        {"rate": True},
+        {"rate": [10.0]},
+        {"rate": 1j},
+        {"robot": "ur5"},
     ],
 )
 def test_options_that_can_not_be(options: dict) -> None:
@@ -163,3 +169,15 @@ def test_parquet_without_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_files_of_one_motion_are_the_same() -> None:
     for name in ("csv", "json", "npz", "mat", "scipy", "ros2", "pvt"):
         assert content(motion(), name) == content(motion(), name)
+
+
+@pytest.mark.parametrize("make", ["to_csv", "to_json", "to_npz"])
+def test_tables_of_too_many_numbers_are_refused_with_a_rate_that_is_taken(
+    monkeypatch: pytest.MonkeyPatch, make: str
+) -> None:
+    monkeypatch.setattr("knotwork.storage.writing.MOST_VALUES", 13 * 20_000)
+    with pytest.raises(InputError, match="260000") as caught:
+        getattr(motion(), make)(rate=1e5)
+    accepted = float(str(caught.value).split(" Hz is accepted")[0].split()[-1])
+    time = motion_table(motion(), rate=accepted).time
+    assert 0.99 * 20_000 < time.size <= 20_000

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from knotwork.errors import DocumentError
 from knotwork.foreign import read_trajectory
+from knotwork.foreign.header import column
 from knotwork.pipeline import plan
 from knotwork.trajectory import JointTrajectory
 
@@ -163,6 +164,124 @@ def test_headings_that_are_understood(
         assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
 
 
+@pytest.mark.parametrize(
+    "extra",
+    [
+        "{} [Nm]",
+        "{} [N m]",
+        "{} [N·m]",
+        "{}_current [A]",
+        "{}.effort",
+        "{}.torque_Nm",
+        "{} [N]",
+        "tau {}",
+        "{}.jerk [rad/s3]",
+        "{}.jerk",
+    ],
+)
+def test_efforts_and_the_like_are_left_out(tmp_path: Path, extra: str) -> None:
+    head, *rows = csv_of(2).splitlines()
+    for name in NAMES[:2]:
+        head += "," + extra.format(name)
+        rows = [row + ",7" for row in rows]
+    file = tmp_path / "m.csv"
+    file.write_text("\n".join([head, *rows]), encoding="utf-8")
+    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("heading", "factor", "order"),
+    [
+        ("joint_1 [°]", 180 / math.pi, 0),
+        ("joint_1 [°/s]", 180 / math.pi, 1),
+        ("joint_1 (deg/sec)", 180 / math.pi, 1),
+        ("joint_1 (rad/s/s)", 1.0, 2),
+        ("joint_1.acceleration [deg/s²]", 180 / math.pi, 2),
+        ("joint_1 (degrees per second)", 180 / math.pi, 1),
+        ("joint_1 [rad/s^2]", 1.0, 2),
+    ],
+)
+def test_units_say_what_a_column_is(heading: str, factor: float, order: int) -> None:
+    found = column(heading, NAMES, UNITS)
+    quantity = ("position", "velocity", "acceleration")[order]
+    assert (found.quantity, found.joint) == (quantity, 0)
+    assert found.factor * factor == pytest.approx(1.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("wrapped", [False, True])
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        ({"time": "ms"}, "units.time: times are in 'ms' ('s')"),
+        ({"time": 3}, "units.time: times are in 3"),
+        ({"positions": "deg"}, "units.positions: joint 'joint_1' is in 'deg' ('rad')"),
+        ({"velocities": ["rad/s", "deg/s", "m/s"]}, "'joint_10' is in 'deg/s' ('rad/s')"),
+        ({"velocities": "rad"}, "units.velocities: joint 'joint_1' is in 'rad' ('rad/s')"),
+        ({"accelerations": ["rad/s2", "rad/s2", "m/s"]}, "joint 'slide' is in 'm/s' ('m/s2')"),
+        ({"joints": ["rad", "rad", "mm"]}, "units.joints: joint 'slide' is in 'mm' ('m')"),
+        ({"joints": ["rad", "rad"]}, "units.joints: has 2 entries (3, as joint names)"),
+        ({"postions": "rad"}, "units.postions: unknown key (did you mean 'positions'"),
+        ({"length": "m"}, "units.length: unknown key"),
+        ("deg", "units: joint 'joint_1' is in 'deg'"),
+        (3, "units: joint 'joint_1' is in 3 ('rad')"),
+        ("", "units: joint 'joint_1' is in '' ('rad')"),
+    ],
+)
+def test_units_that_the_values_are_not_read_in(
+    tmp_path: Path, units: object, said: str, wrapped: bool
+) -> None:
+    data: dict = {"joint_names": list(NAMES), "time": list(TIME), "positions": Q, "velocities": V}
+    data = {"trajectory": message(2), "units": units} if wrapped else data | {"units": units}
+    file = tmp_path / "bad.json"
+    file.write_text(json.dumps(data))
+    assert said in str(refused(file))
+
+
+@pytest.mark.parametrize(
+    "units",
+    [
+        None,
+        {},
+        {"time": "s", "joints": ["rad", "rad", "m"]},
+        {"time": "seconds", "joints": None, "positions": ["radians", "rad", "m"]},
+        {
+            "velocities": ["rad/s", "rad_per_s", "m s"],
+            "accelerations": ["rad/s²", "rad/s^2", "m/s2"],
+        },
+        {"efforts": "Nm"},
+        ["rad", "rad", "m"],
+    ],
+)
+def test_units_that_the_values_are_read_in(tmp_path: Path, units: object) -> None:
+    data = {"joint_names": NAMES, "time": TIME, "positions": Q, "velocities": V, "units": units}
+    file = tmp_path / "good.json"
+    file.write_text(json.dumps(data))
+    assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("heading", "times", "start"),
+    [
+        ("time_from_start", TIME, 7.0),
+        ("time_from_start_s", TIME, 7.0),
+        ("Time from start [ms]", [1e3 * t for t in TIME], 7.0),
+        ("time_step_s", [0.0, *np.diff(TIME)], 7.0),
+        ("time", TIME, 0.0),
+        ("timestamp", TIME, 0.0),
+    ],
+)
+def test_times_from_the_start_of_the_task_in_tables(
+    tmp_path: Path, heading: str, times: list[float], start: float
+) -> None:
+    file = tmp_path / "m.csv"
+    columns = [np.array(times), *np.array(Q).T, *np.array(V).T]
+    head = [heading, *NAMES, *(f"{name}.velocity" for name in NAMES)]
+    file.write_text(csv_text(head, columns))
+    trajectory = read(file, span=(7.0, 8.25))
+    assert (trajectory.start_time, trajectory.end_time) == (start, start + 1.25)
+    assert trajectory(start + AT) == pytest.approx(expected(2), abs=1e-13)
+
+
 def test_units_are_converted(tmp_path: Path) -> None:
     head = ["time_ms", "joint_1 [deg]", "joint_10.position_rad", "slide.position_mm"]
     head += ["joint_1.velocity_deg_per_s", "joint_10 [rad/s]", "slide [mm/s]"]
@@ -238,8 +357,26 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
         (1, 4, "slide [deg]", "line 1: column 4: the column 'slide [deg]' is in deg, but joint"),
         (1, 2, "joint_1 [mm]", "line 1: column 2: the column 'joint_1 [mm]' is in mm"),
         (1, 2, "joint_1.positon", "has 'positon', which is not understood"),
-        (1, 2, "joint_1.position_drive", "has 'drive', which is not understood"),
+        (1, 2, "joint_1.position_drive", "is in drive units, of which"),
         (1, 5, "joint_1.velocity_rad_per_s2", "with the unit of another quantity"),
+        (1, 5, "joint_1.velocity [rad]", "is a velocity with the unit of another quantity"),
+        (1, 5, "joint_1.velocity [rad/s/s]", "is a velocity with the unit of another quantity"),
+        (1, 5, "joint_1.velocity [1/s]", "has '1', which is not understood"),
+        (1, 5, "joint_1.velocity per s", "is per s of no unit"),
+        (1, 2, "joint_1.position [Nm]", "is a position with the unit of an effort or current"),
+        (1, 2, "joint_1.position [N m]", "is a position with the unit of an effort or current"),
+        (1, 2, "joint_1.position [rad/s]", "is a position with the unit of another quantity"),
+        (1, 2, "joint_1 rad deg", "has the units 'rad' and 'deg' (one unit)"),
+        (1, 2, "joint_1 [deg] [Nm]", "has the units 'deg' and 'nm' (one unit)"),
+        (1, 2, "joint_1 [rad/s4]", "has 's4', which is not understood"),
+        (1, 2, "joint_1 [rad/s3/s]", "is of no known unit"),
+        (1, 2, "joint_1_current_position", "is named effort and position (one of them)"),
+        (1, 2, "joint_1 [Nm]", "line 1: the position of joint 'joint_1' is missing"),
+        (1, 2, "joint_1_current [A]", "line 1: the position of joint 'joint_1' is missing"),
+        (1, 1, "time [min]", "column 1: the column 'time [min]' is a time in 'min' (s, ms, us"),
+        (1, 1, "time_from_start [h]", "is a time in 'h' (s, ms, us or ns)"),
+        (3, 2, "0_75", "line 3: column 2 (joint_1): '0_75' is no number"),
+        (3, 2, "\u0661", "line 3: column 2 (joint_1): '\u0661' is no number"),
     ],
 )
 def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str, said: str) -> None:
@@ -253,9 +390,13 @@ def test_csv_that_is_refused(tmp_path: Path, line: int, column: int, value: str,
     [
         ("", "holds no rows"),
         ("# only\n\n# comments\n", "holds no rows"),
-        ("0,1,2,3\n1,2,3,4\n", "neither time nor a joint"),
-        ("time,joint_1,joint_10,slide\n", "holds 0 points"),
-        ("time,joint_1,joint_10,slide\n0,0,0,0\n", "holds 1 points"),
+        (
+            "0,1,2,3\n1,2,3,4\n",
+            "line 1: has no headings (a line above the numbers, with time and joint_1",
+        ),
+        ("time,joint_1,joint_10,slide\n", "csv: holds 0 points"),
+        ("time,joint_1,joint_10,slide,tool.x\n", "csv: holds 0 points"),
+        ("time,joint_1,joint_10,slide,tool.x\n0,0,0,0,0\n", "line 2: holds 1 points"),
         ('time,"joint_1,joint_10,slide\n0,0,0,0\n', "is not valid CSV"),
     ],
 )
@@ -345,10 +486,23 @@ def test_json_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
     assert said in str(refused(file))
 
 
-def test_json_with_no_numbers_but_nan(tmp_path: Path) -> None:
+@pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity"])
+def test_json_with_no_numbers_but_nan(tmp_path: Path, word: str) -> None:
     file = tmp_path / "bad.json"
-    file.write_text(json.dumps(message(2)).replace("0.5,", "NaN,", 1))
-    assert "NaN is no finite number" in str(refused(file))
+    number = str(float(word.lower()))
+    data = json.dumps(message(2))
+    file.write_text(data.replace("[0.5, -1.0, 0.2]", f"[0.5, {word}, 0.2]", 1))
+    said = f"points[1].positions[1]: the position of joint 'joint_10' is {number} (a finite number)"
+    assert said in str(refused(file))
+    data = json.dumps({"joint_names": NAMES, "time": [0.0, 0.5, 0.1], "positions": Q})
+    file.write_text(data.replace("0.1]", f"{word}]", 1))
+    assert f"time[2]: the time is {number} (a finite number of seconds)" in str(refused(file))
+
+
+def test_times_are_said_with_the_digits_that_matter(tmp_path: Path) -> None:
+    file = tmp_path / "bad.csv"
+    file.write_text(replaced(csv_of(2), 4, 1, "0.1"))
+    assert "the time 0.1 s is not after 0.5 s, the one before it" in str(refused(file))
 
 
 @pytest.mark.parametrize("text", ["[1, 2]", "3", "null", '"text"'])

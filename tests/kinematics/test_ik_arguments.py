@@ -57,7 +57,7 @@ def test_no_poses_are_solved_at_once() -> None:
 
 @pytest.mark.parametrize("poses", [None, 5, UR5.forward(HOME)])
 def test_poses_must_be_some_in_a_row(poses: Any) -> None:
-    with pytest.raises(WaypointDataError, match="poses must be a sequence of pin.SE3"):
+    with pytest.raises(WaypointDataError, match=r"poses must be a sequence of pin\.SE3"):
         kw.solve_many(UR5, poses, HOME)
 
 
@@ -68,9 +68,9 @@ def test_poses_may_come_one_by_one() -> None:
 @pytest.mark.parametrize("bad", [0, -1e-8, float("nan"), "fine"])
 def test_tolerances_are_positive_numbers(bad: Any) -> None:
     pose = UR5.forward(HOME)
-    with pytest.raises(WaypointDataError, match="^tolerance must be positive"):
+    with pytest.raises(WaypointDataError, match=r"^tolerance must be positive"):
         kw.solve_many(UR5, [pose], HOME, tolerance=bad)
-    with pytest.raises(WaypointDataError, match="^orientation_tolerance must be positive"):
+    with pytest.raises(WaypointDataError, match=r"^orientation_tolerance must be positive"):
         kw.solve_all(UR5, pose, orientation_tolerance=bad)
 
 
@@ -83,3 +83,23 @@ def test_restarts_are_counted(bad: Any) -> None:
 def test_no_restarts_is_a_number_of_restarts() -> None:
     with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
         kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, max_restarts=-1)
+
+
+@pytest.mark.parametrize("bad", [0, -3, 1.5])
+def test_a_spread_is_of_some_configurations(bad: Any) -> None:
+    with pytest.raises(WaypointDataError, match="spread must be an integer, 1 or more"):
+        kw.solve_all(UR5, UR5.forward(HOME), spread=bad)
+
+
+def test_velocities_are_not_solved_within_no_tolerance() -> None:
+    singular = np.array([0.2, -1.2, 0.0, -1.7, 0.4, 0.3])
+    twist = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0])
+    for name in ("linear_tolerance", "angular_tolerance"):
+        with pytest.raises(WaypointDataError, match=f"{name} must be positive, not nan"):
+            kw.solve_velocity_ik(UR5, singular, twist, **{name: float("nan")})
+
+
+@pytest.mark.parametrize("rate", [float("nan"), float("inf")])
+def test_a_pull_is_finite(rate: float) -> None:
+    with pytest.raises(WaypointDataError, match="rate must be finite"):
+        kw.kinematics.pull_to_middle(UR5, HOME, rate)

@@ -473,3 +473,35 @@ def test_what_is_not_reached_says_how_near_the_limits_let_it_come(
             assert closest[i] in (lower[i], upper[i])
     else:
         assert "no joint limit makes it worse" in said
+
+
+def test_a_solution_that_searches_only_crawl_towards_is_found_from_close_by() -> None:
+    """Of a random pose whose wrist happens to be over the first axis, to a hundredth of a mm."""
+    robot = ROBOTS["z1"]
+    q = np.array([0.47348263, 1.14687759, -0.17731887, 0.98686336, 0.50273129, -2.01580237])
+    off = np.array([-0.05273961, -0.00780246, -0.02488364, 0.07845288, -0.02156787, -0.08399762])
+    for nearest in (True, False):
+        found = solve_pose_ik(robot, robot.forward(q), q + off, nearest=nearest)
+        assert found.distance < 0.2
+
+
+@pytest.mark.parametrize("bent", [1e-2, 1e-3, 1e-4, 1e-6, 1e-8])
+def test_poses_with_a_nearly_straight_wrist_are_solved_from_close_by_and_from_anywhere(
+    bent: float,
+) -> None:
+    generator = np.random.default_rng(12)
+    for name in ("ur5", "kinova"):
+        robot = ROBOTS[name]
+        for _ in range(12):
+            q = generator.uniform(-2.0, 2.0, 6)
+            q[4] = bent
+            q = np.clip(q, robot.lower_position_limit, robot.upper_position_limit)
+            pose = robot.forward(q)
+            for start in (q + generator.uniform(-0.1, 0.1, 6), generator.uniform(-2.0, 2.0, 6)):
+                for nearest in (True, False):
+                    found = solve_pose_ik(robot, pose, start, nearest=nearest)
+                    error = pin.log6(robot.forward(found.q).actInv(pose))
+                    assert np.linalg.norm(error.linear) <= 1e-8
+                    assert np.linalg.norm(error.angular) <= 1e-8
+                    if nearest and np.abs(start - q).max() <= 0.1:
+                        assert found.distance <= np.linalg.norm(start - q) + 0.02

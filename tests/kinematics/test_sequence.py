@@ -16,13 +16,13 @@ from knotwork.kinematics.between import choose_with_passages
 from knotwork.kinematics.runners_up import runners_up
 from knotwork.kinematics.sequence import choose_sequence, first_least
 from knotwork.kinematics.steps import (
-    INFEASIBLE,
-    STRAINED,
     Layer,
+    Prices,
     Rules,
 )
 
 SPEED = np.array([3.0, 2.0])
+PRICES = Prices(infeasible=1e6, strained=1e5, change=50.0)
 
 
 def layers_of(seed: int, sizes: list[int], spread: float = 4.0) -> list[Layer]:
@@ -30,7 +30,7 @@ def layers_of(seed: int, sizes: list[int], spread: float = 4.0) -> list[Layer]:
     return [
         Layer(
             q=generator.uniform(-spread, spread, (m, 2)),
-            cost=generator.choice([0.0, 0.3, INFEASIBLE], m, p=[0.6, 0.3, 0.1]),
+            cost=generator.choice([0.0, 0.3, PRICES.infeasible], m, p=[0.6, 0.3, 0.1]),
             weight=generator.uniform(1, 3, m),
             signs=generator.choice([-1.0, 1.0], (m, 2)),
             velocity=generator.uniform(-2, 2, (m, 2)),
@@ -53,7 +53,7 @@ def cost_of(
         move = np.abs(there.q[b] - here.q[a]) / SPEED
         total += np.hypot(*move) * (here.weight[a] + there.weight[b]) / 2
         if move.max() > durations[i]:
-            total += INFEASIBLE * move.max() / durations[i]
+            total += PRICES.infeasible * move.max() / durations[i]
         # The cubic by its Bézier points, and its derivative in the middle by de Casteljau.
         third = durations[i] / 3
         points = [here.q[a], here.q[a] + third * here.velocity[a]]
@@ -61,7 +61,7 @@ def cost_of(
         legs = np.diff(points, axis=0) / third
         halfway = np.abs(legs[0] + 2 * legs[1] + legs[2]) / 4 / SPEED
         if halfway.max() > 1:
-            total += STRAINED * halfway.max()
+            total += PRICES.strained * (2 - 1 / halfway.max())
         if (here.signs[a] != there.signs[b]).any():
             total += np.broadcast_to(change, len(durations))[i]
     return total
@@ -81,7 +81,7 @@ def test_equal_to_trying_every_sequence(
     durations = np.full(len(sizes) - 1, duration)
     if change == 50.0:  # in every other interval
         change = np.where(np.arange(len(durations)) % 2, 50.0, 0.0)
-    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), change=change)
+    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), PRICES, change=change)
     chosen = choose_sequence(layers, durations, rules)
     every = itertools.product(*(range(m) for m in sizes))
     best = min(cost_of(layers, index, durations, change) for index in every)
@@ -111,7 +111,7 @@ def test_the_next_best_is_that_of_trying_every_sequence(
     for layer, group in zip(layers, groups, strict=True):  # a branch has its signs
         layer.signs[:] = np.column_stack([group > 0, group > 1]) * 2.0 - 1.0
     durations = np.full(len(sizes) - 1, duration)
-    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), change=change)
+    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), PRICES, change=change)
     chosen = choose_sequence(layers, durations, rules)
     if chosen.blocked is not None:
         return
@@ -159,7 +159,7 @@ def test_looking_at_the_way_between_where_it_matters_is_looking_at_it_everywhere
         return np.array([more[i][a, b] for i, a, b in asked])
 
     durations = np.full(len(sizes) - 1, duration)
-    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool))
+    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), PRICES)
     chosen = choose_with_passages(layers, durations, rules, samples, surcharge)
 
     def total(index: tuple[int, ...]) -> float:
@@ -191,7 +191,7 @@ def test_the_order_of_the_candidates_matters_for_ties_alone(
     layers = layers_of(seed, sizes)
     rows = [order.sample(range(m), m) for m in sizes]
     durations = np.full(len(sizes) - 1, duration)
-    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool))
+    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), PRICES)
     one = choose_sequence(layers, durations, rules)
     shuffled = [layer.take(row) for layer, row in zip(layers, rows, strict=True)]
     other = choose_sequence(shuffled, durations, rules)
@@ -215,7 +215,9 @@ def test_of_sequences_that_cost_the_same_the_first_candidates_win(size: int) -> 
                 np.zeros((1, 2)),
             )
         ]
-        chosen = choose_sequence(layers, np.ones(2), Rules(np.ones(2), SPEED, np.zeros(2, bool)))
+        chosen = choose_sequence(
+            layers, np.ones(2), Rules(np.ones(2), SPEED, np.zeros(2, bool), PRICES)
+        )
         assert chosen.index == (0, 0, 0)
 
 
@@ -224,7 +226,7 @@ def test_of_sequences_that_cost_the_same_the_first_candidates_win(size: int) -> 
 def test_joints_without_limits_go_the_short_way(seed: int, sizes: list[int]) -> None:
     layers = layers_of(seed, sizes, spread=30.0)
     durations = np.full(len(sizes) - 1, 100.0)
-    chosen = choose_sequence(layers, durations, Rules(SPEED, SPEED, np.ones(2, dtype=bool)))
+    chosen = choose_sequence(layers, durations, Rules(SPEED, SPEED, np.ones(2, dtype=bool), PRICES))
     assert np.abs(np.diff(chosen.q, axis=0)).max() <= np.pi + 1e-9
     for layer, k, q in zip(layers, chosen.index, chosen.q, strict=True):
         turns = (q - layer.q[k]) / (2 * np.pi)
@@ -239,7 +241,7 @@ def test_a_given_position_is_met_at_its_own_turn() -> None:
         Layer(np.array([[-3.0, 0.0]]), 0 * one, one, signs),
         Layer(np.array([[-3.0, 0.0]]), 0 * one, one, signs, fixed=True),
     ]
-    rules = Rules(SPEED, SPEED, np.ones(2, dtype=bool))
+    rules = Rules(SPEED, SPEED, np.ones(2, dtype=bool), PRICES)
     chosen = choose_sequence(layers, np.ones(2), rules)
     np.testing.assert_allclose(chosen.q[:, 0], [3.0, 2 * np.pi - 3.0, -3.0])
 

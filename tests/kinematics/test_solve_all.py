@@ -58,6 +58,57 @@ def test_every_branch_of_the_closed_form_is_found(arm: str, spherical: Robot) ->
 
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
+@pytest.mark.parametrize("bent", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_every_branch_is_found_next_to_a_wrist_singularity(
+    arm: str, bent: float, spherical: Robot
+) -> None:
+    """There the arm can move far while the tool hardly does, and searches do not converge."""
+    robot = UR5 if arm == "ur5" else spherical
+    generator = np.random.default_rng(4)
+    for _ in range(8):
+        q = generator.uniform(-2.5, 2.5, 6)
+        q[4] = bent
+        pose = robot.forward(q)
+        branches = kw.solve_all(robot, pose)
+        answers = np.array([closed_form.turned(branch.q) for branch in branches])
+        expected = [x for x in truth(robot, pose) if (np.abs(x) <= np.pi).all()]
+        known = max(1e-6, 1e-9 / bent)  # rounding of the pose and of the closed form, magnified
+        for x in [q, *expected]:
+            assert np.abs(closed_form.turned(answers - x)).max(axis=1).min() < known
+        assert len(branches) == len(expected)
+
+
+@pytest.mark.parametrize("bent", [1e-7, 1e-8])
+def test_the_way_here_is_found_where_closed_forms_round_it_away(bent: float) -> None:
+    generator = np.random.default_rng(4)
+    for _ in range(12):
+        q = generator.uniform(-2.5, 2.5, 6)
+        q[4] = bent
+        answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+        assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-3
+
+
+def test_two_singularities_at_once() -> None:
+    """Elbow and wrist both nearly straight: the error along the valley dips to zero twice."""
+    q = np.array([-0.9537, -0.6456, 0.0024, 0.4131, 1e-5, 1.2927])
+    answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+    assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-4
+
+
+@pytest.mark.parametrize("elbow", [0.0, 1e-6, 1e-5])
+def test_where_two_branches_meet_they_are_one(elbow: float) -> None:
+    generator = np.random.default_rng(3)
+    for _ in range(8):
+        q = generator.uniform(-2.5, 2.5, 6)
+        q[2] = elbow
+        answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+        assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-4
+        for i, one in enumerate(answers):
+            for other in answers[:i]:
+                assert np.abs(closed_form.turned(one - other)).max() > 1e-2
+
+
+@pytest.mark.parametrize("arm", ["ur5", "spherical"])
 @pytest.mark.parametrize("straight", [True, False])
 def test_every_branch_is_found_along_a_sequence(arm: str, straight: bool, spherical: Robot) -> None:
     """Where the branches of one waypoint start the search at the next, none gets lost."""
@@ -288,3 +339,33 @@ def test_the_first_solution_may_do(name: str) -> None:
         assert found.restarts == 0
         assert max(found.position_error, found.orientation_error) <= 1e-8
         assert found.distance < 0.2
+
+
+@pytest.mark.parametrize("wide", [20.0, 1e16])
+def test_limits_far_apart_leave_a_number_of_turns_that_can_be_looked_through(wide: float) -> None:
+    robot = UR5.with_limits(position=dict.fromkeys(UR5.joint_names, (-wide, wide)))
+    q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
+    branches = kw.solve_all(robot, robot.forward(q))
+    assert len(branches) == 8
+    for branch in branches:
+        assert 500 < len(branch.turns) <= 1024
+        assert len(np.unique(np.round(branch.turns, 6), axis=0)) == len(branch.turns)
+        assert np.abs(branch.turns).max() < 5 * np.pi
+        for turn in branch.turns[::97]:
+            assert robot.forward(turn).isApprox(robot.forward(q), 1e-7)
+
+
+def test_samples_of_a_free_motion_are_called_so() -> None:
+    pose = UR5.forward(np.array([0.3, -1.1, 1.3, -1.6, 0.0, 0.3]))
+    assert all(branch.sampled for branch in kw.solve_all(UR5, pose))
+    assert not any(branch.sampled for branch in kw.solve_all(UR5, UR5.forward(np.full(6, 0.7))))
+    panda = ROBOTS["panda"]
+    middle = 0.5 * (panda.lower_position_limit + panda.upper_position_limit)
+    assert all(branch.sampled for branch in kw.solve_all(panda, panda.forward(middle)))
+
+
+def test_samples_of_a_free_motion_are_spread_inside_the_limits() -> None:
+    """Half of the motion of a straight wrist is outside: the samples are all of the other half."""
+    narrow = UR5.with_limits(position={"wrist_3_joint": (0.0, np.pi)})
+    pose = narrow.forward(np.array([0.3, -1.1, 1.3, -1.6, 0.0, 0.3]))
+    assert len(kw.solve_all(narrow, pose)) >= 0.8 * len(kw.solve_all(UR5, pose))

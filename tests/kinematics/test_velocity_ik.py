@@ -254,3 +254,14 @@ def test_near_a_singularity_a_limit_that_is_not_given_does_not_let_any_speed_pas
         assert (name in str(caught.value)) == (abs(speed) > 0.1)
     v = solve_velocity_ik(free, q, 1e-5 * lost)  # slowly enough it goes
     assert np.abs(v).max() < 10
+
+
+def test_the_speed_that_is_offered_at_a_singularity_is_one_the_joints_can_follow() -> None:
+    q = np.array([0.2, -1.2, 1e-5, -1.7, 0.0, 0.3])
+    twist = np.array([0.3, 0.2, 0.5, 0.1, 0.4, 0.2])
+    with pytest.raises(SingularityError, match="the nearest it can do is") as caught:
+        solve_velocity_ik(UR5, q, twist)
+    said = re.findall(r"nearest it can do is \((.*?)\) m/s and \((.*?)\) rad/s", str(caught.value))
+    offered = np.array([float(number) for part in said[0] for number in part.split(",")])
+    v, *_ = np.linalg.lstsq(UR5.jacobian(q), offered, rcond=1e-4)
+    assert (np.abs(v) <= 1.01 * UR5.velocity_limit).all()

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from knotwork.cli.export_source import Source, passes, points_pass, read_source
 from knotwork.errors import InputError
+from knotwork.export.registry import FORMATS, Format, checked_options, get_format
 
 if TYPE_CHECKING:
-    from knotwork.robot import Robot
-    from knotwork.scenario import Scenario
+    from knotwork.export import Points
     from knotwork.trajectory import JointTrajectory
-    from knotwork.witness import Report
 
 PASSED, FAILED = 0, 1
-MOST_FAILURES = 10
-FORMATS = ("ros2", "pvt", "csv", "json", "npz", "parquet", "mat", "scipy", "drake")
 
 _EPILOG = """
 In MATLAB, for --format mat:
@@ -57,7 +53,6 @@ class _JointNumbers(click.ParamType[Any]):
     "--out",
     "-o",
     metavar="FILE",
-    type=click.Path(path_type=Path),
     help="File to write; text goes to standard output without it.",
 )
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
@@ -81,7 +76,8 @@ class _JointNumbers(click.ParamType[Any]):
     metavar="TOLERANCE",
     type=float,
     help="Insert points until a motion that points can't carry exactly is met within this, at all "
-    "times [rad or m].",
+    "times [rad or m]. Without --accelerations the acceleration then jumps at the points, which "
+    "fails a scenario that asks for continuity: 2, as by default.",
 )
 @click.option("--goal", is_flag=True, help="ros2: a FollowJointTrajectory goal, not a message.")
 @click.option("--degrees", is_flag=True, help="pvt: revolute joints in deg; prismatic stay in m.")
@@ -114,7 +110,7 @@ class _JointNumbers(click.ParamType[Any]):
 def export(
     motion: str,
     name: str,
-    out: Path | None,
+    out: str | None,
     force: bool,
     reference: str | None,
     planner: str | None,
@@ -136,46 +132,78 @@ def export(
     drake    in Python only: trajectory.to_drake()
 
     TRAJECTORY is a trajectory.json or a folder with one in it, SCENARIO a shipped scenario's name
-    or the path of a file. Nothing is written if the motion fails its check.
+    or the path of a file. Nothing is written if the motion fails its check, or if what a receiver
+    makes of the points of --fit does.
     """  # noqa: D301
-    from knotwork import export as exporting
-
-    form = exporting.get_format(name)
+    form = get_format(name)
     given = {
         key: value for key, value in options.items() if value is not None and value is not False
     }
     for key, pairs in (("scale", scale), ("offset", offset)):
         if pairs:
             given[key] = _by_joint(pairs, key)
-    exporting.checked_options(form, given)
-    if not form.file_function:
-        raise InputError(
-            f"format {name!r} is an object in memory and has no file; make it in Python with "
-            f"trajectory.{form.function}()"
-        )
-    if out is None and form.binary:
-        raise InputError(f"format {name!r} is binary: give a file to write with -o FILE")
-    target = exporting.checked_target(out, force=force) if out is not None else None
-    trajectory, robot, scenario, report = _motion(motion, reference, planner)
-    if report is not None and not report.ok:
-        _show_failures(report, allow_failed)
-        if not allow_failed:
-            return FAILED
-    if "robot" in form.options and robot is not None:
-        given["robot"] = robot
-    if "rate" in form.options and scenario is not None and not given.get("knots_only"):
-        given.setdefault("rate", scenario.rate)
-    content = exporting.content(trajectory, name, **given)
-    if target is None:
+    _check(form, given, out, force)
+    source = read_source(motion, reference, planner)
+    if not passes(source, allow_failed):
+        return FAILED
+    made = _made(form, source, given, allow_failed)
+    if made is None:
+        return FAILED
+    content, note = made
+    if out is None:
         click.echo(content, nl=False)
     else:
-        exporting.write(target, content, force=force)
-    note = _note(trajectory, form.options, given)
+        from knotwork.export import write
+
+        write(out, content, force=force)
     where = f"wrote {out}" if out is not None else ""
     text = "; ".join(part for part in (where, note) if part)
     if text:
         click.echo(text, err=out is None)
     return PASSED
+
+
+def _check(form: Format, given: dict[str, Any], out: str | None, force: bool) -> None:
+    """Refuse what can't be, before anything is planned.
+
+    Raises:
+        InputError: The format has no file, or takes no such option; or the file can't be written.
+    """
+    checked_options(form, given)
+    if not form.file_function:
+        raise InputError(
+            f"format {form.name!r} is an object in memory and has no file; make it in Python with "
+            f"trajectory.{form.function}()"
+        )
+    if out is None and form.binary:
+        raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
+    if out is not None:
+        from knotwork.export import checked_target
+
+        checked_target(out, force=force)
+
+
+def _made(
+    form: Format, source: Source, given: dict[str, Any], allowed: bool
+) -> tuple[str | bytes, str] | None:
+    """The content and what it is worth in words, or `None` where its points fail the check."""
+    from knotwork import export as exporting
+
+    made: JointTrajectory | Points = source.trajectory
+    note, given = "", dict(given)
+    if form.takes_points(given):
+        fit = given.pop("fit", None)
+        taken = given.get("accelerations", False) if "accelerations" in form.options else None
+        made = points = exporting.carry(source.trajectory, accelerations=taken, fit=fit)
+        note = points.describe()
+        if not points_pass(source, points, form, allowed):
+            return None
+    elif "rate" in form.options and source.scenario is not None:
+        given.setdefault("rate", source.scenario.rate)
+    if form.tabular:
+        table = exporting.motion_table(made, robot=source.robot, **given)
+        return exporting.content(table, form.name), table.note
+    return exporting.content(made, form.name, **given), note
 
 
 def _by_joint(pairs: tuple[tuple[str, float], ...], what: str) -> dict[str, float]:
@@ -185,59 +213,3 @@ def _by_joint(pairs: tuple[tuple[str, float], ...], what: str) -> dict[str, floa
         twice = next(joint for joint in names if names.count(joint) > 1)
         raise InputError(f"--{what} is given twice for joint {twice!r}")
     return values
-
-
-def _motion(
-    motion: str, reference: str | None, planner: str | None
-) -> tuple[JointTrajectory, Robot | None, Scenario | None, Report | None]:
-    """The trajectory with the robot that it moves, and the verdict on it, as far as known."""
-    path = Path(motion)
-    stored = path.suffix == ".json" or (path.is_dir() and (path / "trajectory.json").exists())
-    if not stored:
-        if reference is not None:
-            raise InputError(
-                f"--scenario belongs to a stored trajectory, and {motion!r} is a scenario itself; "
-                "a stored one is a .json file or a folder with a trajectory.json"
-            )
-        from knotwork.pipeline import plan
-
-        planned = plan(motion, planner=planner)
-        return planned.trajectory, planned.space.robot, planned.scenario, planned.report
-    if planner is not None:
-        raise InputError("--planner belongs to a scenario; the trajectory is planned already")
-    from knotwork import storage
-
-    document = storage.read_trajectory_document(path)
-    trajectory = storage.trajectory_from_dict(document)
-    disagreement = storage.knot_disagreement(document, trajectory)
-    if disagreement is not None:
-        raise InputError(f"{path}: {disagreement.rpartition(';')[0]}; it has been tampered with")
-    if reference is None:
-        return trajectory, None, None, None
-    from knotwork.joint_space import joint_space
-    from knotwork.scenario import load_scenario
-    from knotwork.witness import check
-
-    scenario = load_scenario(reference)
-    space = joint_space(scenario)
-    return trajectory, space.robot, scenario, check(trajectory, scenario, space=space)
-
-
-def _show_failures(report: Report, allowed: bool) -> None:
-    for failure in report.failures[:MOST_FAILURES]:
-        click.echo(f"{report.scenario}: {failure}", err=True)
-    if len(report.failures) > MOST_FAILURES:
-        click.echo(f"and {len(report.failures) - MOST_FAILURES} more", err=True)
-    verdict = "exported all the same" if allowed else "not exported (--allow-failed exports it)"
-    click.echo(f"{report.scenario} fails its check: {verdict}", err=True)
-    sys.stderr.flush()
-
-
-def _note(trajectory: JointTrajectory, known: tuple[str, ...], given: dict[str, Any]) -> str:
-    """How many points it took, where points carry the motion."""
-    if "fit" not in known or ("knots_only" in known and not given.get("knots_only")):
-        return ""
-    from knotwork.export import carry
-
-    points = carry(trajectory, accelerations=bool(given.get("accelerations")), fit=given.get("fit"))
-    return points.describe()

@@ -55,19 +55,37 @@ def main() -> NoReturn:
         click.echo(f"error: {error}", err=True)
         code = WRONG_INPUT
     except BrokenPipeError:
-        # Whoever read our output has stopped reading; Python would complain when it flushes.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()  # whoever read it has stopped reading
         code = UNREAD
+    except MemoryError:
+        click.echo("error: memory does not suffice for this; ask for less at once", err=True)
+        code = WRONG_INPUT
+    except OSError as error:
+        if error.filename is not None:  # of a file, whose reader or writer should have said it
+            code = _internal_error(error)
+        else:
+            _drop_output()
+            click.echo(f"error: can't write the output: {error.strerror or error}", err=True)
+            code = WRONG_INPUT
     except Exception as error:
-        if os.environ.get("KNOTWORK_TRACEBACK"):
-            raise
-        click.echo(
-            f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
-            "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened.",
-            err=True,
-        )
-        code = INTERNAL
+        code = _internal_error(error)
     sys.exit(code or PASSED)
+
+
+def _drop_output() -> None:
+    """Give up standard output; Python would complain when it flushes it in the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _internal_error(error: Exception) -> int:
+    if os.environ.get("KNOTWORK_TRACEBACK"):
+        raise error
+    click.echo(
+        f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
+        "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened.",
+        err=True,
+    )
+    return INTERNAL
 
 
 @click.group(

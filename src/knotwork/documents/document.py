@@ -19,7 +19,8 @@ class Document:
     Attributes:
         data: Mappings, lists, text, numbers, booleans and `None`.
         file: The file it came from, or `None`.
-        lines: Line, counted from 1, of each location.
+        lines: Line, counted from 1, of each location whose line is another than that of the part
+            around it.
         prefix: Location of the data in the file, where it is a part of one.
     """
 
@@ -35,6 +36,9 @@ class Document:
             data = data[key]
         size = len(location)
         lines = {key[size:]: line for key, line in self.lines.items() if key[:size] == location}
+        line = self.line(location)
+        if line is not None:
+            lines.setdefault((), line)
         return Document(data, self.file, lines, self.prefix + location)
 
     def path(self, location: Location) -> str:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import typing
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +17,9 @@ from knotwork.errors import DocumentError, Problem
 
 # Deeper than any document of ours, and shallow enough for the parser, which is recursive.
 MOST_NESTED = 100
-# Aliases of aliases can make a short file hold more than any memory.
-MOST_VALUES = 1_000_000
+# Aliases of aliases can make a short file hold more than any memory. Counted is what they repeat,
+# not what stands in the file itself, however long that is.
+MOST_REPEATED = 1_000_000
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
@@ -36,6 +40,7 @@ _SCALARS: tuple[tuple[str, str, str], ...] = (
         "-+.0123456789",
     ),
 )
+_FLOAT = _TAG + "float"
 _PATTERNS = {_TAG + kind: re.compile(pattern) for kind, pattern, _ in _SCALARS}
 for _kind, _, _first in _SCALARS:
     _Loader.add_implicit_resolver(_TAG + _kind, _PATTERNS[_TAG + _kind], list(_first))
@@ -43,10 +48,15 @@ _Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^$"), [""])
 
 
 class _Reader:
-    """Turns a tree of YAML nodes into a `Document`'s data and lines."""
+    """Turns a tree of YAML nodes into a `Document`'s data and lines.
 
-    def __init__(self, file: Path | None) -> None:
+    A line is noted only where it is another than that of the part around it, which `Document` takes
+    for it: most numbers of a long file share one.
+    """
+
+    def __init__(self, file: Path | None, own_values: int) -> None:
         self.file = file
+        self.most = own_values + MOST_REPEATED
         self.lines: dict[Location, int] = {}
         self.problems: list[Problem] = []
         self.open: set[int] = set()
@@ -56,44 +66,56 @@ class _Reader:
         line = node.start_mark.line + 1
         self.problems.append(Problem(line, field_path(location), message, hint))
 
-    def read(self, node: yaml.Node, location: Location) -> Any:
-        line = node.start_mark.line + 1
-        self.lines.setdefault(location, line)
+    def read(self, node: yaml.Node, location: Location, above: int) -> Any:
+        """Data of a node, of which the part around it, or its key, is in the line `above`."""
         self.values += 1
-        if self.values > MOST_VALUES:
-            message = f"its aliases make more than {MOST_VALUES} values"
-            raise DocumentError(self.file, [Problem(line, "", message)])
+        if self.values > self.most:
+            message = f"its aliases repeat more than {MOST_REPEATED} values"
+            accepted = "write them out, or as JSON"
+            line = node.start_mark.line + 1
+            raise DocumentError(self.file, [Problem(line, "", message, accepted)])
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, location)
         if id(node) in self.open:
             self._problem(node, location, "refers to itself")
             return None
         if len(location) > MOST_NESTED:
-            raise DocumentError(self.file, [_too_deep(line)])
+            raise DocumentError(self.file, [_too_deep(node.start_mark.line + 1)])
         if node.tag not in (_TAG + "map", _TAG + "seq"):
             self._problem(node, location, f"has the tag {node.tag!r}", "plain values without tags")
             return None
         self.open.add(id(node))
         try:
             if isinstance(node, yaml.MappingNode):
-                return self._mapping(node, location)
-            return [self.read(child, (*location, i)) for i, child in enumerate(node.value)]
+                return self._mapping(node, location, above)
+            return [
+                self.read(child, inner, self._note(child, inner, above))
+                for child, inner in ((child, (*location, i)) for i, child in enumerate(node.value))
+            ]
         finally:
             self.open.discard(id(node))
 
-    def _mapping(self, node: yaml.MappingNode, location: Location) -> dict[str, Any]:
+    def _note(self, node: yaml.Node, location: Location, above: int) -> int:
+        line: int = node.start_mark.line + 1
+        if line != above:
+            self.lines[location] = line
+        return line
+
+    def _mapping(self, node: yaml.MappingNode, location: Location, above: int) -> dict[str, Any]:
         data: dict[str, Any] = {}
+        lines: dict[str, int] = {}
         for key_node, value_node in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
                 self._problem(key_node, location, "has a key that is no plain text")
                 continue
             key = str(key_node.value)
             if key in data:
-                first = self.lines[(*location, key)]
-                self._problem(key_node, (*location, key), f"is given twice, first in line {first}")
+                message = f"is given twice, first in line {lines[key]}"
+                self._problem(key_node, (*location, key), message)
                 continue
-            self.lines[(*location, key)] = key_node.start_mark.line + 1
-            data[key] = self.read(value_node, (*location, key))
+            inner = (*location, key)
+            lines[key] = self._note(key_node, inner, above)
+            data[key] = self.read(value_node, inner, lines[key])
         return data
 
     def _scalar(self, node: yaml.ScalarNode, location: Location) -> Any:
@@ -111,8 +133,8 @@ class _Reader:
             return None
         if tag == _TAG + "bool":
             return text.lower() == "true"
-        if tag == _TAG + "float":
-            return float(re.sub(r"^([-+]?)\.(inf|nan)$", r"\1\2", text.lower()))
+        if tag == _FLOAT:
+            return float(text if text[-1] not in "fFnN" else text.replace(".", ""))
         try:
             return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
         except ValueError:  # Python reads no more than some thousands of digits
@@ -127,8 +149,9 @@ def parse(text: str, file: Path | None = None) -> Document:
         DocumentError: The text is no YAML, is empty, gives a key twice, or is nested too deep.
     """
     try:
-        _check_depth(text, file)
-        node = yaml.compose(text, Loader=_Loader)
+        values = _checked_size(text, file)
+        with _no_collector():
+            node = yaml.compose(text, Loader=_Loader)
     except yaml.YAMLError as error:
         raise DocumentError(file, [_syntax_problem(error)]) from error
     except UnicodeEncodeError as error:
@@ -137,29 +160,53 @@ def parse(text: str, file: Path | None = None) -> Document:
         raise DocumentError(file, [Problem(line, "", message)]) from error
     if node is None:
         raise DocumentError(file, [Problem(None, "", "the file is empty")])
-    reader = _Reader(file)
-    data = reader.read(node, ())
+    reader = _Reader(file, values)
+    with _no_collector():
+        first = node.start_mark.line + 1
+        reader.lines[()] = first
+        data = reader.read(node, (), first)
     if reader.problems:
         raise DocumentError(file, reader.problems)
     return Document(data, file, reader.lines)
 
 
-def _check_depth(text: str, file: Path | None) -> None:
-    """Refuse deep nesting before the parser, which crashes on it, makes a tree of the text.
+@contextmanager
+def _no_collector() -> Iterator[None]:
+    """Leave Python's cyclic garbage alone for a while.
+
+    Making millions of objects that all stay, it would look at them again and again, which takes
+    longer than to make them.
+    """
+    running = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if running:
+            gc.enable()
+
+
+def _checked_size(text: str, file: Path | None) -> int:
+    """Count the values that a text holds, aliases as none.
+
+    Deep nesting is refused here, before the parser, which crashes on it, makes a tree of the text.
 
     Raises:
         DocumentError: The text is nested too deep.
         yaml.YAMLError: It is no YAML.
     """
-    depth = 0
+    depth = values = 0
     for event in yaml.parse(text, Loader=_Loader):
-        if isinstance(event, yaml.CollectionStartEvent):
-            depth += 1
+        if isinstance(event, yaml.ScalarEvent):
+            values += 1
+        elif isinstance(event, yaml.CollectionStartEvent):
+            depth, values = depth + 1, values + 1
             if depth > MOST_NESTED:
                 line = event.start_mark.line + 1 if event.start_mark is not None else None
                 raise DocumentError(file, [_too_deep(line)])
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
+    return values
 
 
 def _too_deep(line: int | None) -> Problem:
@@ -191,6 +238,12 @@ def read_text(path: Path) -> str:
         DocumentError: The file can't be read or is not UTF-8 text.
     """
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            # a pipe may never end, and neither does /dev/zero
+            problem = Problem(
+                None, "", "is no regular file", "a file; write a pipe's output to one"
+            )
+            raise DocumentError(path, [problem])
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text (byte {error.start})"

@@ -14,19 +14,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from knotwork.export.carrying import Points, carry
     from knotwork.export.drake import to_drake
-    from knotwork.export.formats import (
-        FORMATS,
-        Format,
-        checked_options,
-        checked_target,
-        content,
-        export,
-        get_format,
-        save,
-        write,
-    )
+    from knotwork.export.formats import checked_target, content, export, save, write
     from knotwork.export.mat import to_mat
     from knotwork.export.pvt import to_pvt
+    from knotwork.export.registry import FORMATS, Format, checked_options, get_format
     from knotwork.export.ros2 import ros2_dict, to_ros2, to_ros2_message
     from knotwork.export.samples import to_csv, to_json, to_npz, to_parquet
     from knotwork.export.scipy_ppoly import to_scipy, to_scipy_npz
@@ -35,19 +26,10 @@ if TYPE_CHECKING:
 _HOME = {
     "carrying": ("Points", "carry"),
     "drake": ("to_drake",),
-    "formats": (
-        "FORMATS",
-        "Format",
-        "checked_options",
-        "checked_target",
-        "content",
-        "export",
-        "get_format",
-        "save",
-        "write",
-    ),
+    "formats": ("checked_target", "content", "export", "save", "write"),
     "mat": ("to_mat",),
     "pvt": ("to_pvt",),
+    "registry": ("FORMATS", "Format", "checked_options", "get_format"),
     "ros2": ("ros2_dict", "to_ros2", "to_ros2_message"),
     "samples": ("to_csv", "to_json", "to_npz", "to_parquet"),
     "scipy_ppoly": ("to_scipy", "to_scipy_npz"),

@@ -7,15 +7,15 @@ curve it makes something else; by how much it is off follows from the polynomial
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from knotwork.errors import ExportError, InputError
+from knotwork.export.difference import largest_difference
+from knotwork.export.numbers import finite_number
 from knotwork.interpolation.pieces import two_point_coefficients
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.critical_points import critical_points, horner
 from knotwork.trajectory import QUANTITIES, JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -43,6 +43,9 @@ class Points:
         exact: The curve is the motion itself up to rounding.
         error: How far it is off at most [rad or m], over all joints and all time.
         velocity_error: How far its velocity is off at most [rad/s or m/s].
+        acceleration_error: How far its acceleration is off at most [rad/s² or m/s²].
+        acceleration_jump: By how much its acceleration jumps at most where the motion is fitted
+            and the points carry none [rad/s² or m/s²]; otherwise 0.
         inserted: Points between the knots of the motion.
     """
 
@@ -51,6 +54,8 @@ class Points:
     exact: bool
     error: float
     velocity_error: float
+    acceleration_error: float
+    acceleration_jump: float
     inserted: int
 
     @property
@@ -63,14 +68,20 @@ class Points:
         carried = CARRIED[3 if self.with_acceleration else 2]
         if self.exact:
             return f"{self.count} points of {carried} carry the whole motion"
+        smooth = f"C1: acceleration jumps by up to {self.acceleration_jump:.3g} [per s^2]"
         return (
             f"{self.count} points of {carried}, {self.inserted} of them inserted; off by at most "
-            f"{self.error:.3g} in position [rad or m] and {self.velocity_error:.3g} in velocity"
+            f"{self.error:.3g} in position [rad or m], {self.velocity_error:.3g} in velocity "
+            f"[per s] and {self.acceleration_error:.3g} in acceleration [per s^2]; "
+            f"{'C2' if self.with_acceleration else smooth}"
         )
 
 
 def carry(
-    trajectory: JointTrajectory, *, accelerations: bool | None = False, fit: float | None = None
+    motion: JointTrajectory | Points,
+    *,
+    accelerations: bool | None = False,
+    fit: float | None = None,
 ) -> Points:
     """Take the knots of a motion, or points enough to come within a tolerance of it.
 
@@ -79,7 +90,7 @@ def carry(
     from its critical points and not from samples.
 
     Args:
-        trajectory: The motion.
+        motion: The motion, or points of it, which are returned as they are.
         accelerations: Points carry accelerations, so that receivers join them by quintics; `None`
             for receivers that take none.
         fit: How far the result may be off [rad or m]; by default it must not be off at all.
@@ -88,14 +99,19 @@ def carry(
         ExportError: The knots alone do not carry the motion and no tolerance is given; or they
             can't with any number of points, because a quantity that they carry jumps.
         InputError: The tolerance is not positive, is below the rounding of the values, or takes
-            more than `MOST_POINTS` points.
+            more than `MOST_POINTS` points; or points are given, and others are asked for.
     """
+    if isinstance(motion, Points):
+        if motion.with_acceleration != bool(accelerations) or fit is not None:
+            raise InputError("these points are made already; make others from the trajectory")
+        return motion
+    trajectory = motion
     order = 3 if accelerations else 2
-    tolerance = None if fit is None else _checked_tolerance(fit)
+    tolerance = None if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
     times = np.array(trajectory.breaks)
     derivatives = _derivatives(trajectory, times, order)
     joined = two_point_coefficients(times, derivatives)
-    if (_off(trajectory, times, joined) <= LOSSLESS * _scale(trajectory)).all():
+    if (largest_difference(trajectory, times, joined) <= LOSSLESS * _scale(trajectory)).all():
         return _points(trajectory, times, joined, bool(accelerations), exact=True)
     _refuse_jumps(trajectory, order, tolerance)
     if tolerance is None:
@@ -108,16 +124,6 @@ def carry(
         )
     times, joined = _refine(trajectory, times, joined, order, tolerance)
     return _points(trajectory, times, joined, bool(accelerations), exact=False)
-
-
-def _checked_tolerance(fit: float) -> float:
-    try:
-        tolerance = float(fit)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"fit is {fit!r}; it must be a tolerance in rad or m") from error
-    if not (math.isfinite(tolerance) and tolerance > 0.0):
-        raise InputError(f"fit is {tolerance:g}; it must be positive and finite [rad or m]")
-    return tolerance
 
 
 def _derivatives(
@@ -133,41 +139,6 @@ def _scale(trajectory: JointTrajectory) -> FloatArray:
     return np.asarray(np.abs(c * np.diff(trajectory.breaks)[:, None] ** powers).max(axis=(0, 1)))
 
 
-def _difference(trajectory: JointTrajectory, times: FloatArray, joined: FloatArray) -> FloatArray:
-    """Motion less the joined pieces, in the unit variable of each, shape (k+1, pieces, d)."""
-    size = max(len(trajectory.polynomial.c), len(joined))
-    h = np.diff(times)[:, None]
-    difference = np.zeros((size, *joined.shape[1:]))
-    for power in range(size):
-        row = size - 1 - power
-        if power < len(trajectory.polynomial.c):
-            own = trajectory(times[:-1], power) / math.factorial(power)
-            difference[row] += own * h**power
-        if power < len(joined):
-            difference[row] -= joined[len(joined) - 1 - power] * h**power
-    return difference
-
-
-def _largest(polynomials: FloatArray) -> FloatArray:
-    """Largest absolute value on [0, 1] of each polynomial, shape (pieces, d)."""
-    inner = critical_points(polynomials)
-    ends = np.zeros((2, *polynomials.shape[1:]))
-    ends[1] = 1.0
-    values = horner(polynomials[:, None], np.concatenate((ends, inner)))
-    return np.asarray(np.abs(values).max(axis=0))
-
-
-def _off(trajectory: JointTrajectory, times: FloatArray, joined: FloatArray) -> FloatArray:
-    return _largest(_difference(trajectory, times, joined))
-
-
-def _velocity_off(trajectory: JointTrajectory, times: FloatArray, joined: FloatArray) -> float:
-    difference = _difference(trajectory, times, joined)
-    powers = np.arange(len(difference) - 1, 0, -1.0)[:, None, None]
-    slope = difference[:-1] * powers / np.diff(times)[:, None]
-    return float(_largest(slope).max())
-
-
 def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) -> None:
     """Refuse a motion in which a quantity jumps that each point carries only once."""
     smooth = trajectory.continuity
@@ -175,14 +146,16 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
         return
     quantity = QUANTITIES[smooth.order + 1]
     jump = getattr(smooth, quantity)
+    unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
+    unit += ("", "/s", "/s²")[smooth.order + 1]
     instead = (
         "leave the accelerations out" if quantity == "acceleration" else "choose another planner"
     )
     raise ExportError(
         f"points of {CARRIED[order]} can't carry this motion"
         f"{'' if fit is None else ', however many there are'}: the {quantity} of joint "
-        f"{jump.joint!r} jumps by {jump.jump:.3g} at {jump.time:.9g} s, and a point holds one "
-        f"value of it; {instead}",
+        f"{jump.joint!r} jumps by {jump.jump:.3g} {unit} at {jump.time:.9g} s, and a point holds "
+        f"one value of it; {instead}",
         joint=jump.joint,
         error=jump.jump,
         time=jump.time,
@@ -197,11 +170,12 @@ def _not_carried(
     *,
     may_accelerate: bool,
 ) -> ExportError:
-    off = _off(trajectory, times, joined)
+    off = largest_difference(trajectory, times, joined)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
-    ways = ["give a tolerance to fit within, in rad or m (--fit)"]
+    jumps = ", and accept that the acceleration jumps" if order == 2 else ""
+    ways = [f"give a tolerance to fit within, in rad or m (--fit){jumps}"]
     if may_accelerate and degree <= 5 and trajectory.continuity.order >= 2:
         ways.insert(0, "send accelerations too (--accelerations), which carry it exactly")
     ways.append("choose a planner of cubics")
@@ -230,7 +204,7 @@ def _refine(
     it needs; what they are worth is measured anew.
     """
     while True:
-        worst = _off(trajectory, times, joined).max(axis=1)
+        worst = largest_difference(trajectory, times, joined).max(axis=1)
         bad = np.flatnonzero(worst > tolerance)
         if not bad.size:
             return times, joined
@@ -257,7 +231,7 @@ def _points(
     *,
     exact: bool,
 ) -> Points:
-    off = float(_off(trajectory, times, joined).max())
+    off = float(largest_difference(trajectory, times, joined).max())
     curve = trajectory
     if not exact:
         curve = JointTrajectory(
@@ -267,11 +241,17 @@ def _points(
             planner=trajectory.planner,
             waypoint_times=trajectory.waypoint_times,
         )
+    jump = curve.continuity.acceleration.jump if not (exact or accelerations) else 0.0
+    slow, slower = (
+        float(largest_difference(trajectory, times, joined, order).max()) for order in (1, 2)
+    )
     return Points(
         curve,
         accelerations,
         exact,
         off,
-        _velocity_off(trajectory, times, joined),
+        slow,
+        slower,
+        jump,
         int(times.size - trajectory.breaks.size),
     )

@@ -1,151 +1,38 @@
-"""The formats by name; each module is loaded when its format is first asked for."""
+"""Writing motions in the formats of the registry; each module is loaded when it is needed."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+import os
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors import InputError
+from knotwork.export.carrying import Points
+from knotwork.export.registry import Format, checked_options, get_format
+from knotwork.export.table import MotionTable
 from knotwork.storage import write_files
 from knotwork.trajectory import JointTrajectory
 
 
-@dataclass(frozen=True)
-class Format:
-    """One format in words.
-
-    Attributes:
-        name: Its name.
-        summary: What it is.
-        suffix: What its files end in.
-        binary: Its files are no text.
-        options: Names of the keyword arguments that its exporter takes.
-        module: Module of `knotwork.export` that writes it.
-        function: What gives it in Python: text, bytes or an object.
-        file_function: What gives the content of a file; empty if it has no file.
-    """
-
-    name: str
-    summary: str
-    suffix: str
-    binary: bool
-    options: tuple[str, ...]
-    module: str
-    function: str
-    file_function: str
-
-
-_TABLE = ("rate", "knots_only", "accelerations", "fit", "robot")
-
-_ALL = (
-    Format(
-        "ros2",
-        "YAML of a trajectory_msgs/JointTrajectory or, with --goal, a FollowJointTrajectory goal",
-        ".yaml",
-        False,
-        ("goal", "accelerations", "fit"),
-        "ros2",
-        "to_ros2",
-        "to_ros2",
-    ),
-    Format(
-        "pvt",
-        "position-velocity-time table for motion drives, as CSV",
-        ".csv",
-        False,
-        ("degrees", "scale", "offset", "incremental", "fit"),
-        "pvt",
-        "to_pvt",
-        "to_pvt",
-    ),
-    Format("csv", "samples or knots as CSV", ".csv", False, _TABLE, "samples", "to_csv", "to_csv"),
-    Format(
-        "json", "samples or knots as JSON", ".json", False, _TABLE, "samples", "to_json", "to_json"
-    ),
-    Format(
-        "npz", "samples or knots for NumPy", ".npz", True, _TABLE, "samples", "to_npz", "to_npz"
-    ),
-    Format(
-        "parquet",
-        "samples or knots as Parquet (needs pyarrow)",
-        ".parquet",
-        True,
-        _TABLE,
-        "samples",
-        "to_parquet",
-        "to_parquet",
-    ),
-    Format("mat", "polynomials for MATLAB's ppval", ".mat", True, (), "mat", "to_mat", "to_mat"),
-    Format(
-        "scipy",
-        "PPoly of SciPy; as a file, its arrays c and x in an npz",
-        ".npz",
-        True,
-        (),
-        "scipy_ppoly",
-        "to_scipy",
-        "to_scipy_npz",
-    ),
-    Format(
-        "drake",
-        "PiecewisePolynomial of Drake; in Python only",
-        "",
-        True,
-        (),
-        "drake",
-        "to_drake",
-        "",
-    ),
-)
-
-FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL})
-"""All formats in words, by name."""
-
-
-def get_format(name: str) -> Format:
-    """Return the format of a name.
-
-    Raises:
-        UnknownNameError: There is none.
-    """
-    if name not in FORMATS:
-        raise UnknownNameError("format", name, FORMATS)
-    return FORMATS[name]
-
-
-def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options if the format takes all of them.
-
-    Raises:
-        InputError: One would be ignored.
-    """
-    for name in options:
-        if name not in form.options:
-            takers = [other.name for other in _ALL if name in other.options]
-            raise InputError(
-                f"format {form.name!r} takes no option {name!r}"
-                + (f"; formats that do: {', '.join(takers)}" if takers else "")
-            )
-    return dict(options)
-
-
-def export(trajectory: JointTrajectory, name: str, **options: Any) -> Any:
+def export(motion: JointTrajectory | Points | MotionTable, name: str, **options: Any) -> Any:
     """Give a motion in a format: text, bytes or an object, as its `to_…` function does.
+
+    Formats of points take points as `carry` makes them, too, and tables a table as `motion_table`
+    makes it.
 
     Raises:
         UnknownNameError: There is no such format.
         InputError: The format takes no such option, or can't carry the motion.
     """
     form = get_format(name)
-    return _function(form, form.function)(trajectory, **checked_options(form, options))
+    return _function(form, form.function)(motion, **checked_options(form, options))
 
 
-def content(trajectory: JointTrajectory, name: str, **options: Any) -> str | bytes:
-    """Give the content of a file in a format.
+def content(
+    motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
+) -> str | bytes:
+    """Give the content of a file in a format, of what `export` takes.
 
     Raises:
         UnknownNameError: There is no such format.
@@ -157,8 +44,10 @@ def content(trajectory: JointTrajectory, name: str, **options: Any) -> str | byt
             f"format {form.name!r} is an object in memory and has no file of its own; make it in "
             f"Python with trajectory.{form.function}()"
         )
-    made = _function(form, form.file_function)(trajectory, **checked_options(form, options))
-    return made if isinstance(made, bytes) else str(made)
+    made: str | bytes = _function(form, form.file_function)(
+        motion, **checked_options(form, options)
+    )
+    return made
 
 
 def _function(form: Format, function: str) -> Any:
@@ -175,6 +64,11 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
     Raises:
         InputError: It exists, or is no file.
     """
+    if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
+        raise InputError(f"can't write to {path!r}: give the path of a file")
+    if os.path.basename(path) in ("", ".", ".."):
+        named = "names a folder" if os.fspath(path) else "is empty"
+        raise InputError(f"can't write to {str(path)!r}: it {named}; give the path of a file")
     try:
         target = Path(path).resolve()
         exists, regular = target.exists(), target.is_file()
@@ -231,5 +125,12 @@ def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
         InputError: The file exists or can't be written.
     """
     target = checked_target(path, force=force)
-    (written,) = write_files(target.parent, {target.name: made})
+    try:
+        (written,) = write_files(target.parent, {target.name: made})
+    except InputError as error:
+        reason = getattr(error.__cause__, "strerror", None) or error.__cause__ or error
+        raise InputError(
+            f"can't write to {path}: {reason}; give a file in a folder that can be made and "
+            "written to"
+        ) from error
     return written

@@ -7,20 +7,26 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from knotwork.errors import InputError, UnknownNameError
-from knotwork.export.carrying import carry
+from knotwork.errors import ExportError, InputError, UnknownNameError
+from knotwork.export.carrying import LOSSLESS, Points, carry
+from knotwork.export.numbers import finite_number
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 DEGREES = 180.0 / math.pi
 
+LARGEST = float(np.finfo(float).max)
+SMALLEST = float(np.finfo(float).tiny)
+HALF_DIGIT = 2.0**-53
+"""Rounding of a sum, relative to it."""
+
 
 def to_pvt(
-    trajectory: JointTrajectory,
+    motion: JointTrajectory | Points,
     *,
     degrees: bool = False,
     scale: Mapping[str, float] | None = None,
@@ -33,7 +39,7 @@ def to_pvt(
     A drive's position is scale·q + offset and its velocity scale·q̇, with q in rad, deg or m.
 
     Args:
-        trajectory: The motion.
+        motion: The motion, or points of it as `carry` makes them.
         degrees: Give revolute joints in deg instead of rad; prismatic ones stay in m.
         scale: Drive units a rad (deg, m) by joint name, not 0; 1 for joints left out.
         offset: Drive's position, in its own units, where the joint is at 0; 0 for joints left out.
@@ -42,20 +48,21 @@ def to_pvt(
             the knots must carry it exactly.
 
     Raises:
-        ExportError: The points can't carry the motion without loss; see `carry`.
+        ExportError: The points can't carry the motion without loss, see `carry`; or they could,
+            but in drive units their digits no longer hold it.
         InputError: A factor or the tolerance is out of range, or names no joint.
     """
+    points = carry(motion, accelerations=None, fit=fit)
+    trajectory = points.trajectory
     names, units = trajectory.joint_names, trajectory.joint_units
     factors = _by_joint(trajectory, scale, 1.0, "scale")
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
-    points = carry(trajectory, accelerations=None, fit=fit)
-    knots = points.trajectory.knots
+    knots = trajectory.knots
     time = np.asarray(knots.time - knots.time[0])
     shown = ["deg" if unit == "rad" and degrees else unit for unit in units]
     ratio = np.array([DEGREES if unit == "deg" else 1.0 for unit in shown])
-    position = knots.position * (ratio * factors) + shifts
-    velocity = knots.velocity * (ratio * factors)
-    header, columns = ["time_step_s" if incremental else "time_s"], []
+    position, velocity = _in_drive_units(trajectory, shown, ratio, factors, shifts)
+    header, columns = ["time_step_s" if incremental else "time_from_start_s"], []
     columns.append((increments(time) if incremental else time)[:, None])
     about = [
         "Position-velocity-time table: join the rows by cubics in each joint.",
@@ -70,14 +77,89 @@ def to_pvt(
         text = f"joint {_one_line(name)} [{unit}], velocity [{unit}/s]"
         if not own:
             text += (
-                f", each in drive units: {factors[i]:.17g} a {unit}, position "
-                f"{shifts[i]:+.17g} drive units"
+                f", each in drive units: {float(factors[i])!r} a {unit}, position "
+                f"{'' if shifts[i] < 0.0 else '+'}{float(shifts[i])!r} drive units"
             )
         about.append(f"Columns {2 * i + 2}, {2 * i + 3}: position of {text}.")
     table = io.StringIO()
     np.savetxt(table, np.hstack(columns), fmt="%.17g", delimiter=",")
     head = "".join(f"# {line}\n" for line in about)
     return head + ",".join(quoted(cell) for cell in header) + "\n" + table.getvalue()
+
+
+def _in_drive_units(
+    trajectory: JointTrajectory,
+    units: Sequence[str],
+    ratio: FloatArray,
+    factors: FloatArray,
+    shifts: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Positions and velocities of the knots as the drives have them, shape (n, d) each.
+
+    Raises:
+        ExportError: Numbers this large or small do not hold the motion: undoing factor and offset
+            would not give it back within `LOSSLESS` of the largest value, or of 1 rad or m (per
+            second), whichever is more.
+    """
+    knots = trajectory.knots
+    own = np.stack((knots.position, knots.velocity))
+    peaks = np.abs(own).max(axis=1)
+    bounds = LOSSLESS * np.maximum(1.0, peaks)
+    with np.errstate(all="ignore"):
+        per = ratio * factors
+        scaled = own * per
+        off = np.abs(scaled / per - own)
+        lost = np.flatnonzero(~(off <= bounds[:, None]).all(axis=(0, 1)))
+        if lost.size:
+            raise _scale_error(trajectory, units, int(lost[0]), factors, ratio, peaks)
+        position = scaled[0] + shifts
+        off = np.abs((position - shifts) / per - own[0])
+    lost = np.flatnonzero(~(off <= bounds[0]).all(axis=0))
+    if lost.size:
+        i = int(lost[0])
+        room = float(bounds[0, i] * abs(per[i])) / (4.0 * HALF_DIGIT)
+        raise _offset_error(trajectory, i, float(shifts[i]), off[:, i], float(bounds[0, i]), room)
+    return position, scaled[1]
+
+
+def _scale_error(
+    trajectory: JointTrajectory,
+    units: Sequence[str],
+    joint: int,
+    factors: FloatArray,
+    ratio: FloatArray,
+    peaks: FloatArray,
+) -> ExportError:
+    smallest = 2.0 * SMALLEST / ratio[joint]
+    largest = 0.5 * LARGEST / ratio[joint] / max(1.0, float(peaks[:, joint].max()))
+    name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
+    return ExportError(
+        f"scale of joint {name!r} is {float(factors[joint])!r}: numbers of that size can't hold "
+        f"its motion, which reaches {peaks[0, joint]:.3g} {unit} and {peaks[1, joint]:.3g} "
+        f"{unit}/s; {smallest:.1e} to {largest:.1e} drive units a {units[joint]} are accepted, of "
+        "either sign",
+        joint=name,
+    )
+
+
+def _offset_error(
+    trajectory: JointTrajectory,
+    joint: int,
+    shift: float,
+    off: FloatArray,
+    bound: float,
+    room: float,
+) -> ExportError:
+    name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
+    worst = float(off.max())
+    held = f"only within {worst:.3g} {unit}" if math.isfinite(worst) else "not at all"
+    return ExportError(
+        f"offset of joint {name!r} is {shift!r}: beside it the digits of a number hold the "
+        f"motion {held}, and {bound:.3g} {unit} counts as carried; with this scale an offset from "
+        f"{-room:.1e} to {room:.1e} drive units is accepted",
+        joint=name,
+        error=worst,
+    )
 
 
 def increments(time: FloatArray) -> FloatArray:
@@ -101,14 +183,13 @@ def _one_line(text: str) -> str:
 def _by_joint(
     trajectory: JointTrajectory, given: Mapping[str, float] | None, missing: float, what: str
 ) -> FloatArray:
-    values = dict(given or {})
-    for name, value in values.items():
+    if given is not None and not isinstance(given, Mapping):
+        raise InputError(f"{what} is {given!r}; it must be a mapping of joint names to numbers")
+    values: dict[str, float] = {}
+    for name, value in (given or {}).items():
         if name not in trajectory.joint_names:
             raise UnknownNameError("joint", name, trajectory.joint_names, where=what)
-        number = isinstance(value, int | float | np.number) and math.isfinite(value)
-        if not number or (what == "scale" and value == 0):
-            raise InputError(
-                f"{what} of joint {name!r} is {value!r}; it must be a finite number"
-                f"{' other than 0' if what == 'scale' else ''}"
-            )
-    return np.array([float(values.get(name, missing)) for name in trajectory.joint_names])
+        values[name] = finite_number(value, f"{what} of joint {name!r}")
+        if what == "scale" and values[name] == 0.0:
+            raise InputError(f"scale of joint {name!r} is {value!r}; it must be other than 0")
+    return np.array([values.get(name, missing) for name in trajectory.joint_names])

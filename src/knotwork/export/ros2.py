@@ -89,7 +89,7 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
 
 
 def ros2_dict(
-    trajectory: JointTrajectory,
+    motion: JointTrajectory | Points,
     *,
     goal: bool = False,
     accelerations: bool = False,
@@ -98,7 +98,7 @@ def ros2_dict(
     """Give the message as plain data: its fields by name, nested as in the message.
 
     Args:
-        trajectory: The motion.
+        motion: The motion, or points of it as `carry` makes them.
         goal: Give a goal of `FollowJointTrajectory`, which holds the message as `trajectory`.
         accelerations: Send accelerations too.
         fit: Insert points until the motion is met within this tolerance [rad or m]; by default
@@ -108,7 +108,7 @@ def ros2_dict(
         ExportError: The points can't carry the motion without loss; see `carry`.
         InputError: The tolerance can't be met, or a time can't be said.
     """
-    return _as_dict(carry(trajectory, accelerations=accelerations, fit=fit), goal)
+    return _as_dict(carry(motion, accelerations=accelerations, fit=fit), goal)
 
 
 def _as_dict(points: Points, goal: bool) -> dict[str, Any]:
@@ -138,7 +138,7 @@ def _as_dict(points: Points, goal: bool) -> dict[str, Any]:
 
 
 def to_ros2(
-    trajectory: JointTrajectory,
+    motion: JointTrajectory | Points,
     *,
     goal: bool = False,
     accelerations: bool = False,
@@ -152,7 +152,8 @@ def to_ros2(
         ros2 action send_goal ACTION control_msgs/action/FollowJointTrajectory "$(cat goal.yaml)"
 
     Args:
-        trajectory: The motion; positions in rad or m, as ROS has them.
+        motion: The motion, or points of it as `carry` makes them; positions in rad or m, as ROS
+            has them.
         goal: Write a goal of `FollowJointTrajectory` instead of the message.
         accelerations: Send accelerations too, which makes the controller join by quintics.
         fit: Insert points until the motion is met within this tolerance [rad or m]; by default
@@ -162,7 +163,7 @@ def to_ros2(
         ExportError: The points can't carry the motion without loss; see `carry`.
         InputError: The tolerance can't be met, or a time can't be said.
     """
-    points = carry(trajectory, accelerations=accelerations, fit=fit)
+    points = carry(motion, accelerations=accelerations, fit=fit)
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append("# The arm must stand at the first point when this is sent.")
     data = _as_dict(points, goal)
@@ -216,7 +217,7 @@ def _number(value: float) -> str:
 
 
 def to_ros2_message(
-    trajectory: JointTrajectory,
+    motion: JointTrajectory | Points,
     *,
     goal: bool = False,
     accelerations: bool = False,
@@ -225,7 +226,7 @@ def to_ros2_message(
     """Make the ROS 2 message object itself, where ROS 2's Python packages can be imported.
 
     Args:
-        trajectory: The motion.
+        motion: The motion, or points of it as `carry` makes them.
         goal: Make a `control_msgs.action.FollowJointTrajectory.Goal` instead of a
             `trajectory_msgs.msg.JointTrajectory`.
         accelerations: Send accelerations too.
@@ -234,7 +235,7 @@ def to_ros2_message(
     Raises:
         InputError: ROS 2 is not importable, or as `to_ros2`.
     """
-    points = carry(trajectory, accelerations=accelerations, fit=fit)
+    points = carry(motion, accelerations=accelerations, fit=fit)
     how = "source a ROS 2 installation that has it"
     messages = needed("trajectory_msgs.msg", "a ROS 2 message object", how)
     duration = needed("builtin_interfaces.msg", "a ROS 2 message object", how).Duration

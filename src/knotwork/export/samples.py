@@ -1,6 +1,7 @@
 """The sampled formats: CSV, JSON, NumPy's npz and Parquet, all of one `MotionTable`.
 
-Each also takes `knots_only`, and then holds the points that carry the motion without loss.
+Each also takes `knots_only`, and then holds the points that carry the motion without loss. In place
+of a motion each takes points of it as `carry` makes them, or a table made already.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.errors import InputError
+from knotwork.export.carrying import Points
 from knotwork.export.packages import needed
 from knotwork.export.pvt import quoted
 from knotwork.export.table import MotionTable, motion_table
@@ -30,24 +33,34 @@ _PLURALS = {
 }
 
 
-def to_csv(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> str:
+def _table(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> MotionTable:
+    if not isinstance(motion, MotionTable):
+        return motion_table(motion, **options)
+    if options:
+        raise InputError("the table is made already; give its options to motion_table")
+    return motion
+
+
+def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as CSV with one header row, units in the names of the columns.
 
     Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = motion_table(trajectory, **options)
+    table = _table(motion, **options)
     columns = table.columns()
     text = io.StringIO()
     np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
     return ",".join(quoted(name) for name in columns) + "\n" + text.getvalue()
 
 
-def to_json(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> str:
+def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
 
     Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = motion_table(trajectory, **options)
+    table = _table(motion, **options)
     data: dict[str, Any] = {
         "format": JSON_FORMAT,
         "version": 1,
@@ -74,7 +87,9 @@ def _arrays(table: MotionTable) -> dict[str, Any]:
     return arrays
 
 
-def to_npz(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> bytes:
+def to_npz(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> bytes:
     """Write samples or knots as NumPy's npz, without pickles.
 
     `numpy.load(file)` gives `time` (s,), `position`, `velocity`, … (s, d), `joint_names` (d,) and
@@ -83,7 +98,7 @@ def to_npz(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> byte
 
     Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = motion_table(trajectory, **options)
+    table = _table(motion, **options)
     return npz_bytes(_arrays(table))
 
 
@@ -94,12 +109,14 @@ def npz_bytes(arrays: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def to_parquet(trajectory: JointTrajectory, **options: Unpack[TableOptions]) -> bytes:
+def to_parquet(
+    motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]
+) -> bytes:
     """Write samples or knots as Parquet, its columns those of the CSV (needs `pyarrow`).
 
     Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = motion_table(trajectory, **options)
+    table = _table(motion, **options)
     how = "install it with pip install 'knotwork[parquet]'"
     arrow = needed("pyarrow", "Parquet", how)
     parquet = needed("pyarrow.parquet", "Parquet", how)

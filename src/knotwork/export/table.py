@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.export.carrying import carry
+from knotwork.export.carrying import Points, carry
+from knotwork.export.numbers import finite_number
+from knotwork.storage.writing import refuse_too_many
 from knotwork.trajectory import QUANTITIES, JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -18,9 +20,6 @@ if TYPE_CHECKING:
 
 DEFAULT_RATE = 100.0
 """Samples a second where none are asked for [Hz]."""
-
-MOST_SAMPLES = 10_000_000
-"""More rows than this are a mistake in the rate rather than a file anybody reads."""
 
 PER_TIME = ("", "_per_s", "_per_s2", "_per_s3")
 TOOL = {
@@ -77,7 +76,7 @@ class MotionTable:
 
 
 def motion_table(
-    trajectory: JointTrajectory,
+    motion: JointTrajectory | Points,
     *,
     rate: float | None = None,
     knots_only: bool = False,
@@ -88,7 +87,7 @@ def motion_table(
     """Sample a motion, or take the points that carry it without loss.
 
     Args:
-        trajectory: The motion.
+        motion: The motion; for knots, points of it as `carry` makes them, too.
         rate: Samples a second [Hz], `DEFAULT_RATE` by default; the last one is at the end exactly,
             whatever the rate.
         knots_only: Take points that carry the whole motion instead of samples.
@@ -98,15 +97,15 @@ def motion_table(
 
     Raises:
         ExportError: The points can't carry the motion without loss; see `carry`.
-        InputError: Options contradict each other, the rate makes more than `MOST_SAMPLES` rows,
-            or the robot has other joints.
+        InputError: Options contradict each other, the rate makes more numbers than a
+            table may have, or the robot has other joints or is none.
     """
     joints: dict[str, FloatArray]
     if knots_only:
         if rate is not None:
             raise InputError("samples at a rate and knots only were both asked for; choose one")
-        points = carry(trajectory, accelerations=accelerations, fit=fit)
-        knots = points.trajectory.knots
+        points = carry(motion, accelerations=accelerations, fit=fit)
+        trajectory, knots = points.trajectory, points.trajectory.knots
         time, note = knots.time, points.describe()
         joints = {"position": knots.position, "velocity": knots.velocity}
         if accelerations:
@@ -117,15 +116,10 @@ def motion_table(
                 "accelerations and fit are about knots: samples hold accelerations anyway and "
                 "are exact at their times; ask for knots only (--knots-only) or leave them out"
             )
-        rate = DEFAULT_RATE if rate is None else rate
-        if isinstance(rate, int | float) and rate * trajectory.duration > MOST_SAMPLES:
-            raise InputError(
-                f"rate {rate:g} Hz over {trajectory.duration:g} s makes more than {MOST_SAMPLES} "
-                f"samples; a rate below {MOST_SAMPLES / trajectory.duration:g} Hz is accepted"
-            )
-        samples = trajectory.sample(rate)
-        time, note = samples.time, f"{samples.time.size} samples at {rate:g} Hz"
-        joints = {name: getattr(samples, name) for name in QUANTITIES}
+        if isinstance(motion, Points):
+            raise InputError("points are no motion to sample; give the trajectory, or knots_only")
+        trajectory = motion
+        time, joints, note = _sampled(motion, rate, with_tool=robot is not None)
     tool = {} if robot is None else _tool(trajectory, robot, joints["position"], joints["velocity"])
     return MotionTable(
         trajectory.joint_names,
@@ -138,10 +132,28 @@ def motion_table(
     )
 
 
+def _sampled(
+    trajectory: JointTrajectory, rate: float | None, *, with_tool: bool
+) -> tuple[FloatArray, dict[str, FloatArray], str]:
+    """Times, the joints' quantities at them, and what they are."""
+    rate = DEFAULT_RATE if rate is None else finite_number(rate, "rate", "Hz", positive=True)
+    columns = 1 + len(QUANTITIES) * len(trajectory.joint_names)
+    if with_tool:
+        columns += sum(len(components) for _, components, _ in TOOL.values())
+    refuse_too_many(trajectory, rate, columns)
+    samples = trajectory.sample(rate)
+    joints = {name: getattr(samples, name) for name in QUANTITIES}
+    return samples.time, joints, f"{samples.time.size} samples at {rate:g} Hz"
+
+
 def _tool(
     trajectory: JointTrajectory, robot: Robot, q: FloatArray, v: FloatArray
 ) -> dict[str, FloatArray]:
     """Pose and twist of the tool centre point at joint positions and velocities, (s, d) each."""
+    if not hasattr(robot, "forward_and_jacobian"):
+        raise InputError(
+            f"robot is {robot!r}; it must be a Robot, as knotwork.load_robot gives it, or None"
+        )
     if set(robot.joint_names) != set(trajectory.joint_names):
         raise InputError(
             f"robot {robot.name!r} has the joints {', '.join(robot.joint_names)}; the trajectory "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +11,19 @@ import numpy as np
 from knotwork.documents import read_text
 from knotwork.errors import DocumentError, Problem
 from knotwork.foreign.header import QUANTITIES, Column, HeadingError, column
-from knotwork.foreign.table import PointTable
+from knotwork.foreign.table import Place, PointTable
 from knotwork.waypoints import FloatArray
 
 DELIMITERS = (",", ";", "\t")
 
 
-def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str]) -> PointTable:
+def read_csv(
+    path: Path,
+    joint_names: Sequence[str],
+    joint_units: Sequence[str],
+    *,
+    start_time: float = 0.0,
+) -> PointTable:
     """Read a CSV file.
 
     Columns are divided by commas, semicolons or tabs. Empty lines and lines that start with `#`
@@ -27,6 +33,8 @@ def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str])
         path: The file.
         joint_names: The joints there are; the columns may have any order.
         joint_units: `"rad"` or `"m"` for each.
+        start_time: What is added to times named `time_from_start`, and to the sums of those named
+            `time_step` [s].
 
     Raises:
         DocumentError: The file can't be read, has no headings, a column that is not understood, a
@@ -36,6 +44,9 @@ def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str])
     if not rows:
         raise DocumentError(path, [Problem(None, "", "holds no rows")])
     head, cells = rows[0]
+    if all(_is_number(cell) for cell in cells):
+        accepted = f"a line above the numbers, with time and {', '.join(joint_names)}"
+        raise DocumentError(path, [Problem(head, "", "has no headings", accepted)])
     columns = _columns(path, head, cells, joint_names, joint_units)
     lines, values = _numbers(path, rows[1:], cells)
     time = np.empty(len(lines))
@@ -43,20 +54,13 @@ def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str])
     where: dict[tuple[str, int | None], int] = {}
     for i, content in enumerate(columns):
         if content.quantity == "time":
-            time = values[:, i] * content.factor
+            time = _absolute(values[:, i] * content.factor, content.clock, start_time)
         elif content.quantity:
             tables[content.quantity][:, content.joint] = values[:, i] * content.factor
+        else:
+            continue
         where[content.quantity, content.joint] = i
     given = {quantity: (quantity, 0) in where for quantity in QUANTITIES}
-
-    def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
-        line = lines[row] if row < len(lines) else None
-        index = where.get((quantity, joint))
-        field = "" if index is None else f"column {index + 1} ({cells[index].strip()})"
-        return lambda message, accepted: DocumentError(
-            path, [Problem(line, field, message, accepted)]
-        )
-
     count = len(lines)
     return PointTable(
         tuple(joint_names),
@@ -67,8 +71,33 @@ def read_csv(path: Path, joint_names: Sequence[str], joint_units: Sequence[str])
         tables["acceleration"],
         np.full(count, given["velocity"]),
         np.full(count, given["acceleration"]),
-        place,
+        _places(path, lines, cells, where),
     )
+
+
+def _places(
+    path: Path,
+    lines: Sequence[int],
+    cells: Sequence[str],
+    where: Mapping[tuple[str, int | None], int],
+) -> Place:
+    def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
+        line = lines[row] if row < len(lines) else None
+        index = where.get((quantity, joint))
+        field = "" if index is None else f"column {index + 1} ({cells[index].strip()})"
+        return lambda message, accepted: DocumentError(
+            path, [Problem(line, field, message, accepted)]
+        )
+
+    return place
+
+
+def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
+    """Times as the scenario counts them, from those of a column."""
+    if clock == "absolute":
+        return time
+    with np.errstate(all="ignore"):  # what is not finite is refused with its place
+        return start_time + (np.cumsum(time) if clock == "step" else time)
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
@@ -99,9 +128,16 @@ def _cells(path: Path, line: int, text: str, delimiter: str) -> list[str]:
         raise DocumentError(path, [Problem(line, "", f"is not valid CSV: {error}")]) from error
 
 
+def _number(cell: str) -> float:
+    """A number as data have it; Python would read `1_000` and figures of every script, too."""
+    if "_" in cell or not cell.isascii():
+        raise ValueError(cell)
+    return float(cell)
+
+
 def _is_number(cell: str) -> bool:
     try:
-        float(cell)
+        _number(cell)
     except ValueError:
         return False
     return True
@@ -161,7 +197,7 @@ def _numbers(
             message = f"has {len(cells)} values"
             raise DocumentError(path, [Problem(line, "", message, f"{len(head)}, as headings")])
         try:
-            values[row] = [float(cell) for cell in cells]
+            values[row] = [_number(cell) for cell in cells]
         except ValueError:
             at = next(i for i, cell in enumerate(cells) if not _is_number(cell))
             field = f"column {at + 1} ({head[at].strip()})"

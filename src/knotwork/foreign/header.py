@@ -2,43 +2,33 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from knotwork.errors import did_you_mean
+from knotwork.foreign.units import BASES, LOADS, PER_TIME, SECONDS, time_order, words
 
 QUANTITIES = ("position", "velocity", "acceleration")
 _WORDS = {
     "position": ("position", "positions", "pos", "q", "angle"),
     "velocity": ("velocity", "velocities", "vel", "qd", "dq", "qdot", "speed"),
     "acceleration": ("acceleration", "accelerations", "acc", "accel", "qdd", "ddq", "qddot"),
-    "": ("jerk", "effort", "torque", "tau", "current"),
+    "jerk": ("jerk", "jerks"),
+    "effort": ("effort", "efforts", "torque", "tau", "force", "current", "voltage", "temperature"),
 }
 _QUANTITY = {word: quantity for quantity, words in _WORDS.items() for word in words}
-_TIMES = {
-    "time": 1.0,
-    "times": 1.0,
-    "t": 1.0,
-    "timestamp": 1.0,
-    "stamp": 1.0,
-    "time_from_start": 1.0,
-    "seconds": 1.0,
-    "secs": 1.0,
-    "sec": 1.0,
-    "s": 1.0,
+_ORDERS = (*QUANTITIES, "jerk")
+_CLOCKS = {
+    "absolute": (
+        ("time", "times", "t", "timestamp", "stamp"),
+        ("seconds", "secs", "sec", "s"),
+    ),
+    "start": (("time_from_start",), ()),
+    "step": (("time_step",), ()),
 }
-_TIME_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_UNITS = {
-    "rad": ("rad", 1.0),
-    "deg": ("rad", math.pi / 180.0),
-    "degrees": ("rad", math.pi / 180.0),
-    "m": ("m", 1.0),
-    "mm": ("m", 1e-3),
-}
-_ORDER = {"s": 1, "s2": 2, "s3": 3, "nm": 0, "n": 0}
-_SEPARATORS = re.compile(r"[._/\s\[\](){}:|-]+")
+_TIMES = {name: clock for clock, (names, seconds) in _CLOCKS.items() for name in names + seconds}
+_TIME_UNITS = {**dict.fromkeys(SECONDS, 1.0), "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 @dataclass(frozen=True)
@@ -49,11 +39,14 @@ class Column:
         quantity: `"time"`, one of `QUANTITIES`, or empty for what is not needed.
         joint: Index of the joint, or `None`.
         factor: What its numbers are multiplied with to be in SI.
+        clock: For times, what they count from: `"absolute"`, `"start"` for the start of the
+            task, `"step"` for the row before.
     """
 
     quantity: str
     joint: int | None = None
     factor: float = 1.0
+    clock: str = "absolute"
 
 
 class HeadingError(Exception):
@@ -67,59 +60,84 @@ class HeadingError(Exception):
 def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
     """Understand one heading.
 
-    Time is `time`, `t`, `timestamp` and the like, with a unit s, ms, us or ns if any. A joint's
-    position is its name alone, or with a word for the quantity before or behind it, and its unit:
-    `elbow`, `elbow.position_rad`, `vel_elbow`, `elbow [deg]`, `elbow_velocity (deg/s)`. Jerks,
-    efforts and columns of `tool` are not needed and left out.
+    Time is `time`, `t`, `timestamp` and the like, `time_from_start` or `time_step`, with a unit s,
+    ms, us or ns if any. A joint's position is its name alone, or with a word for the quantity
+    before or behind it, and its unit: `elbow`, `elbow.position_rad`, `vel_elbow`, `elbow [deg]`,
+    `elbow_velocity (deg/s)`. Jerks, efforts, currents and the like and columns of `tool` are not
+    needed and left out.
 
     Raises:
-        HeadingError: It is something else, or in a unit that the joint hasn't got.
+        HeadingError: It is something else, in a unit that the joint hasn't got, or contradicts
+            itself.
     """
     text = heading.strip()
     joint = _joint(text, joint_names)
-    if joint is None:
-        scale = _time(text)
-        if scale is not None:
-            return Column("time", None, scale)
-        if text.lower().startswith("tool."):
-            return Column("")
-        known = ["time", *joint_names]
-        first = re.split(r"[.\s\[(]", text)[0]
-        raise HeadingError(
-            f"the column {heading!r} is neither time nor a joint of the scenario",
-            did_you_mean(first, known) + ", and with .position, .velocity or .acceleration",
-        )
-    name = joint_names[joint]
-    rest = text.replace(name, " ", 1).lower().replace("²", "2").replace("³", "3").replace("^", "")
-    words = [word for word in _SEPARATORS.split(rest) if word]
-    quantity, factor, order = "position", 1.0, None
-    named = False
-    for word in words:
-        if word in _QUANTITY and not named:
-            quantity, named = _QUANTITY[word], True
-        elif word in _UNITS and factor == 1.0:
-            kind, factor = _UNITS[word]
-            if kind != joint_units[joint]:
-                raise HeadingError(
-                    f"the column {heading!r} is in {word}, but joint {name!r} is in "
-                    f"{joint_units[joint]}",
-                    "rad or deg" if joint_units[joint] == "rad" else "m or mm",
-                )
-        elif word in _ORDER:
-            order = _ORDER[word]
-        elif word != "per":
+    if joint is not None:
+        name, unit = joint_names[joint], joint_units[joint]
+        quantity, factor = _content(heading, words(text.replace(name, " ", 1)), name, unit)
+        return Column(quantity, joint, factor) if quantity in QUANTITIES else Column("")
+    time = _time(heading)
+    if time is not None:
+        return time
+    if text.lower().startswith("tool."):
+        return Column("")
+    known = ["time", *joint_names]
+    first = re.split(r"[.\s\[(]", text)[0]
+    raise HeadingError(
+        f"the column {heading!r} is neither time nor a joint of the scenario",
+        did_you_mean(first, known) + ", and with .position, .velocity or .acceleration",
+    )
+
+
+def _content(heading: str, said: list[str], name: str, unit: str) -> tuple[str, float]:
+    """Quantity and factor of a joint's column, from the words beside the joint's name."""
+    accepted = "rad, rad/s and rad/s2 (or deg)" if unit == "rad" else "m, m/s and m/s2 (or mm)"
+    named = list(dict.fromkeys(_QUANTITY[word] for word in said if word in _QUANTITY))
+    if len(named) > 1:
+        message = f"the column {heading!r} is named {named[0]} and {named[1]}"
+        raise HeadingError(message, "one of them")
+    if named == ["effort"]:
+        return "effort", 1.0
+    loads = [word for word in said if word in LOADS]
+    bases = [word for word in said if word in BASES]
+    per = [word for word in said if word in PER_TIME]
+    for word in said:
+        if word == "drive":
+            raise HeadingError(
+                f"the column {heading!r} is in drive units, of which the file does not say what "
+                "they are",
+                f"{accepted}; export without --scale and --offset to check a table",
+            )
+        if word != "per" and word not in (*_QUANTITY, *loads, *bases, *per):
             raise HeadingError(
                 f"the column {heading!r} has {word!r}, which is not understood",
-                "position, velocity or acceleration, and rad, deg, m or mm, per s or s2",
+                f"position, velocity or acceleration, and {accepted}",
             )
-    if order is not None and quantity in QUANTITIES and order != QUANTITIES.index(quantity):
-        if named:
-            raise HeadingError(
-                f"the column {heading!r} is a {quantity} with the unit of another quantity",
-                "rad, rad/s and rad/s2 (or deg, m, mm)",
-            )
-        quantity = QUANTITIES[order] if order < len(QUANTITIES) else ""
-    return Column(quantity, joint, factor)
+    if len(loads) + len(bases) > 1:
+        units = " and ".join(map(repr, (*bases, *loads)))
+        raise HeadingError(f"the column {heading!r} has the units {units}", "one unit")
+    if loads and not named:
+        return "effort", 1.0
+    if loads:
+        raise HeadingError(
+            f"the column {heading!r} is a {named[0]} with the unit of an effort or current",
+            accepted,
+        )
+    if not bases:
+        if per:
+            raise HeadingError(f"the column {heading!r} is per {per[0]} of no unit", accepted)
+        return (named or ["position"])[0], 1.0
+    kind, factor = BASES[bases[0]]
+    if kind != unit:
+        raise HeadingError(
+            f"the column {heading!r} is in {bases[0]}, but joint {name!r} is in {unit}", accepted
+        )
+    order = time_order(per)
+    quantity = _ORDERS[order] if order < len(_ORDERS) else ""
+    if not quantity or (named and named != [quantity]):
+        what = f"a {named[0]} with the unit of another quantity" if named else "of no known unit"
+        raise HeadingError(f"the column {heading!r} is {what}", accepted)
+    return quantity, factor
 
 
 def _joint(text: str, joint_names: Sequence[str]) -> int | None:
@@ -132,12 +150,14 @@ def _joint(text: str, joint_names: Sequence[str]) -> int | None:
     return max(found)[1] if found else None
 
 
-def _time(text: str) -> float | None:
-    """What a time's heading makes a second of, or `None` if it is none."""
-    lower = text.lower()
-    if lower in _TIMES:
-        return _TIMES[lower]
-    words = [word for word in _SEPARATORS.split(lower) if word]
-    if len(words) > 1 and words[-1] in _TIME_UNITS and "_".join(words[:-1]) in _TIMES:
-        return _TIME_UNITS[words[-1]]
-    return None
+def _time(heading: str) -> Column | None:
+    """What a heading says of time, or `None` if it is none."""
+    said = words(heading)
+    whole, named = "_".join(said), "_".join(said[:-1])
+    if whole in _TIMES:
+        return Column("time", None, 1.0, _TIMES[whole])
+    if named not in _TIMES or named in SECONDS:
+        return None
+    if said[-1] not in _TIME_UNITS:
+        raise HeadingError(f"the column {heading!r} is a time in {said[-1]!r}", "s, ms, us or ns")
+    return Column("time", None, _TIME_UNITS[said[-1]], _TIMES[named])

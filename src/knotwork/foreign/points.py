@@ -14,6 +14,7 @@ from knotwork.foreign.point_rows import (
     PointRows,
     refuse_unknown,
 )
+from knotwork.foreign.point_units import check_units
 from knotwork.foreign.table import PointTable, joint_order
 
 WRAPPERS = ("goal", "trajectory", "joint_trajectory")
@@ -69,7 +70,7 @@ def read_points(
         DocumentError: Something is missing, unknown, of the wrong shape, or no number; a joint is
             missing or given twice.
     """
-    data, at = _inside(document)
+    outer, (data, at) = _inside(document)
     given, names_at = _names(document, data, at)
 
     def name_error(index: int | None, message: str, accepted: str) -> DocumentError:
@@ -79,7 +80,9 @@ def read_points(
     order = joint_order(given, joint_names, name_error)
     reader = PointRows if "points" in data else Arrays
     rows = reader(document, data, at, len(given), start_time)
-    _check_units(document, data, at, given, order, joint_names, joint_units)
+    units = [(given[i], joint_units[order.index(i)]) for i in range(len(given))]
+    for part, where in (*outer, (data, at)):
+        check_units(document, part, where, units)
 
     def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
         where = rows.location(row, quantity, None if joint is None else order[joint])
@@ -99,10 +102,14 @@ def read_points(
     )
 
 
-def _inside(document: Document) -> tuple[Mapping[str, Any], Location]:
-    """The mapping that holds the points, out of what may be around it."""
+Part = tuple[Mapping[str, Any], Location]
+
+
+def _inside(document: Document) -> tuple[list[Part], Part]:
+    """The mappings around the one that holds the points, and that one, each with its place."""
     data: Any = document.data
     at: Location = ()
+    outer: list[Part] = []
     for _ in range(len(WRAPPERS)):
         if not isinstance(data, dict):
             kind = type(data).__name__
@@ -113,10 +120,11 @@ def _inside(document: Document) -> tuple[Mapping[str, Any], Location]:
         if key is None:
             break
         refuse_unknown(document, data, at, WRAPPERS + _UNUSED)
+        outer.append((data, at))
         data, at = data[key], (*at, key)
     rows = ("points",) if "points" in data else tuple(key for keys in KEYS.values() for key in keys)
     refuse_unknown(document, data, at, _NAMES + rows + _UNUSED)
-    return data, at
+    return outer, (data, at)
 
 
 def _names(document: Document, data: Mapping[str, Any], at: Location) -> tuple[list[str], Location]:
@@ -127,26 +135,3 @@ def _names(document: Document, data: Mapping[str, Any], at: Location) -> tuple[l
         if not isinstance(name, str):
             raise document.error((*at, key, i), f"{name!r} is no joint name", "text")
     return data[key], (*at, key)
-
-
-def _check_units(
-    document: Document,
-    data: Mapping[str, Any],
-    at: Location,
-    given: Sequence[str],
-    order: Sequence[int],
-    joint_names: Sequence[str],
-    joint_units: Sequence[str],
-) -> None:
-    """Refuse units other than the joints' own: values are taken in rad or m, as in ROS."""
-    units = data.get("units")
-    stated = units.get("joints") if isinstance(units, dict) else units
-    if stated is None:
-        return
-    where = (*at, "units", "joints") if isinstance(units, dict) else (*at, "units")
-    listed = stated if isinstance(stated, list) else [stated] * len(given)
-    if len(listed) != len(given):
-        raise document.error(where, f"has {len(listed)} entries", f"{len(given)}, as joint names")
-    for name, unit, index in zip(joint_names, joint_units, order, strict=True):
-        if listed[index] != unit:
-            raise document.error(where, f"joint {name!r} is in {listed[index]!r}", f"{unit!r}")

@@ -41,9 +41,9 @@ def read_trajectory(
         path: The file, or a folder with a `trajectory.json`.
         joint_names: The joints that another tool's file must have, in any order.
         joint_units: `"rad"` or `"m"` for each.
-        span: When the task starts and ends [s]. Times of a message are from its start on, to the
-            nanosecond: they are counted from the start of the task, and a motion that stops less
-            than a nanosecond before the end of the task is continued to it.
+        span: When the task starts and ends [s]. Times named `time_from_start` count from the
+            start of the task. Those of a message are whole nanoseconds: a motion that stops less
+            than one before the end of the task is continued to it.
 
     Returns:
         The trajectory, and faults of the file that a report has to count.
@@ -54,14 +54,14 @@ def read_trajectory(
     path = Path(path)
     suffix = path.suffix.lower()
     if not path.is_dir() and suffix in CSV:
-        table = read_csv(path, joint_names, joint_units)
+        table = read_csv(path, joint_names, joint_units, start_time=span[0])
         return to_trajectory(table, f"{path.name} (CSV)"), []
     if not path.is_dir() and suffix in YAML:
         document = _yaml(path)
         kind = "ROS 2"
     else:
         document = storage.read_trajectory_document(path)
-        if not _is_points(document):
+        if not holds_points(document):
             stored = storage.trajectory_from_dict(document)
             fault = storage.knot_disagreement(document, stored)
             return stored, [] if fault is None else [fault]
@@ -78,7 +78,8 @@ def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:
     return replace(trajectory, polynomial=PiecewisePolynomial(trajectory.polynomial.c, breaks))
 
 
-def _is_points(document: Document) -> bool:
+def holds_points(document: Document) -> bool:
+    """Whether plain data are points of another tool, or samples, and no stored trajectory."""
     data = document.data
     if not isinstance(data, dict) or any(key in data for key in STORED):
         return False

@@ -61,8 +61,8 @@ def checked(table: PointTable) -> PointTable:
     if late.size:
         row = int(late[0]) + 1
         raise table.place(row, "time", None)(
-            f"the time {table.time[row]:.17g} s is not after {table.time[row - 1]:.17g} s, the one "
-            "before it",
+            f"the time {_digits(table.time[row])} s is not after {_digits(table.time[row - 1])} s, "
+            "the one before it",
             "times that increase",
         )
     alone = np.flatnonzero(table.has_acceleration & ~table.has_velocity)
@@ -71,6 +71,11 @@ def checked(table: PointTable) -> PointTable:
             "is given without a velocity", "both, or velocities alone"
         )
     return table
+
+
+def _digits(value: float) -> str:
+    """All digits of a number and no more."""
+    return repr(float(value)).removesuffix(".0")
 
 
 def _refuse_not_finite(table: PointTable) -> None:

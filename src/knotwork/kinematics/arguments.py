@@ -65,15 +65,15 @@ def check_distance(pose: Any, name: str = "pose") -> None:
         )
 
 
-def check_restarts(value: int) -> None:
-    """Check a number of searches.
+def check_count(value: int, name: str, least: int = 0) -> None:
+    """Check a number of things.
 
     Raises:
-        WaypointDataError: It is negative.
+        WaypointDataError: It is no integer, or less than the least.
     """
-    if not (isinstance(value, int) and value >= 0):
+    if not (isinstance(value, int) and value >= least):
         raise WaypointDataError(
-            f"max_restarts must be an integer, 0 or more, not {value!r}", value=value
+            f"{name} must be an integer, {least} or more, not {value!r}", value=value
         )
 
 

@@ -22,13 +22,11 @@ from knotwork.kinematics.pose import IKSolution, solve_pose_ik
 from knotwork.kinematics.solutions import (
     farthest_apart,
     in_order,
+    inside_limits,
     spread_free_motion,
     turns_inside,
 )
-from knotwork.kinematics.steps import (
-    AT_LIMIT,
-    INFEASIBLE,
-)
+from knotwork.kinematics.steps import AT_LIMIT
 from knotwork.kinematics.velocity import solve_velocities
 from knotwork.kinematics.words import all_branches, branch_signs
 from knotwork.robot import Robot
@@ -39,6 +37,8 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 ANCHOR_EVERY = 8
 # Joint speeds leave this much of a twist over [m/s, rad/s] where the arm can't do it.
 RESIDUAL = 1e-7
+# And that counts as so many times the velocity limits.
+LOST = 1e3
 SPREAD = 24
 
 
@@ -50,7 +50,8 @@ class Candidates:
         q: Joint positions inside the limits, all turns, shape (m, d).
         branch: Index of the branch of each, shape (m,).
         signs: What tells branches apart, shape (m, k).
-        cost: `INFEASIBLE` and more where the twist can't be had within the velocity limits.
+        excess: 0 where the twist can be had within the velocity limits, otherwise how many times
+            the limits it takes; a thousand and more where it can't be had at all. Shape (m,).
         weight: Factor of the travel from and to each, shape (m,).
         velocity: Joint velocities that give the twist [rad/s or m/s], shape (m, d).
         lost: Where no joint velocities give it, shape (m,).
@@ -61,7 +62,7 @@ class Candidates:
     q: FloatArray
     branch: Any
     signs: FloatArray
-    cost: FloatArray
+    excess: FloatArray
     weight: FloatArray
     velocity: FloatArray
     lost: Any
@@ -96,7 +97,8 @@ def find_candidates(
     ):
         free = redundant or len(solutions) > MOST_BRANCHES
         if free and not redundant:
-            solutions = farthest_apart(robot, solutions, SPREAD)
+            inside = np.array(inside_limits(robot, solutions)).reshape(-1, robot.dof)
+            solutions = farthest_apart(robot, inside, SPREAD)
         if not free and not (tried is not None and np.array_equal(reference, tried)):
             # What is next to where the arm comes from must not be missing.
             tried, led = reference, _led(robot, pose, reference)
@@ -188,16 +190,16 @@ def _valued(
     twist = np.concatenate([waypoint.linear, waypoint.angular])
     v, left, smallest = solve_velocities(robot, first, twist)
     fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
-    cost = np.where(fastest > AT_LIMIT, INFEASIBLE * fastest, 0.0)
+    excess = np.where(fastest > AT_LIMIT, fastest, 0.0)
     bad = left > RESIDUAL * max(1.0, float(np.abs(twist).max()))
-    cost[bad] = 1e3 * INFEASIBLE * (1.0 + left[bad])
+    excess[bad] = LOST * (1.0 + left[bad])
     owner = np.repeat(np.arange(len(copies)), [len(turns) for turns in copies])
     q = np.concatenate(copies)
     return Candidates(
         q=q,
         branch=owner,
         signs=branch_signs(robot, first)[owner],
-        cost=cost[owner],
+        excess=excess[owner],
         weight=1.0 + limit_nearness(robot, q) + singular_nearness(smallest)[owner],
         velocity=v[owner],
         lost=bad[owner],

@@ -11,7 +11,12 @@ from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.joint_axes import JointAxes, pose_errors
 from knotwork.kinematics.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy
-from knotwork.kinematics.valleys import DEEP, solutions_in_valleys
+from knotwork.kinematics.valleys import (
+    DEEP,
+    VALLEY_RESIDUAL,
+    floors_of_valleys,
+    solutions_in_valleys,
+)
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -27,8 +32,6 @@ MAX_ITERATIONS = 40
 # by more than `SAME`, but where two branches meet.
 RESIDUAL = 1e-11
 SAME = 1e-5
-# Solutions next to a singularity are as exact as rounding lets them be [m, rad].
-VALLEY_RESIDUAL = 1e-10
 # Two solutions this near are one if the pose is met to this between them, too [m, rad].
 BESIDE = 1e-2
 JOINED = 1e-9
@@ -36,7 +39,6 @@ JOINED = 1e-9
 NEAR_SINGULAR = 0.03
 # An arm with more solutions than any six-joint arm has (16) moves freely at the pose.
 MOST_BRANCHES = 16
-MOST_KNOWN = 4 * MOST_BRANCHES
 
 _CHAINS: WeakKeyDictionary[Robot, JointAxes] = WeakKeyDictionary()
 
@@ -128,11 +130,14 @@ def find_branches(
         if not active:
             break
     for i, beside in enumerate(deep):
-        if len(beside) and len(found[i]) <= MOST_BRANCHES:
+        singular = d == 6 and len(found[i]) > MOST_BRANCHES
+        if singular or len(beside):
             search = PoseSearch(robot, targets.pose(i), RESIDUAL, RESIDUAL)
-            more = solutions_in_valleys(search, beside, chain.revolute, VALLEY_RESIDUAL)
+            follow = floors_of_valleys if singular else solutions_in_valleys
+            starts_there = found[i] if singular else beside
+            more = follow(search, starts_there, chain.revolute, VALLEY_RESIDUAL)
             found[i] = np.vstack([np.array(more).reshape(-1, d), found[i]])
-        if len(found[i]) <= MOST_KNOWN:
+        if not singular:
             found[i] = told_apart(chain, targets.take([i]), found[i])
     return [difference(q, np.zeros(d), chain.revolute) for q in found]
 

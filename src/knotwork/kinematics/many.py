@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from knotwork.kinematics.arguments import (
     FARTHEST,
     ROTATION_TOLERANCE,
+    check_count,
     check_distance,
     check_pose,
     check_poses,
-    check_restarts,
     check_tolerance,
 )
 from knotwork.kinematics.batch import BatchSolution, Targets, solve_batch
@@ -64,7 +64,7 @@ def solve_many(
     wanted = check_poses(poses)
     n, d = len(wanted), robot.dof
     check_tolerance(tolerance, "tolerance")
-    check_restarts(max_restarts)
+    check_count(max_restarts, "max_restarts")
     targets = _targets(wanted)
     given = np.asarray(start)
     first = read_only(given if given.ndim == 2 else np.tile(given, (n, 1)), (n, d), "start")

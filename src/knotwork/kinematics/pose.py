@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.kinematics.arguments import (
+    check_count,
     check_distance,
     check_pose,
-    check_restarts,
     check_tolerance,
 )
 from knotwork.kinematics.diagnosis import solution_or_reason
@@ -25,8 +25,8 @@ from knotwork.kinematics.levenberg_marquardt import (
 )
 from knotwork.kinematics.nearest import settle_near
 from knotwork.kinematics.pulled_inside import pulled_inside
-from knotwork.kinematics.restarts import low_discrepancy, nearest_turns, search_box
-from knotwork.kinematics.seeds import seeds
+from knotwork.kinematics.restarts import low_discrepancy, nearest_turns
+from knotwork.kinematics.starts import NEARBY_RESTARTS, in_valleys, spread, starts_after
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -42,9 +42,6 @@ NEARER_RESTARTS = 16
 FAR = 1.5  # [rad or m]
 # Near a singularity a second solution may be as near as the first.
 NEAR_SINGULAR_RESTARTS = 8
-# Where a start is near a solution but its search fails, others from so near find it.
-NEARBY = 0.25  # [rad or m]
-NEARBY_RESTARTS = 4
 # The free motion of an arm with more joints than the pose needs is followed from solutions that are
 # not much farther than the nearest, until its steps are this part of the distance (what is left to
 # gain is then about the square of it); and to the end from the nearest.
@@ -96,9 +93,10 @@ def solve_pose_ik(
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
     A local search from the start is followed by others from points that fill the part of joint
-    space where a nearer solution would lie. Joints are taken by whole turns to where they are
-    nearest; an arm with more joints than the pose needs is moved along its free motion as near
-    as it gets. The same arguments always give the same answer.
+    space where a nearer solution would lie. Where the nearest is far, by some radians, it may be
+    missed all the same; `solve_all` finds every one. Joints are taken by whole turns to where they
+    are nearest; an arm with more joints than the pose needs is moved along its free motion as
+    near as it gets. The same arguments always give the same answer.
 
     Args:
         robot: The robot.
@@ -128,7 +126,7 @@ def solve_pose_ik(
     if not (position_tolerance > 0 and orientation_tolerance > 0 and max_restarts >= 0):
         check_tolerance(position_tolerance, "position_tolerance")
         check_tolerance(orientation_tolerance, "orientation_tolerance")
-        check_restarts(max_restarts)
+        check_count(max_restarts, "max_restarts")
     first: FloatArray
     if (  # faster than `read_only`
         type(start) is np.ndarray
@@ -151,16 +149,20 @@ def solve_pose_ik(
     if found.converged and not nearest:
         distance = math.dist(found.q.tolist(), goal.tolist())
         if distance <= np.pi:  # no joint is more than half a turn away
-            return _ended(found, distance, found.iterations, 0)
-    collector = _Collector(search, goal, settle=nearest)
+            return _ended(found, distance, found.iterations, 0, "first")
+    collector = _Collector(search, goal, nearest=nearest)
     collector.take(found)
     if collector.found and not nearest:
         return collector.solution()
     points = low_discrepancy(robot.dof)
     if not collector.found:
         check_distance(pose)
-        starts = _starts(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
+        collector.search_on(in_valleys(search, [found], goal))
+    if not collector.found:
+        starts = starts_after(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
         collector.search_on(islice(starts, max_restarts))
+    if not collector.found and max_restarts:
+        collector.search_on(in_valleys(search, collector.failed, goal))
     if not collector.found and max_restarts:
         collector.search_on(pulled_inside(search, goal))
     if not collector.found:
@@ -172,36 +174,19 @@ def solve_pose_ik(
     for restart in range(min(NEARER_RESTARTS, max_restarts) if nearest else 0):
         if restart > max(NEARER_RESTARTS * collector.distance / FAR, collector.twins()):
             break
-        collector.search_on(_spread(robot, goal, collector.distance, points, 1))
+        collector.search_on(spread(robot, goal, collector.distance, points, 1))
     return collector.solution()
-
-
-def _starts(
-    robot: Robot, pose: Any, near: FloatArray, points: Iterator[FloatArray], nearby: int
-) -> Iterator[FloatArray]:
-    """Where to search for a pose after a start that failed, shape (d,) each, without end."""
-    if nearby:
-        yield from _spread(robot, near, NEARBY, points, nearby)
-    yield from seeds(robot, [pose])[0]
-    yield from _spread(robot, near, np.inf, points, None)
-
-
-def _spread(
-    robot: Robot, centre: FloatArray, radius: float, points: Iterator[FloatArray], count: int | None
-) -> Iterator[FloatArray]:
-    """Take points of the box around a configuration, shape (d,) each."""
-    corner, opposite = search_box(robot, centre, radius)
-    return (corner + point * (opposite - corner) for point in islice(points, count))
 
 
 class _Collector:
     """Keeps the nearest of the solutions found, and counts the work."""
 
-    def __init__(self, search: PoseSearch, near: FloatArray, *, settle: bool) -> None:
+    def __init__(self, search: PoseSearch, near: FloatArray, *, nearest: bool) -> None:
         self.search, self.near = search, near
-        self._settle = settle and search.robot.dof > 6
-        self._polish = POLISH_ITERATIONS if settle else 0
+        self._nearest, self._settle = nearest, nearest and search.robot.dof > 6
+        self._polish = POLISH_ITERATIONS if nearest else 0
         self.best: LocalSolution | None = None
+        self.failed: list[LocalSolution] = []
         self.distance = np.inf
         self.iterations = self.restarts = 0
         self._singular: float | None = None
@@ -219,6 +204,7 @@ class _Collector:
         """Keep where a search ended, if it is a solution and nearer than the others."""
         self.iterations += found.iterations
         if not found.converged:
+            self.failed.append(found)
             return
         robot, q = self.search.robot, found.q
         away = q - self.near
@@ -278,10 +264,13 @@ class _Collector:
         best = LocalSolution(
             q, position, orientation, best.iterations, self.search.within(position, orientation)
         )
-        return _ended(best, self.distance, self.iterations, self.restarts)
+        kind = "nearest" if self._nearest else "first"
+        return _ended(best, self.distance, self.iterations, self.restarts, kind)
 
 
-def _ended(found: LocalSolution, distance: float, iterations: int, restarts: int) -> IKSolution:
+def _ended(
+    found: LocalSolution, distance: float, iterations: int, restarts: int, kind: str
+) -> IKSolution:
     found.q.setflags(write=False)
     return IKSolution(
         found.q,
@@ -291,5 +280,5 @@ def _ended(found: LocalSolution, distance: float, iterations: int, restarts: int
         iterations,
         restarts,
         found.converged,
-        f"nearest solution found in {restarts + 1} searches",
+        f"{kind} solution of {restarts + 1} searches" if restarts else "solution of one search",
     )

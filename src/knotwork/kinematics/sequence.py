@@ -12,9 +12,10 @@ from knotwork.kinematics.restarts import FULL_TURN
 from knotwork.kinematics.steps import Layer, Reached, Rules, changes, step_costs
 from knotwork.waypoints import FloatArray
 
-# Costs that differ by less [s, relative above 1 s] are equal: then the first candidate wins, on
-# every machine.
+# Costs that differ by less, [s] and relative, are equal: then the first candidate wins, on every
+# machine.
 TIE = 1e-9
+RELATIVE_TIE = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,4 +178,4 @@ def first_least(cost: FloatArray) -> Any:
     """For each column the first row that is as good as the least, but for rounding."""
     least = cost.min(axis=0)
     finite = np.where(np.isfinite(least), least, 0.0)
-    return np.argmax(cost <= finite + TIE * np.maximum(1.0, np.abs(finite)), axis=0)
+    return np.argmax(cost <= finite + TIE + RELATIVE_TIE * np.abs(finite), axis=0)

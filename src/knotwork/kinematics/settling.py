@@ -11,11 +11,7 @@ import numpy as np
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import joint_axes
 from knotwork.kinematics.passage import SAMPLES, passage_nearness, weights
-from knotwork.kinematics.steps import (
-    AT_LIMIT,
-    INFEASIBLE,
-    STRAINED,
-)
+from knotwork.kinematics.steps import AT_LIMIT
 from knotwork.kinematics.velocity import solve_velocities
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -26,6 +22,9 @@ STEPS = (0.3, 0.08, 0.02)
 # What is gained or moved by less ends it [s], [rad or m].
 SMALLEST_GAIN = 1e-6
 SMALLEST_MOVE = 1e-3
+# What speeds beyond their limits cost at a waypoint and on average, and halfway between [s].
+INFEASIBLE = 1e6
+STRAINED = 1e5
 
 
 @dataclass(frozen=True, eq=False)

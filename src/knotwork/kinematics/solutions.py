@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.kinematics.arguments import check_distance, check_pose, check_tolerance
+from knotwork.kinematics.arguments import check_count, check_distance, check_pose, check_tolerance
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import (
     MOST_BRANCHES,
@@ -30,6 +31,8 @@ SPREAD = 32
 SPREAD_STARTS = 96
 # A joint may be this far outside a limit [rad or m] before a solution counts as outside: rounding.
 AT_LIMIT = 1e-9
+# Turns of one branch that are kept; six joints of two turns each make 64.
+MOST_TURNS = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +43,14 @@ class Branch:
         q: Joint positions inside the limits [rad or m], shape (d,), read-only: of the turns the
             one nearest the middle of the limits, and nearest zero where there are none.
         turns: All copies inside the limits, joints whole turns apart, shape (k, d), read-only. A
-            joint without limits is within half a turn of zero in all of them.
+            joint without limits is within half a turn of zero in all of them. Of more than
+            `MOST_TURNS` those are left out that are farthest from the middle of the limits.
         words: What the branch is called: see `knotwork.kinematics.words`; empty where it has no
             name.
         smallest_singular_value: Of the Jacobian: zero at a singularity.
         position_error: Distance of the TCP from the pose, by `Robot.forward` [m].
         orientation_error: Angle from it, likewise [rad].
+        sampled: The arm moves freely at the pose, and this is one of the samples of that motion.
     """
 
     q: FloatArray
@@ -54,6 +59,7 @@ class Branch:
     smallest_singular_value: float
     position_error: float
     orientation_error: float
+    sampled: bool = False
 
 
 def solve_all(
@@ -92,18 +98,20 @@ def solve_all(
     """
     check_pose(pose)
     check_distance(pose)
+    check_count(spread, "spread", 1)
     check_tolerance(position_tolerance, "position_tolerance")
     check_tolerance(orientation_tolerance, "orientation_tolerance")
     tolerances = position_tolerance, orientation_tolerance
     targets = Targets.of([pose])
     if robot.dof > 6:
-        found = spread_free_motion(robot, targets, spread)[0]
+        found, free = spread_free_motion(robot, targets, spread)[0], True
     else:
         found = find_branches(robot, targets, complete=partial(all_branches, robot))[0]
-        if len(found) > MOST_BRANCHES:
-            found = farthest_apart(robot, found, spread)
+        free = len(found) > MOST_BRANCHES
     kept = inside_limits(robot, found)
-    branches = [_branch(robot, pose, q) for q in sorted(kept, key=in_order)]
+    if free and robot.dof <= 6:
+        kept = list(farthest_apart(robot, np.array(kept).reshape(-1, robot.dof), spread))
+    branches = [_branch(robot, pose, q, free) for q in sorted(kept, key=in_order)]
     branches = [
         branch
         for branch in branches
@@ -121,7 +129,7 @@ def solve_all(
             waypoint=waypoint,
             where=where,
         )
-        branches = [_branch(robot, pose, solution.q)]
+        branches = [_branch(robot, pose, solution.q, free)]
     return tuple(branches)
 
 
@@ -130,7 +138,7 @@ def in_order(q: FloatArray) -> tuple[float, ...]:
     return tuple((np.round(q, 5) + 0.0).tolist())
 
 
-def _branch(robot: Robot, pose: Any, q: FloatArray) -> Branch:
+def _branch(robot: Robot, pose: Any, q: FloatArray, sampled: bool) -> Branch:
     copies = turns_inside(robot, q)
     middle = middle_of_limits(robot)
     nearest = copies[int(np.argmin(np.round(np.abs(copies - middle).sum(axis=1), 6)))]
@@ -143,6 +151,7 @@ def _branch(robot: Robot, pose: Any, q: FloatArray) -> Branch:
         smallest_singular_value=float(np.linalg.svd(robot.jacobian(nearest), compute_uv=False)[-1]),
         position_error=float(np.linalg.norm(error.translation)),
         orientation_error=float(np.linalg.norm(pin.log3(error.rotation))),
+        sampled=sampled,
     )
 
 
@@ -161,18 +170,27 @@ def inside_limits(robot: Robot, solutions: FloatArray) -> list[FloatArray]:
 
 
 def turns_inside(robot: Robot, q: FloatArray) -> FloatArray:
-    """All copies of a configuration inside the limits, joints whole turns apart, shape (k, d)."""
+    """Copies of a configuration inside the limits, joints whole turns apart, shape (k, d).
+
+    All of them, or of more than `MOST_TURNS` those nearest the middle of the limits.
+    """
     choices: list[FloatArray] = []
-    revolute = joint_axes(robot).revolute
+    revolute, middle = joint_axes(robot).revolute, middle_of_limits(robot)
     limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
-    for value, turns, (lower, upper) in zip(q, revolute, limits, strict=True):
+    for i, (lower, upper) in enumerate(limits):
+        value = q[i]
         copies = np.array([value])
-        if turns and np.isfinite(lower) and np.isfinite(upper):
+        if revolute[i] and np.isfinite(lower) and np.isfinite(upper):
+            nearest = np.round((middle[i] - value) / FULL_TURN)
             least = np.ceil((lower - AT_LIMIT - value) / FULL_TURN)
             most = np.floor((upper + AT_LIMIT - value) / FULL_TURN)
+            least, most = max(least, nearest - MOST_TURNS), min(most, nearest + MOST_TURNS)
             copies = value + FULL_TURN * np.arange(least, most + 1)
         fits = (copies >= lower - AT_LIMIT) & (copies <= upper + AT_LIMIT)
         choices.append(np.minimum(np.maximum(copies[fits], lower), upper))
+    while math.prod(len(copies) for copies in choices) > MOST_TURNS:
+        i = max(range(len(choices)), key=lambda k: len(choices[k]))
+        choices[i] = np.delete(choices[i], int(np.argmax(np.abs(choices[i] - middle[i]))))
     return np.array(list(itertools.product(*choices))).reshape(-1, len(q))
 
 

@@ -10,15 +10,34 @@ import numpy as np
 from knotwork.kinematics.restarts import FULL_TURN
 from knotwork.waypoints import FloatArray
 
-# What an infeasible interval or waypoint costs [s]: more than any travel. What exceeds the limits
-# by more costs more in proportion, so that where nothing is feasible the least infeasible wins.
-INFEASIBLE = 1e6
-# What a cubic between two waypoints costs that is beyond the limits in its middle [s]: the mean
-# speed is within them, but a planner would have to go faster on the way. It costs in proportion.
-STRAINED = 1e5
 # A mean speed is too fast beyond this part of the limit: at the limit itself rounding must not
 # decide.
 AT_LIMIT = 1.0 + 1e-9
+
+
+@dataclass(frozen=True)
+class Prices:
+    """What counts more than any travel, each more than all of the next together [s].
+
+    Attributes:
+        infeasible: An interval or waypoint beyond the velocity limits, once for each time the
+            limit, so that where nothing is feasible the least infeasible wins.
+        strained: An interval where a cubic is beyond the limits in its middle: the mean speed is
+            within them, but a planner would have to go faster on the way. The farther beyond, the
+            more, up to twice as much.
+        change: A change of branch where it is to be avoided.
+    """
+
+    infeasible: float
+    strained: float
+    change: float
+
+    @classmethod
+    def above(cls, bound: float, intervals: int) -> Prices:
+        """Prices for sequences of some intervals whose other costs come to a bound at most [s]."""
+        change = 2.0 * bound + 1.0
+        strained = 2.0 * (intervals + 1) * change
+        return cls(4.0 * (intervals + 1) * strained, strained, change)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +83,7 @@ class Rules:
             and something else where there is none.
         limit: Velocity limits [rad/s or m/s], shape (d,), infinite where there is none.
         unbounded: Joints that turn without limit, shape (d,).
+        prices: What counts more than travel.
         travel: Factor of the travel.
         change: Cost of a change of branch [s], infinite where it is forbidden: for all intervals,
             or one for each, shape (n - 1,).
@@ -72,6 +92,7 @@ class Rules:
     speed: FloatArray
     limit: FloatArray
     unbounded: Any
+    prices: Prices
     travel: float = 1.0
     change: float | FloatArray = 0.0
 
@@ -137,10 +158,12 @@ def step_costs(
     fastest /= duration
     cost = rules.travel * np.sqrt(square)
     cost *= 0.5 * (state.weight[:, None] + layer.weight[None, :])
-    for use, price in ((strain, STRAINED), (fastest, INFEASIBLE)):
-        beyond = use > AT_LIMIT
-        if beyond.any():
-            cost[beyond] += price * use[beyond]
+    beyond = strain > AT_LIMIT
+    if beyond.any():
+        cost[beyond] += rules.prices.strained * (2.0 - 1.0 / strain[beyond])
+    beyond = fastest > AT_LIMIT
+    if beyond.any():
+        cost[beyond] += rules.prices.infeasible * fastest[beyond]
     if change:
         product = state.signs[:, None, :] * layer.signs[None, :, :]
         cost[(product < 0).any(axis=2)] += change
@@ -150,3 +173,12 @@ def step_costs(
 def changes(rules: Rules, count: int) -> FloatArray:
     """What a change of branch costs in each of so many intervals [s], shape (count,)."""
     return np.broadcast_to(np.asarray(rules.change, dtype=float), (count,))
+
+
+def most_travel(layers: list[Layer], rules: Rules) -> float:
+    """A bound of what any sequence costs but for prices [s]."""
+    every = np.concatenate([layer.q for layer in layers])
+    span = (every.max(axis=0) - every.min(axis=0)) / rules.speed
+    heaviest = max(float(layer.weight.max()) for layer in layers)
+    travel = (len(layers) - 1) * rules.travel * heaviest * float(np.linalg.norm(span))
+    return travel + sum(float(layer.cost.max()) for layer in layers)

@@ -23,6 +23,8 @@ from knotwork.waypoints import FloatArray
 # Errors on the floor of a valley are below this [m, rad]: farther from a singularity searches
 # converge as anywhere.
 DEEP = 1e-2
+# Solutions there are as exact as rounding lets them be [m, rad].
+VALLEY_RESIDUAL = 1e-10
 STEP = 0.15  # along the valley [rad or m]
 SHORTEST_STEP = STEP / 32
 # Cosine of the angle that the directions along and across may turn in a step.
@@ -38,6 +40,10 @@ DESCENDED = 1e-13
 # There is one direction that the tool hardly feels; where there are two, valleys meet.
 SECOND_SINGULAR = 1e-3
 ROOT_STEPS = 60
+DIP_STEPS = 40
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+# A parabola through three points that stays this far above zero is no dip [m, rad].
+DIP = 1e-9
 # The rest of the error is known no better [m, rad]. A solution a millionth from a singularity is
 # then known to a millionth of its way along the valley.
 ROUNDING = 1e-15
@@ -78,8 +84,33 @@ def solutions_in_valleys(
     Returns:
         Solutions, shape (d,) each; some perhaps more than once.
     """
-    followed: list[FloatArray] = []
     found: list[FloatArray] = []
+    for way in _valleys(search, starts, revolute):
+        for a, b in itertools.pairwise(_with_dips(search, way)):
+            if a.rest * b.rest <= 0.0:
+                found += _root(search, a, b, tolerance)
+    return found
+
+
+def floors_of_valleys(
+    search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray, tolerance: float
+) -> list[FloatArray]:
+    """Follow the valleys of an arm that is singular: all along them the pose is met.
+
+    Arguments as of `solutions_in_valleys`.
+
+    Returns:
+        Points along the valleys that are solutions, shape (d,) each.
+    """
+    points = [floor.q for way in _valleys(search, starts, revolute) for floor in way]
+    return [q for q in points if max(search.errors(q)) <= tolerance]
+
+
+def _valleys(
+    search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray
+) -> Iterator[list[_Floor]]:
+    """Points along each valley that starts lie in; one that does not close gives two lists."""
+    followed: list[FloatArray] = []
     for start in starts:
         if len(followed) == MOST_VALLEYS:
             break
@@ -91,11 +122,7 @@ def solutions_in_valleys(
         way, closed = _follow(search, first, 1.0, revolute)
         ways = [way] if closed else [way, _follow(search, first, -1.0, revolute)[0]]
         followed.append(np.array([floor.q for way in ways for floor in way]))
-        for way in ways:
-            for a, b in itertools.pairwise(way):
-                if a.rest * b.rest <= 0.0:
-                    found += _root(search, a, b, tolerance)
-    return found
+        yield from ways
 
 
 def _apart(points: FloatArray, q: FloatArray, revolute: BoolArray) -> FloatArray:
@@ -150,6 +177,44 @@ def _follow(
         step = min(2.0 * step, STEP)
         here = there
     return way, closed
+
+
+def _with_dips(search: PoseSearch, way: list[_Floor]) -> list[_Floor]:
+    """The same with a point where the error dips to zero or below between points.
+
+    There two solutions lie close together: the arm is nearly singular in another way, too.
+    """
+    result = way[:1]
+    for a, b, c in zip(way, way[1:], way[2:], strict=False):
+        dip = _dip(search, a, b, c)
+        if dip is None:
+            result.append(b)
+        else:
+            t, lowest = dip
+            result += [lowest, b] if t < 0.0 else [b, lowest]
+    return result + way[-1:]
+
+
+def _dip(search: PoseSearch, a: _Floor, b: _Floor, c: _Floor) -> tuple[float, _Floor] | None:
+    """Where the error between points dips to zero: from -1 at the first to 1 at the third."""
+    sign = 1.0 if b.rest > 0.0 else -1.0
+    left, here, right = sign * a.rest, sign * b.rest, sign * c.rest
+    bend = left - 2.0 * here + right
+    if not 0.0 < here <= min(left, right) or here * bend > 0.25 * (left - right) ** 2 + DIP * bend:
+        return None
+    low, high = -1.0, 1.0
+    for _ in range(DIP_STEPS):  # golden section
+        inner = [low + part * (high - low) for part in (1.0 - GOLDEN, GOLDEN)]
+        floors = [
+            _down(search, b.q + (t * (b.q - a.q) if t < 0.0 else t * (c.q - b.q)), b) for t in inner
+        ]
+        values = [np.inf if floor is None else sign * floor.rest for floor in floors]
+        best = int(np.argmin(values))
+        floor = floors[best]
+        if floor is not None and values[best] <= ROUNDING:
+            return inner[best], floor
+        low, high = (low, inner[1]) if best == 0 else (inner[0], high)
+    return None
 
 
 def _root(search: PoseSearch, a: _Floor, b: _Floor, tolerance: float) -> Iterator[FloatArray]:

@@ -8,7 +8,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.errors import SingularityError
+from knotwork.errors import SingularityError, WaypointDataError
+from knotwork.kinematics.arguments import check_tolerance
 from knotwork.kinematics.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
@@ -78,8 +79,11 @@ def solve_velocity_ik(
     Raises:
         SingularityError: No joint velocities give the twist, or, close to a singularity, only
             such as exceed the arm's velocity limits.
-        WaypointDataError: An array is not finite or of another shape.
+        WaypointDataError: An array is not finite or of another shape, or a tolerance is not
+            positive.
     """
+    check_tolerance(linear_tolerance, "linear_tolerance")
+    check_tolerance(angular_tolerance, "angular_tolerance")
     wanted = read_only(twist.vector if isinstance(twist, pin.Motion) else twist, (6,), "twist")
     rest = None if preferred is None else read_only(preferred, (robot.dof,), "preferred")
     J = robot.jacobian(q)
@@ -91,7 +95,7 @@ def solve_velocity_ik(
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > linear_tolerance * scale or angular > angular_tolerance * scale:
-        message = _unattainable(robot, J, wanted, residual)
+        message = _unattainable(robot, J, wanted, residual, v)
     elif s[-1] < NEAR_SINGULAR and (np.abs(v) > _plausible_speeds(robot)).any():
         message = _too_fast(robot, U[:, -1], s[-1], v)
     else:
@@ -143,9 +147,14 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
 
     Returns:
         Joint velocities [rad/s or m/s], zero for joints without limits, shape (d,).
+
+    Raises:
+        WaypointDataError: A number is not finite, or the array is of another shape.
     """
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     position = read_only(q, (robot.dof,), "q")
+    if not np.isfinite(rate):
+        raise WaypointDataError(f"rate must be finite, not {rate!r} 1/s", value=rate)
     bounded = np.isfinite(lower) & np.isfinite(upper)
     v = np.zeros(robot.dof)
     v[bounded] = rate * (0.5 * (lower[bounded] + upper[bounded]) - position[bounded])
@@ -182,9 +191,13 @@ def _least_norm(
     return w * speeds
 
 
-def _unattainable(robot: Robot, J: FloatArray, wanted: FloatArray, residual: FloatArray) -> str:
+def _unattainable(
+    robot: Robot, J: FloatArray, wanted: FloatArray, residual: FloatArray, v: FloatArray
+) -> str:
     """Message for a twist outside the Jacobian's range, with the part of it that is."""
-    possible = wanted - residual
+    # What the joints can follow of the part in the range.
+    slower = 1.0 / max(1.0, float((np.abs(v) / _plausible_speeds(robot)).max()))
+    possible = slower * (wanted - residual)
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
     smallest = np.linalg.svd(J, compute_uv=False)[-1]
     amounts = [
@@ -220,7 +233,7 @@ def _too_fast(robot: Robot, direction: FloatArray, smallest: float, v: FloatArra
         f"{robot.joint_names[i]} at {abs(v[i]):.4g} {robot.joint_units[i]}/s "
         + (f"(limit {limit:.4g})" if np.isfinite(limit) else "(no limit given)")
         for i, limit in enumerate(robot.velocity_limit)
-        if use[i] > 0.01
+        if use[i] > 1.0
     )
     return (
         f"the arm is close to a singularity (smallest singular value {smallest:.3g}, "

@@ -139,15 +139,14 @@ def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None
 def read_trajectory_document(path: Path | str) -> Document:
     """Read the JSON of a stored trajectory.
 
+    Numbers may still be infinite or NaN, which readers refuse with their place.
+
     Raises:
         DocumentError: The file can't be read or is no JSON.
     """
     path = Path(path)
     if path.is_dir():
         path = path / "trajectory.json"
-
-    def refuse(word: str) -> Any:
-        raise DocumentError(path, [Problem(None, "", f"{word} is no finite number")])
 
     def mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         data = dict(pairs)
@@ -159,7 +158,7 @@ def read_trajectory_document(path: Path | str) -> Document:
 
     text = documents.read_text(path)
     try:
-        data = json.loads(text, parse_constant=refuse, object_pairs_hook=mapping)
+        data = json.loads(text, object_pairs_hook=mapping)  # NaN is refused where it stands
     except json.JSONDecodeError as error:
         message = f"is not valid JSON: {error.msg} (column {error.colno})"
         raise DocumentError(path, [Problem(error.lineno, "", message)]) from error

@@ -19,8 +19,9 @@ from knotwork.trajectory import JointTrajectory
 
 FORMAT = "knotwork.trajectory"
 KNOT_FIELDS = ("time", "position", "velocity", "acceleration")
-# More rows than this are a mistake in the rate rather than a file anybody reads.
-MOST_SAMPLES = 10_000_000
+# More numbers than this in a table, some 400 MB of text, are a mistake in the rate rather than a
+# file anybody reads.
+MOST_VALUES = 20_000_000
 
 _NUMBERS = re.compile(r"\[\n\s*-?\d[-+\d.eE,\s]*\]")
 
@@ -48,6 +49,28 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     return data
 
 
+def refuse_too_many(trajectory: JointTrajectory, rate: float, columns: int) -> None:
+    """Refuse a table of more than `MOST_VALUES` numbers before any of it is made.
+
+    Args:
+        trajectory: What is sampled.
+        rate: Samples per second [Hz].
+        columns: Numbers a sample.
+
+    Raises:
+        InputError: It would have more.
+    """
+    rows = MOST_VALUES // columns
+    samples = rate * trajectory.duration
+    if samples > rows - 2:  # the start counts, too, and perhaps a shorter step
+        accepted = 0.999 * rows / trajectory.duration
+        raise InputError(
+            f"rate {rate:.9g} Hz over {trajectory.duration:.9g} s makes {samples:.3g} samples of "
+            f"{columns} numbers, more than the {MOST_VALUES} that a table may have; a rate up to "
+            f"{accepted:.4g} Hz is accepted"
+        )
+
+
 def samples_to_csv(trajectory: JointTrajectory, rate: float) -> str:
     """Write samples of position, velocity, acceleration and jerk as CSV with a header.
 
@@ -56,13 +79,9 @@ def samples_to_csv(trajectory: JointTrajectory, rate: float) -> str:
         rate: Samples per second [Hz]; the last sample is at the end whatever the rate.
 
     Raises:
-        InputError: The rate makes more than `MOST_SAMPLES` samples.
+        InputError: The rate makes more than `MOST_VALUES` numbers.
     """
-    if rate * trajectory.duration > MOST_SAMPLES:
-        raise InputError(
-            f"rate {rate:g} Hz over {trajectory.duration:g} s makes more than {MOST_SAMPLES} "
-            f"samples; a rate below {MOST_SAMPLES / trajectory.duration:g} Hz is accepted"
-        )
+    refuse_too_many(trajectory, rate, 1 + 4 * len(trajectory.joint_names))
     samples = trajectory.sample(rate)
     header = ["time_s"]
     columns = [samples.time[:, np.newaxis]]
@@ -106,7 +125,7 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
             written.append((Path(temporary), folder / name))
             with os.fdopen(handle, "wb") as file:
                 file.write(content if isinstance(content, bytes) else content.encode())
-            Path(temporary).chmod(0o666 & ~_umask())
+            Path(temporary).chmod(_mode(folder / name))
         _replace_all(written)
     except (OSError, ValueError) as error:  # ValueError: a name or text that no file can have
         reason = getattr(error, "strerror", None) or str(error)
@@ -145,6 +164,14 @@ def _replace_all(files: list[tuple[Path, Path]]) -> None:
         for _, old in done:
             if old is not None:
                 old.unlink(missing_ok=True)
+
+
+def _mode(path: Path) -> int:
+    """Permissions of a file that is replaced, or those that a new one gets."""
+    try:
+        return path.stat().st_mode & 0o777
+    except OSError:
+        return 0o666 & ~_umask()
 
 
 def _umask() -> int:

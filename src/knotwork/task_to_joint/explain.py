@@ -7,14 +7,9 @@ import numpy as np
 from knotwork.kinematics.candidates import Candidates
 from knotwork.kinematics.runners_up import RunnerUp, runners_up
 from knotwork.kinematics.sequence import positions_of
-from knotwork.kinematics.steps import (
-    AT_LIMIT,
-    INFEASIBLE,
-    STRAINED,
-    changes,
-)
+from knotwork.kinematics.steps import AT_LIMIT, changes
 from knotwork.kinematics.words import branch_signs, describe_branch
-from knotwork.task_to_joint.search import CHANGE_IN_MOTION, Found, Search
+from knotwork.task_to_joint.search import Found, Search
 from knotwork.task_to_joint.solution import Alternative, Choice
 from knotwork.waypoints import FloatArray
 
@@ -36,6 +31,7 @@ class Explanation:
         """How each waypoint given by a pose was solved."""
         alternatives = self._alternatives()
         result = []
+        signs = branch_signs(self.robot, self.found.positions)
         for i, candidates in enumerate(self.search.candidates):
             if candidates is None:
                 continue
@@ -43,12 +39,12 @@ class Explanation:
             result.append(
                 Choice(
                     waypoint=self.names[i],
-                    branch=describe_branch(self.robot, branch_signs(self.robot, q[None])[0]),
+                    branch=describe_branch(self.robot, signs[i]),
                     turns=self._turns(q),
                     branches=candidates.branches,
                     solutions=len(candidates.q),
                     sampled=candidates.free,
-                    reason=self._reason(candidates),
+                    reason=self._reason(candidates, (signs[: i + 1] * signs[i] < 0).any()),
                     alternative=None if candidates.free else alternatives[i],
                 )
             )
@@ -79,17 +75,25 @@ class Explanation:
         longest = duration * max(v / self.robot.velocity_limit[j] for j, v in speeds)
         return (
             f"from {self.names[i]!r} to {self.names[i + 1]!r} {self._needs(speeds)} on average; "
-            f"every other choice of solutions breaks limits by more; {longest:.4g} s or more would "
-            f"do for the mean, and they have {duration:.4g} s"
+            f"{self._others()}; {longest:.4g} s or more would do for the mean, and they have "
+            f"{duration:.4g} s"
         )
 
     def _waypoint(self, i: int, speeds: list[tuple[int, float]]) -> str:
         part = min(self.robot.velocity_limit[j] / v for j, v in speeds)
         return (
-            f"at {self.names[i]!r} {self._needs(speeds)} for the tool's velocity; every other "
-            f"choice of solutions breaks limits by more; at {part:.3g} of that velocity it could "
-            "be done"
+            f"at {self.names[i]!r} {self._needs(speeds)} for the tool's velocity; "
+            f"{self._others()}; at {part:.3g} of that velocity it could be done"
         )
+
+    def _others(self) -> str:
+        """What other choices of solutions would do."""
+        asked = self.scenario.branch != "free"
+        if asked and self.search.feasible_if_free():
+            return "in another branch it can be done (branch: free)"
+        if any(c is not None and c.free for c in self.search.candidates):
+            return "no other of the solutions tried breaks limits by less"
+        return f"no other choice{' in the branch asked for' if asked else ''} breaks limits by less"
 
     def _needs(self, speeds: list[tuple[int, float]]) -> str:
         """The joints that are too fast, the worst of them first."""
@@ -101,16 +105,17 @@ class Explanation:
             for j, v in ordered
         )
 
-    def _reason(self, candidates: Candidates) -> str:
+    def _reason(self, candidates: Candidates, changed: bool) -> str:
         if len(candidates.q) == 1:
             return "the only solution"
-        feasible = int((candidates.cost < INFEASIBLE).sum())
+        feasible = int((candidates.excess == 0.0).sum())
         wanted = self.scenario.branch
         if isinstance(wanted, str):
-            asked = {"free": "", "keep": ", branch kept", "fixed": ", branch fixed"}[wanted]
+            kept = ", branch changed for the speeds" if changed else ", branch kept"
+            asked = {"free": "", "keep": kept, "fixed": ", branch fixed"}[wanted]
         else:
             asked = ", branch as asked"
-        if feasible == 0:
+        if self.found.sequence.cost >= self.search.rules.prices.infeasible:
             return f"least beyond the velocity limits{asked}"
         aim = "nearest to near" if self.search.near is not None else "least travel"
         if candidates.free and self.robot.dof > 6 and self.search.near is None:
@@ -150,18 +155,19 @@ class Explanation:
 
     def _alternative(self, i: int, other: RunnerUp) -> Alternative:
         least, layers = self.found.sequence.cost, self.search.layers
+        prices = self.search.rules.prices
         q = layers[i].q[other.index[i]]
         if self.search.rules.unbounded.any():
             q = self._positions(other)[i]
         branch = describe_branch(self.robot, branch_signs(self.robot, q[None])[0])
         hindrance = ""
-        if least >= STRAINED and other.cost - least >= 0.5 * CHANGE_IN_MOTION:
+        if least >= prices.strained and other.cost - least >= 0.5 * prices.change:
             hindrance = "breaks limits by more"
-        elif other.cost >= INFEASIBLE:
+        elif other.cost >= prices.infeasible:
             hindrance = self._hindrance(other)
-        elif other.cost >= STRAINED:
+        elif other.cost >= prices.strained:
             hindrance = self._strain(other)
-        elif other.cost - least >= 0.5 * CHANGE_IN_MOTION:
+        elif other.cost - least >= 0.5 * prices.change:
             hindrance = self._change(other)
         extra = None if hindrance else other.cost - least
         return Alternative(branch, self._turns(q), extra, hindrance)

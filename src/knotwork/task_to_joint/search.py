@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,9 @@ from knotwork.kinematics.sequence import Sequence, choose_sequence
 from knotwork.kinematics.settling import Way, settle_sequence
 from knotwork.kinematics.steps import (
     Layer,
+    Prices,
     Rules,
+    most_travel,
 )
 from knotwork.kinematics.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.words import branch_signs
@@ -28,12 +30,6 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 HOME = "home"
 # With `near`, travel decides only between solutions that are equally near.
 TRAVEL_BESIDE_NEAR = 1e-6
-# What a change of branch costs where the branch is to be kept [s]: more than any travel, less than
-# breaking a velocity limit.
-CHANGE = 1e4
-# A change of branch takes the tool off its path. Next to a waypoint that the tool passes at speed
-# it costs so much [s], also where the branch is free: more than any usual travel.
-CHANGE_IN_MOTION = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,14 +94,12 @@ class Search:
         limit = robot.velocity_limit
         bounded = np.isfinite(robot.lower_position_limit) & np.isfinite(robot.upper_position_limit)
         self.revolute = np.array([unit == "rad" for unit in robot.joint_units])
-        change = {"keep": CHANGE, "fixed": np.inf}
-        wanted = scenario.branch if isinstance(scenario.branch, str) else "free"
         self.rules = Rules(
             speed=np.where(np.isfinite(limit), limit, 1.0),
             limit=limit,
             unbounded=self.revolute & ~bounded,
+            prices=Prices.above(0.0, len(given) - 1),
             travel=1.0 if near is None else TRAVEL_BESIDE_NEAR,
-            change=change.get(wanted, CHANGE_IN_MOTION * self._in_motion()),
         )
         self.samples = SAMPLES
         self.candidates: list[Candidates | None] = []
@@ -114,10 +108,7 @@ class Search:
 
     def solve(self) -> Found:
         """Positions and velocities at all waypoints."""
-        self.candidates = self._candidates()
-        self.rows = [allowed(self.scenario, self.robot, i, c) for i, c in self._numbered()]
-        self.layers = [self._layer(i) for i in range(len(self.given))]
-        chosen = self._chosen()
+        chosen = self.choose(self._candidates())
         if chosen.blocked is not None:
             raise no_branch(
                 self.scenario, self.robot, chosen.blocked, self.candidates[chosen.blocked]
@@ -126,12 +117,54 @@ class Search:
         velocities = [self._velocity(i, q) for i, q in enumerate(positions)]
         return Found(chosen, positions, np.array(velocities))
 
+    def choose(self, candidates: list[Candidates | None]) -> Sequence:
+        """The best sequence of candidates at each waypoint."""
+        self.candidates = candidates
+        self.rows = [allowed(self.scenario, self.robot, i, c) for i, c in self._numbered()]
+        layers = [self._layer(i) for i in range(len(self.given))]
+        self.rules = self._priced(layers)
+        self.layers = [
+            layer
+            if found is None
+            else replace(layer, cost=layer.cost + self.rules.prices.infeasible * found.excess[rows])
+            for layer, found, rows in zip(layers, self.candidates, self.rows, strict=True)
+        ]
+        return self._chosen()
+
+    def _priced(self, layers: list[Layer]) -> Rules:
+        """The rules with prices above all that the layers' other costs come to."""
+        # An arm with joints to spare also pays for time spent near limits and singularities.
+        waits = 2.0 * float(self.durations.sum()) if self.robot.dof > 6 else 0.0
+        prices = Prices.above(most_travel(layers, self.rules) + waits, len(self.durations))
+        wanted = self.scenario.branch if isinstance(self.scenario.branch, str) else "free"
+        # A change of branch takes the tool off its path: next to a waypoint that the tool passes at
+        # speed it is avoided also where the branch is free.
+        change = {"keep": prices.change, "fixed": np.inf}
+        return replace(
+            self.rules,
+            prices=prices,
+            change=change.get(wanted, prices.change * self._in_motion()),
+        )
+
     def _chosen(self) -> Sequence:
         if self.robot.dof <= 6 or self.near is not None:
             return choose_sequence(self.layers, self.durations, self.rules)
         return choose_with_passages(
             self.layers, self.durations, self.rules, self.samples, self._surcharge
         )
+
+    def feasible_if_free(self) -> bool:
+        """Whether some choice is within the velocity limits, whatever branch is asked for."""
+        free = Search(
+            replace(self.scenario, branch="free"),
+            self.space,
+            self.robot,
+            self.given,
+            self.speeds,
+            self.near,
+        )
+        chosen = free.choose(self.candidates)
+        return chosen.blocked is None and chosen.cost < free.rules.prices.infeasible
 
     def _surcharge(self, interval: Any, start: Any, end: Any) -> FloatArray:
         """What the way between candidates costs more than their travel and own weights say [s].
@@ -200,7 +233,7 @@ class Search:
             signs = branch_signs(self.robot, one)
             return Layer(one, np.zeros(1), weights(self.robot, one), signs, True, v)
         q = candidates.q[rows]
-        cost, weight = candidates.cost[rows], candidates.weight[rows]
+        cost, weight = np.zeros(len(rows)), candidates.weight[rows]
         if self.near is not None:
             # Which branch is nearest does not depend on turns: these are the nearest at the first
             # waypoint and then follow the motion, or joints would be wound back on the way.

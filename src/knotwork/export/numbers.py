@@ -1,0 +1,44 @@
+"""Numbers that a caller gives, checked."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import InputError
+
+
+def finite_number(value: Any, what: str, unit: str = "", *, positive: bool = False) -> float:
+    """Return a number as a float.
+
+    Args:
+        value: What was given. `True` and text are no numbers.
+        what: What it is, for the error.
+        unit: Its unit, for the error.
+        positive: It must be above 0.
+
+    Raises:
+        InputError: It is no number, not finite, or not positive where it must be.
+    """
+    number = math.nan
+    if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:  # an integer beyond all floats
+            number = math.nan
+    if not math.isfinite(number) or (positive and number <= 0.0):
+        kind = "positive and finite number" if positive else "finite number"
+        of = f" [{unit}]" if unit else ""
+        raise InputError(f"{what} is {_shown(value)}; it must be a {kind}{of}")
+    return number
+
+
+def _shown(value: Any) -> str:
+    """A value in a line; Python writes no integer of more than some thousands of digits."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "an integer of thousands of digits"
+    return text if len(text) <= 60 else f"{text[:57]}..."

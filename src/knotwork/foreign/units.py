@@ -1,0 +1,54 @@
+"""Units as other tools name them, and what they make of the joints' own."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+BASES = {
+    "rad": ("rad", 1.0),
+    "radian": ("rad", 1.0),
+    "radians": ("rad", 1.0),
+    "deg": ("rad", math.pi / 180.0),
+    "degree": ("rad", math.pi / 180.0),
+    "degrees": ("rad", math.pi / 180.0),
+    "°": ("rad", math.pi / 180.0),
+    "m": ("m", 1.0),
+    "meter": ("m", 1.0),
+    "meters": ("m", 1.0),
+    "metre": ("m", 1.0),
+    "metres": ("m", 1.0),
+    "mm": ("m", 1e-3),
+}
+"""Unit of a joint, and its size in it, of each word for a unit of position."""
+
+PER_TIME = {"s": 1, "sec": 1, "second": 1, "s2": 2, "sec2": 2, "s3": 3, "sec3": 3}
+"""How often a quantity is divided by seconds."""
+
+LOADS = ("nm", "n", "a", "ma")
+"""Units of efforts and currents, which a motion has none of."""
+
+SECONDS = ("s", "sec", "second", "seconds")
+
+_SEPARATORS = re.compile(r"[._/\s\[\](){}:|-]+")
+_NEWTON_METRE = re.compile(r"(?<![^\W_])n[\s·⋅*.]?m(?![^\W_])")
+
+
+def words(text: str) -> list[str]:
+    """Words of a heading or unit in small letters, powers as figures: `rad/s²` is rad, s2."""
+    text = text.lower().replace("²", "2").replace("³", "3").replace("^", "").replace("**", "")
+    text = _NEWTON_METRE.sub("nm", text)
+    return [word for word in _SEPARATORS.split(text) if word]
+
+
+def is_rate(text: str, unit: str, order: int) -> bool:
+    """Whether a text names a joint's unit per s, `order` times, and no multiple of it."""
+    base, *per = [word for word in words(text) if word != "per"] or [""]
+    known = base in BASES and BASES[base] == (unit, 1.0)
+    return known and all(word in PER_TIME for word in per) and time_order(per) == order
+
+
+def time_order(per: Sequence[str]) -> int:
+    """How often a unit is divided by seconds, `s` or `s2` and so on, or one after another."""
+    return sum(PER_TIME[word] for word in per)
