@@ -180,11 +180,21 @@ class TaskError(InputError):
 class UnreachablePoseError(TaskError):
     """No configuration of the arm, inside its limits or out, brings the tool to the pose.
 
+    The closest pose is the one with the least distance² + angle² that was found, a metre counting
+    as a radian.
+
     Attributes:
-        position_shortfall: Distance left at the nearest pose found, limits or not [m].
+        position_shortfall: Distance left at the closest pose, limits or not [m].
         orientation_shortfall: Angle left there [rad].
-        closest: Joint positions inside the limits that come nearest [rad or m].
-        held: Names of the joints that stand at a limit there and would have to go on.
+        point_shortfall: Distance left at the nearest point in any orientation, limits or not [m];
+            within the tolerance where the point is reached.
+        angle_at_point: Angle left where the point is reached, inside the limits if it is reached
+            there [rad]; `None` if it is out of reach.
+        closest: Joint positions of the closest pose inside the limits [rad or m].
+        closest_distance: Distance left with these [m].
+        closest_angle: Angle left with these [rad].
+        held: Names of the joints that stand at a limit there and would have to go on. There are
+            none if the limits make nothing worse.
     """
 
     def __init__(
@@ -194,22 +204,33 @@ class UnreachablePoseError(TaskError):
         *,
         position_shortfall: float,
         orientation_shortfall: float,
+        point_shortfall: float = 0.0,
+        angle_at_point: float | None = None,
         closest: Sequence[float] = (),
+        closest_distance: float = 0.0,
+        closest_angle: float = 0.0,
         held: Sequence[str] = (),
         where: str = "",
     ) -> None:
         self.position_shortfall = position_shortfall
         self.orientation_shortfall = orientation_shortfall
+        self.point_shortfall, self.angle_at_point = point_shortfall, angle_at_point
         self.closest, self.held = tuple(closest), tuple(held)
+        self.closest_distance, self.closest_angle = closest_distance, closest_angle
         super().__init__(waypoint, message, where=where)
 
 
 class OutsideLimitsError(TaskError):
     """The pose is reachable only with joints outside their position limits.
 
+    The closest pose is the one with the least distance² + angle² that was found, a metre counting
+    as a radian.
+
     Attributes:
         joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
-        closest: Joint positions inside the limits that come nearest [rad or m].
+        closest: Joint positions of the closest pose inside the limits [rad or m].
+        closest_distance: Distance left with these [m].
+        closest_angle: Angle left with these [rad].
         held: Names of the joints that stand at a limit there and would have to go on.
     """
 
@@ -220,11 +241,14 @@ class OutsideLimitsError(TaskError):
         *,
         joints: Sequence[tuple[str, float, float, float]],
         closest: Sequence[float] = (),
+        closest_distance: float = 0.0,
+        closest_angle: float = 0.0,
         held: Sequence[str] = (),
         where: str = "",
     ) -> None:
         self.joints = tuple(joints)
         self.closest, self.held = tuple(closest), tuple(held)
+        self.closest_distance, self.closest_angle = closest_distance, closest_angle
         super().__init__(waypoint, message, where=where)
 
 

@@ -3,210 +3,275 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
 from typing import NoReturn
 
 import numpy as np
 
-from knotwork.errors import OutsideLimitsError, UnreachablePoseError
+from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.kinematics.closest import (
+    FINEST_TOLERANCE,
+    ROUNDING,
+    closest_poses,
+    come_close,
+    held_at,
+    no_limits,
+    spread,
+    square,
+    turned_inside,
+    turning_limits,
+)
+from knotwork.kinematics.enumeration import joint_axes
 from knotwork.kinematics.levenberg_marquardt import LocalSolution, PoseSearch
-from knotwork.kinematics.restarts import FULL_TURN, BoolArray, low_discrepancy, nearest_turns
-from knotwork.robot import Robot
+from knotwork.kinematics.restarts import nearest_turns
 from knotwork.waypoints import FloatArray
 
-# Searches for each question; the questions are asked only once a waypoint has failed.
-SEARCHES = 60
 # How much more a metre counts than a radian when the point is to be kept and the tool turned.
 POINT_FIRST = 1e3
-# Solutions beyond the limits that searches inside them start from, the nearest first.
-TRIED_INSIDE = 12
-# A joint is at its limit, or an excess over it is rounding, within this [rad or m].
+# An excess over a limit is rounding within this [rad or m].
 AT_LIMIT = 1e-9
-# Below these the nearest pose inside the limits is as near as the nearest of all [m, rad].
-AS_NEAR = 1e-4
+# The limits make a pose worse if they add more than this part of what is left without them.
+AS_NEAR = 1e-3
+# A joint is held back if its motion has at least this part in the way to the pose.
+HELD = 1e-6
+# Searches for the point alone besides those from where the others ended, and how many of those that
+# get there have the tool turned.
+POINT_SEARCHES = 10
+POINT_REFINED = 8
 
 
-def raise_unsolved(search: PoseSearch, near: FloatArray, *, waypoint: str, where: str) -> NoReturn:
-    """Find out why no solution was found, and raise the error that says so.
+def solution_or_reason(
+    search: PoseSearch,
+    near: FloatArray,
+    *,
+    tolerances: tuple[float, float],
+    waypoint: str,
+    where: str,
+) -> LocalSolution:
+    """Search for a pose from all over joint space, and find out why there is no solution.
 
     Args:
         search: The pose, and the robot.
         near: Configuration whose surroundings matter most, shape (d,).
+        tolerances: As they were asked for [m, rad].
         waypoint: Name of the waypoint.
         where: Where it is defined.
+
+    Returns:
+        A solution inside the limits, if one turns up after all.
 
     Raises:
         OutsideLimitsError: Joints outside their position limits would reach the pose.
         UnreachablePoseError: No joint positions would.
+        WaypointDataError: A tolerance is finer than rounding.
     """
     robot = search.robot
-    found = _unlimited(search, near)
-    solutions = [solution for solution in found if solution.converged]
+    beyond = closest_poses(search, near, no_limits(robot))
+    limits, found = turning_limits(robot), beyond
+    if np.isfinite(limits).any():  # else it is the same search
+        pulled = [turned_inside(robot, s.q, near) for s in beyond]
+        found = closest_poses(search, near, limits, pulled)
+    inside = [_turned(search, s, near) for s in found]
+    solutions = [s for s in inside if s.converged]
     if solutions:
-        _raise_outside_limits(search, solutions, near, waypoint, where)
-    closest = min(found, key=_size)
-    point = _with_weights(search, 1.0, 0.0)
-    at_point = [s for s in _unlimited(point, near) if s.converged]
-    if at_point:
-        turned = _with_weights(search, POINT_FIRST, 1.0)
-        starts = [closest, *sorted(at_point, key=lambda s: s.orientation_error)[:8]]
-        reached = [_refine(turned, point, start.q) for start in starts]
-        reached = [s for s in reached if s.converged]
-        best = min([*reached, *at_point], key=lambda s: s.orientation_error)
-        inside = _closest_inside(turned, [*reached, *at_point], near, POINT_FIRST)
-        raise UnreachablePoseError(
-            waypoint,
-            "the point is reachable, but not in this orientation: the nearest found is off by "
-            f"{_angle(best.orientation_error)}{inside.said(best)}",
-            position_shortfall=best.position_error,
-            orientation_shortfall=best.orientation_error,
-            closest=inside.solution.q.tolist(),
-            held=inside.held,
-            where=where,
-        )
-    inside = _closest_inside(search, found, near)
-    nearest = min(
-        (_with_weights(search, 1.0, 0.0).solve(closest.q, *_no_limits(robot)), closest),
-        key=lambda s: s.position_error,
-    )
-    raise UnreachablePoseError(
-        waypoint,
-        f"the pose is out of reach: the nearest point found is "
-        f"{_length(nearest.position_error)} away in any orientation, the nearest pose "
-        f"{_length(closest.position_error)} and {_angle(closest.orientation_error)}"
-        f"{inside.said(closest)}",
-        position_shortfall=closest.position_error,
-        orientation_shortfall=closest.orientation_error,
-        closest=inside.solution.q.tolist(),
-        held=inside.held,
-        where=where,
+        return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
+    closest = min(inside, key=square)
+    if _reached(closest):
+        _refuse_tolerance(search, closest, tolerances)
+    reached = [s for s in beyond if _reached(s)]
+    if reached:
+        raise _outside_limits(search, reached, closest, near, waypoint, where)
+    # The limits may hide a minimum from the searches that ignore them.
+    least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
+    every = beyond if found is beyond else [*beyond, *inside]
+    raise _unreachable(search, least, closest, every, near, waypoint, where)
+
+
+def _turned(search: PoseSearch, found: LocalSolution, near: FloatArray) -> LocalSolution:
+    """The same at the turns nearest a configuration."""
+    q = turned_inside(search.robot, found.q, near)
+    errors = search.errors(q)
+    return found._replace(
+        q=q,
+        position_error=errors[0],
+        orientation_error=errors[1],
+        converged=search.within(*errors),
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Inside:
-    """How near the arm comes inside its limits, and the joints that are held there."""
-
-    solution: LocalSolution
-    held: tuple[str, ...]
-
-    def said(self, beyond: LocalSolution | None = None) -> str:
-        """Say it, where it is worse than what was found beyond the limits."""
-        distance, angle = self.solution.position_error, self.solution.orientation_error
-        if (
-            beyond is not None
-            and distance <= beyond.position_error + AS_NEAR
-            and angle <= beyond.orientation_error + AS_NEAR
-        ):
-            return "; no joint limit makes it worse"
-        names = ", ".join(self.held)
-        said = f"; inside the limits {_length(distance)} and {_angle(angle)} are left"
-        return f"{said}, held back by the limits of {names}" if names else said
+def _reached(solution: LocalSolution) -> bool:
+    """Whether it is a solution, to the tolerances or to rounding."""
+    errors = solution.position_error, solution.orientation_error
+    return solution.converged or max(errors) <= ROUNDING
 
 
-def _closest_inside(
-    search: PoseSearch, found: list[LocalSolution], near: FloatArray, metre: float = 1.0
-) -> _Inside:
-    """Come as near as the limits allow, from the nearest of what was found beyond them.
+def _refuse_tolerance(
+    search: PoseSearch, closest: LocalSolution, tolerances: tuple[float, float]
+) -> NoReturn:
+    """Refuse a tolerance that only rounding keeps the arm from.
 
-    Args:
-        search: The pose, weighted as `metre` says.
-        found: What was found beyond the limits.
-        near: Configuration that whole turns are to be near to, shape (d,).
-        metre: How many radians a metre counts.
+    Raises:
+        WaypointDataError: Always.
     """
-
-    def size(solution: LocalSolution) -> float:
-        return _size(solution, metre)
-
-    robot = search.robot
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    reached = []
-    for solution in sorted(found, key=size)[:TRIED_INSIDE]:
-        q = nearest_turns(solution.q, near, lower, upper, _revolute(robot))
-        reached.append(search.solve(np.minimum(np.maximum(q, lower), upper), lower, upper))
-    best = min(reached, key=size)
-    slope = search.gradient(best.q)
-    out = ((best.q <= lower + AT_LIMIT) & (slope < 0)) | (
-        (best.q >= upper - AT_LIMIT) & (slope > 0)
+    position = not search.within(closest.position_error, 0.0)
+    name, value, unit, left = (
+        ("position_tolerance", tolerances[0], "m", closest.position_error)
+        if position
+        else ("orientation_tolerance", tolerances[1], "rad", closest.orientation_error)
     )
-    return _Inside(best, tuple(robot.joint_names[i] for i in np.flatnonzero(out)))
+    raise WaypointDataError(
+        f"{name} {value:g} {unit} is finer than rounding: the pose is reached to {left:.3g} {unit} "
+        f"and no nearer; {FINEST_TOLERANCE:g} {unit} or more is accepted",
+        value=value,
+    )
 
 
-def _size(solution: LocalSolution, metre: float = 1.0) -> float:
-    return (metre * solution.position_error) ** 2 + solution.orientation_error**2
-
-
-def _with_weights(search: PoseSearch, position: float, orientation: float) -> PoseSearch:
-    return search.reweighted(position_weight=position, orientation_weight=orientation)
-
-
-def _no_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Limits for a search that ignores them."""
-    return np.full(robot.dof, -np.inf), np.full(robot.dof, np.inf)
-
-
-def _unlimited(search: PoseSearch, near: FloatArray) -> list[LocalSolution]:
-    """Search without position limits, from a full turn of each revolute joint."""
-    robot = search.robot
-    bounded = np.isfinite(robot.lower_position_limit) & np.isfinite(robot.upper_position_limit)
-    revolute = _revolute(robot)
-    lower = np.where(revolute | ~bounded, near - np.pi, robot.lower_position_limit)
-    width = np.where(revolute | ~bounded, FULL_TURN, robot.upper_position_limit - lower)
-    points = low_discrepancy(robot.dof)
-    starts = [near, *(lower + next(points) * width for _ in range(SEARCHES))]
-    return [search.solve(start, *_no_limits(robot)) for start in starts]
-
-
-def _refine(turned: PoseSearch, point: PoseSearch, q: FloatArray) -> LocalSolution:
-    """Turn the tool as far as the point allows, then put it exactly on the point."""
-    limits = _no_limits(turned.robot)
-    return point.solve(turned.solve(q, *limits).q, *limits)
-
-
-def _revolute(robot: Robot) -> BoolArray:
-    return np.array([unit == "rad" for unit in robot.joint_units])
-
-
-def _raise_outside_limits(
+def _outside_limits(
     search: PoseSearch,
     solutions: list[LocalSolution],
+    closest: LocalSolution,
     near: FloatArray,
     waypoint: str,
     where: str,
-) -> NoReturn:
+) -> OutsideLimitsError:
     robot = search.robot
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    turned = [nearest_turns(s.q, near, lower, upper, _revolute(robot)) for s in solutions]
+    revolute = joint_axes(robot).revolute
+    turned = [nearest_turns(s.q, near, lower, upper, revolute) for s in solutions]
 
     def excess(q: FloatArray) -> FloatArray:
         beyond: FloatArray = np.maximum(lower - q, q - upper)
-        return np.where(beyond > AT_LIMIT, beyond, 0.0)
+        return np.maximum(beyond, 0.0)
 
     best = min(turned, key=lambda q: (float(excess(q).sum()), float(np.linalg.norm(q - near))))
+    over = excess(best)
+    # A joint beyond by no more than rounding is not said to be outside, if another is.
     joints = [
         (robot.joint_names[i], float(best[i]), float(lower[i]), float(upper[i]))
-        for i in np.flatnonzero(excess(best))
+        for i in np.flatnonzero(over > min(AT_LIMIT, 0.5 * over.max()))
     ]
     units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
     said = "; ".join(
         f"{name} at {value:.6g} {units[name]}, outside [{low:.6g}, {high:.6g}]"
+        # so little would not be seen in the digits
+        + (f" by {by:.3g} {units[name]}" if (by := max(low - value, value - high)) < 1e-4 else "")
         for name, value, low, high in joints
     )
-    inside = _closest_inside(search, solutions, near)
-    raise OutsideLimitsError(
+    held = _held(search, closest)
+    return OutsideLimitsError(
         waypoint,
         f"the pose is reachable only outside the joint limits: the solution found that is least "
-        f"outside has {said}{inside.said()}",
+        f"outside has {said}{_inside(closest, held)}",
         joints=joints,
-        closest=inside.solution.q.tolist(),
-        held=inside.held,
+        closest=closest.q.tolist(),
+        closest_distance=closest.position_error,
+        closest_angle=closest.orientation_error,
+        held=held,
         where=where,
     )
 
 
+def _unreachable(
+    search: PoseSearch,
+    least: LocalSolution,
+    closest: LocalSolution,
+    found: list[LocalSolution],
+    near: FloatArray,
+    waypoint: str,
+    where: str,
+) -> UnreachablePoseError:
+    point = _on_point(search, found, near)
+    apart = f"{_length(least.position_error)} and {_angle(least.orientation_error)}"
+    if point.angle is None:
+        said = (
+            f"the pose is out of reach: the nearest point found is {_length(point.distance)} away "
+            f"in any orientation, the closest pose {apart}"
+        )
+    else:
+        but = ", but" if point.inside else " only outside the joint limits, and"
+        said = (
+            f"the point is reachable{but} not in this orientation: on the point the nearest found "
+            f"is off by {_angle(point.angle)}"
+        )
+        if not search.within(least.position_error, 0.0):
+            said += f"; the closest pose found is {apart} away"
+    worse = hypot(*closest[1:3]) > (1.0 + AS_NEAR) * hypot(*least[1:3])
+    held = _held(search, closest) if worse else ()
+    said += _inside(closest, held) if worse else "; no joint limit makes it worse"
+    return UnreachablePoseError(
+        waypoint,
+        said,
+        position_shortfall=least.position_error,
+        orientation_shortfall=least.orientation_error,
+        point_shortfall=point.distance,
+        angle_at_point=point.angle,
+        closest=closest.q.tolist(),
+        closest_distance=closest.position_error,
+        closest_angle=closest.orientation_error,
+        held=held,
+        where=where,
+    )
+
+
+@dataclass(frozen=True)
+class _Point:
+    """How near the TCP comes to the point in any orientation, and the angle left on it.
+
+    Attributes:
+        distance: Distance left [m].
+        angle: Angle left on the point [rad]; `None` where the TCP doesn't get there.
+        inside: Whether it gets there inside the limits.
+    """
+
+    distance: float
+    angle: float | None
+    inside: bool
+
+
+def _on_point(search: PoseSearch, found: list[LocalSolution], near: FloatArray) -> _Point:
+    """Bring the TCP to the point and then turn the tool, inside the limits if that is possible."""
+    robot = search.robot
+    point = search.reweighted(position_weight=1.0, orientation_weight=0.0)
+    turned = search.reweighted(position_weight=POINT_FIRST, orientation_weight=1.0)
+    for inside, limits in ((True, turning_limits(robot)), (False, no_limits(robot))):
+        starts = [*(s.q for s in found), *spread(robot, near, limits, POINT_SEARCHES)]
+        at_point = [s for s in (point.solve(q, *limits) for q in starts) if s.converged]
+        if at_point:
+            at_point.sort(key=lambda s: s.orientation_error)
+            refined = [come_close(turned, s.q, limits).q for s in at_point[:POINT_REFINED]]
+            at_point += [s for s in (point.solve(q, *limits) for q in refined) if s.converged]
+            best = min(at_point, key=lambda s: s.orientation_error)
+            return _Point(best.position_error, best.orientation_error, inside)
+    nearest = (come_close(point, s.q, limits) for s in found)
+    return _Point(min(s.position_error for s in nearest), None, False)
+
+
+def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
+    """Joints at a limit that would have to go on."""
+    robot = search.robot
+    margin = HELD * hypot(closest.position_error, closest.orientation_error)
+    limits = robot.lower_position_limit, robot.upper_position_limit
+    held = held_at(closest.q, search.gradient(closest.q), limits, margin)
+    return tuple(robot.joint_names[i] for i in np.flatnonzero(held))
+
+
+def _inside(closest: LocalSolution, held: tuple[str, ...]) -> str:
+    said = (
+        f"; at the closest pose found inside the limits {_length(closest.position_error)} and "
+        f"{_angle(closest.orientation_error)} are left"
+    )
+    return f"{said}, held back by the limits of {', '.join(held)}" if held else said
+
+
 def _length(value: float) -> str:
-    return f"{value:.4g} m"
+    return f"{_rounded(value):.4g} m"
 
 
 def _angle(value: float) -> str:
+    value = _rounded(value)
     return f"{value:.4g} rad ({np.degrees(value):.3g}°)"
+
+
+def _rounded(value: float) -> float:
+    """Zero where a value is nothing but rounding."""
+    return value if value > ROUNDING else 0.0

@@ -17,7 +17,7 @@ from knotwork.kinematics.arguments import (
     check_pose,
     check_tolerance,
 )
-from knotwork.kinematics.diagnosis import raise_unsolved
+from knotwork.kinematics.diagnosis import solution_or_reason
 from knotwork.kinematics.levenberg_marquardt import (
     POLISH_ITERATIONS,
     LocalSolution,
@@ -104,7 +104,8 @@ def solve_pose_ik(
         start: Joint positions to search from [rad or m], shape (d,).
         position_tolerance: [m].
         orientation_tolerance: [rad].
-        max_restarts: Searches to make at most when the first finds nothing.
+        max_restarts: Searches to make at most when the first finds nothing. If none of them does,
+            others look for the reason; where they come upon a solution it is the answer.
         near: Configuration that the answer should be near [rad or m], shape (d,); by default the
             start.
         nearest: Go on to look for nearer solutions. Without, the first solution found is the
@@ -117,7 +118,8 @@ def solve_pose_ik(
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
         UnreachablePoseError: It is not reachable; the message says by how much, and whether the
             point would be in another orientation.
-        WaypointDataError: An array is not finite or of another shape.
+        WaypointDataError: An array is not finite or of another shape, or a tolerance is finer
+            than rounding.
         RobotError: The robot has no tool frame.
     """
     check_pose(pose)
@@ -164,7 +166,11 @@ def solve_pose_ik(
     if not collector.found and max_restarts:
         collector.search_on(pulled_inside(search, goal))
     if not collector.found:
-        raise_unsolved(search, goal, waypoint=waypoint, where=where)
+        asked = position_tolerance, orientation_tolerance
+        collector.restarts += 1
+        collector.take(
+            solution_or_reason(search, goal, tolerances=asked, waypoint=waypoint, where=where)
+        )
     for restart in range(min(NEARER_RESTARTS, max_restarts) if nearest else 0):
         if restart > max(NEARER_RESTARTS * collector.distance / FAR, collector.twins()):
             break

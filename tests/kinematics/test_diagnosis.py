@@ -1,0 +1,257 @@
+"""What is said of a pose that is not reached: the closest pose, and what is in the way."""
+
+import re
+from functools import lru_cache
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.optimize import brentq, least_squares
+
+from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.kinematics import solve_pose_ik
+from knotwork.robot import Robot, load_robot
+
+UR5, KINOVA = load_robot("ur5"), load_robot("kinova")
+NARROW = UR5.with_limits(position=dict.fromkeys(UR5.joint_names, (-1.5, 1.5)))
+ARMS = {"ur5": UR5, "ur5 narrow": NARROW} | {
+    name: load_robot(name) for name in ("z1", "talos_arm", "planar2")
+}
+Refused = OutsideLimitsError | UnreachablePoseError
+
+
+def off(robot: Robot, q: np.ndarray, pose: pin.SE3) -> np.ndarray:
+    """Position and orientation error in tool axes, shape (6,)."""
+    error = robot.forward(q).actInv(pose)
+    return np.concatenate([error.translation, pin.log3(error.rotation)])
+
+
+def square(robot: Robot, q: np.ndarray, pose: pin.SE3) -> float:
+    return float(np.sum(off(robot, q, pose) ** 2))
+
+
+def refusal(robot: Robot, pose: pin.SE3, start: np.ndarray) -> Refused | None:
+    """Why a pose is not reached, or `None` if it is, to 1e-8."""
+    try:
+        found = solve_pose_ik(robot, pose, start, nearest=False)
+    except (OutsideLimitsError, UnreachablePoseError) as error:
+        return error
+    assert np.linalg.norm(off(robot, found.q, pose)) <= 2e-8
+    return None
+
+
+@lru_cache
+def refusals(name: str) -> list[tuple[pin.SE3, Refused]]:
+    """20 poses that an arm does not reach: turned at random, or reached outside the limits only."""
+    robot, generator = ARMS[name], np.random.default_rng(9)
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    found: list[tuple[pin.SE3, Refused]] = []
+    while len(found) < 20:
+        outside, stretch = generator.random() < 0.5, generator.uniform(0.5, 1.3)
+        q = generator.uniform(-3, 3, robot.dof) if outside else generator.uniform(lower, upper)
+        turn, pose = pin.exp3(generator.uniform(-3, 3, 3)), robot.forward(q)
+        if not outside:
+            pose = pin.SE3(turn @ pose.rotation, stretch * pose.translation)
+        error = refusal(robot, pose, np.clip(np.zeros(robot.dof), lower, upper))
+        if error is not None:
+            found.append((pose, error))
+    return found
+
+
+def least_by_scipy(robot: Robot, pose: pin.SE3, lower: np.ndarray, upper: np.ndarray) -> float:
+    """The least distance² + angle² that SciPy finds from six random starts."""
+    generator = np.random.default_rng(4)
+    low, high = np.maximum(lower, -np.pi), np.minimum(upper, np.pi)
+    return min(
+        2.0
+        * least_squares(
+            lambda q: off(robot, q, pose),
+            generator.uniform(low, high),
+            bounds=(lower, upper),
+            ftol=1e-4,
+            xtol=1e-4,
+            max_nfev=30,
+        ).cost
+        for _ in range(6)
+    )
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_no_other_search_finds_a_closer_pose_inside_the_limits(name: str) -> None:
+    robot = ARMS[name]
+    for pose, error in refusals(name)[: 8 if name in ("ur5", "planar2") else 20]:
+        closest = np.array(error.closest)
+        assert (closest >= robot.lower_position_limit).all()
+        assert (closest <= robot.upper_position_limit).all()
+        left = off(robot, closest, pose)
+        assert error.closest_distance == pytest.approx(np.linalg.norm(left[:3]), abs=1e-12)
+        assert error.closest_angle == pytest.approx(np.linalg.norm(left[3:]), abs=1e-12)
+        limits = robot.lower_position_limit, robot.upper_position_limit
+        assert left @ left <= 1.01 * least_by_scipy(robot, pose, *limits)
+
+
+@pytest.mark.parametrize("name", ["ur5 narrow", "planar2"])
+def test_no_other_search_finds_a_closer_pose_whatever_the_limits(name: str) -> None:
+    robot = ARMS[name]
+    nowhere = np.full(robot.dof, np.inf)
+    refused = [pair for pair in refusals(name) if isinstance(pair[1], UnreachablePoseError)]
+    assert len(refused) >= 2
+    for pose, error in refused[:10]:
+        said = error.position_shortfall**2 + error.orientation_shortfall**2
+        assert said <= 1.01 * least_by_scipy(robot, pose, -nowhere, nowhere)
+        assert said <= square(robot, np.array(error.closest), pose) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("name", ["ur5 narrow", "z1", "talos_arm"])
+def test_a_joint_is_held_if_it_would_come_closer_by_going_on(name: str) -> None:
+    robot = ARMS[name]
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    named = 0
+    for pose, error in refusals(name):
+        closest = np.array(error.closest)
+        for i, joint in enumerate(robot.joint_names):
+            if lower[i] < closest[i] < upper[i]:
+                assert joint not in error.held
+                continue
+            beyond = closest.copy()
+            beyond[i] += 1e-5 if closest[i] == upper[i] else -1e-5
+            nearer = square(robot, beyond, pose) < square(robot, closest, pose)
+            assert (joint in error.held) == nearer
+            named += nearer
+        if error.held:
+            assert f"held back by the limits of {', '.join(error.held)}" in str(error)
+    assert named > 5
+
+
+def test_a_solution_found_late_is_an_answer() -> None:
+    """One search from far away finds nothing, but the pose is reached."""
+    home = UR5.configuration("home")
+    pose = UR5.forward(home + np.array([0.2, -0.1, 0.3, 0.0, 0.1, -0.2]))
+    found = solve_pose_ik(UR5, pose, [3.0, -3.0, 3.0, -3.0, 3.0, 3.0], max_restarts=0)
+    assert found.converged
+    assert np.abs(off(UR5, found.q, pose)).max() <= 1e-8
+
+
+@pytest.mark.parametrize("name", ["ur5", "ur5 narrow", "z1", "talos_arm"])
+@pytest.mark.parametrize("nearest", [True, False])
+def test_what_is_reached_is_not_refused_however_few_searches_are_allowed(
+    name: str, nearest: bool
+) -> None:
+    robot, generator = ARMS[name], np.random.default_rng(6)
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    for _ in range(15):
+        q, start = generator.uniform(lower, upper, (2, robot.dof))
+        pose = robot.forward(q)
+        found = solve_pose_ik(robot, pose, start, max_restarts=0, nearest=nearest)
+        assert found.converged
+        assert np.linalg.norm(off(robot, found.q, pose)[:3]) <= 1e-8
+        assert ((found.q >= lower) & (found.q <= upper)).all()
+
+
+@pytest.mark.parametrize("option", ["position_tolerance", "orientation_tolerance"])
+def test_a_tolerance_finer_than_rounding_is_refused(option: str) -> None:
+    """Unless rounding happens to leave nothing."""
+    unit = "m" if option == "position_tolerance" else "rad"
+    said = rf"{option} 1e-20 {unit} is finer than rounding: .* 1e-12 {unit} or more is accepted"
+    generator, refused = np.random.default_rng(2), 0
+    for q in generator.uniform(-2, 2, (8, 7)):
+        panda, start = load_robot("panda"), np.zeros(7)
+        pose = panda.forward(np.clip(q, panda.lower_position_limit, panda.upper_position_limit))
+        assert solve_pose_ik(panda, pose, start, nearest=False, **{option: 1e-12}).converged
+        try:
+            solve_pose_ik(panda, pose, start, nearest=False, max_restarts=5, **{option: 1e-20})
+        except WaypointDataError as error:
+            refused += bool(re.search(said, str(error))) and error.value == 1e-20
+    assert refused > 0
+
+
+def shoulder_above(robot: Robot, q: list[float], low: float, high: float) -> list[float]:
+    """Turn joint 2 until the wrist is on the axis of joint 1, where the Jacobian is singular."""
+
+    def determinant(angle: float) -> float:
+        return float(np.linalg.det(robot.jacobian([q[0], angle, *q[2:]])))
+
+    return [q[0], brentq(determinant, low, high, xtol=1e-15), *q[2:]]
+
+
+SINGULAR = {
+    "ur5 stretched": (UR5, [0.3, -1.0, 0.0, -0.7, 0.9, 0.2]),
+    "ur5 stretched backwards": (UR5, [-1.0, 1.7, 0.0, -0.3, -2.2, -0.6]),
+    "ur5 stretched low": (UR5, [2.4, -0.5, 0.0, -2.9, 1.0, 2.5]),
+    "ur5 shoulder": (UR5, shoulder_above(UR5, [0.3, 0.0, 1.2, -0.7, 0.9, 0.2], -2.3, -2.2)),
+    "kinova elbow": (KINOVA, [0.3, 2.0, np.pi, 0.5, 1.9, 0.2]),
+    "kinova shoulder": (KINOVA, shoulder_above(KINOVA, [0.3, 0, 2.0, 0.5, 1.9, 0.2], 2.6, 2.7)),
+}
+
+
+def beside(robot: Robot, q: list[float], distance: float) -> pin.SE3:
+    """A pose moved along the direction that is lost at a singular configuration."""
+    pose = robot.forward(q)
+    directions, sizes, _ = np.linalg.svd(robot.jacobian(q))
+    assert sizes[-1] < 1e-9
+    assert sizes[-2] > 1e-3
+    u = distance * directions[:, -1]
+    return pin.SE3(pin.exp3(u[3:]) @ pose.rotation, pose.translation + u[:3])
+
+
+@pytest.mark.parametrize("place", SINGULAR)
+@pytest.mark.parametrize("size", [1e-6, 1e-7])
+def test_a_micrometre_out_of_reach_is_said_to_be_one(place: str, size: float) -> None:
+    robot, q = SINGULAR[place]
+    for start in (np.add(q, 0.05), robot.configuration("home")):
+        both = [refusal(robot, beside(robot, q, distance), start) for distance in (size, -size)]
+        (error,) = (error for error in both if error is not None)
+        assert isinstance(error, UnreachablePoseError)
+        left = np.hypot(error.position_shortfall, error.orientation_shortfall)
+        assert 0.9 * size < left < 1.1 * size
+        assert f"{error.position_shortfall:.4g} m" in str(error)
+        assert f"{error.orientation_shortfall:.4g} rad" in str(error)
+        if error.angle_at_point is None:
+            assert error.point_shortfall <= error.position_shortfall * (1 + 1e-6)
+        else:
+            assert error.point_shortfall <= 1e-8
+            assert error.angle_at_point >= 0.99 * left
+            assert f"is off by {error.angle_at_point:.4g} rad" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("robot", "q"),
+    [(UR5, [0.3, -1.2, 1.4, -1.7, 0.0, 0.3]), (KINOVA, [0.3, 2.0, 2.0, 0.5, np.pi, 0.2])],
+    ids=["ur5", "kinova"],
+)
+def test_beside_a_straight_wrist_nothing_is_out_of_reach(robot: Robot, q: list[float]) -> None:
+    for distance in (1e-6, -1e-6):
+        assert refusal(robot, beside(robot, q, distance), np.add(q, 0.05)) is None
+
+
+def test_a_point_beyond_the_limits_is_not_called_reachable() -> None:
+    """Behind a planar arm that may not turn around, and tilted out of its plane."""
+    planar = ARMS["planar2"].with_limits(position={"shoulder": (-0.2, 0.2), "elbow": (-1, 1)})
+    flat = planar.forward([2.8, 0.5])
+    pose = pin.SE3(pin.utils.rotate("x", 0.5) @ flat.rotation, flat.translation)
+    said = "point is reachable only outside the joint limits, and not in this orientation"
+    with pytest.raises(UnreachablePoseError, match=said) as caught:
+        solve_pose_ik(planar, pose, [0.1, 0.1])
+    assert caught.value.held
+    assert caught.value.closest_distance > 0.1
+
+
+def test_a_joint_hardly_beyond_its_limit_is_said_to_be_so_by_how_much() -> None:
+    q = [0.3, -1.2, 1.4, -1.7, 0.8, 0.3]
+    limits = {"elbow_joint": (1.0, 1.4 - 1e-7), "wrist_2_joint": (0.5, 1.0)}
+    narrow = UR5.with_limits(position=limits | {"shoulder_lift_joint": (-1.3, -1.1)})
+    said = r"elbow_joint at 1\.4 rad, outside \[1, 1\.4\] by 1e-07 rad; .* limits of elbow_joint$"
+    with pytest.raises(OutsideLimitsError, match=said):
+        solve_pose_ik(narrow, UR5.forward(q), np.zeros(6))
+
+
+@pytest.mark.parametrize("name", ["ur5", "talos_arm", "planar2"])
+@pytest.mark.parametrize("far", [1e3, 1e9, 1e149])
+def test_the_distance_of_a_pose_far_away_is_right(name: str, far: float) -> None:
+    with pytest.raises(UnreachablePoseError, match="out of reach") as caught:
+        solve_pose_ik(
+            ARMS[name], pin.SE3(np.eye(3), np.array([far, 0, 0])), np.zeros(ARMS[name].dof)
+        )
+    for said in (caught.value.position_shortfall, caught.value.point_shortfall):
+        assert said == pytest.approx(far, rel=1e-9, abs=2.0)
+    assert caught.value.angle_at_point is None
