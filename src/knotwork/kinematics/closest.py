@@ -74,22 +74,27 @@ def closest_poses(
         The closest minima found, the closest first.
     """
     robot = search.robot
-    starts = np.vstack([spread(robot, near, limits, SEARCHES), *(q[None] for q in more)])
+    starts = np.vstack([starts_inside(robot, near, limits, SEARCHES), *(q[None] for q in more)])
     starts = np.minimum(np.maximum(starts, limits[0]), limits[1])
     target = Targets.of([search.pose]).take(np.zeros(len(starts), dtype=int))
     found = solve_batch(
         joint_axes(robot), target, starts, tolerance=1e-9, lower=limits[0], upper=limits[1]
     )
     size = found.position_error**2 + found.orientation_error**2
-    kept: list[FloatArray] = []
+    ends = apart(robot, found.q[np.argsort(size, kind="stable")], REFINED)
+    return sorted((come_close(search, q, limits) for q in ends), key=square)
+
+
+def apart(robot: Robot, configurations: Iterable[FloatArray], most: int) -> list[FloatArray]:
+    """Take the first of some configurations, leaving out those close to one taken before."""
     revolute = joint_axes(robot).revolute
-    for row in np.argsort(size, kind="stable"):
-        q = found.q[row]
+    kept: list[FloatArray] = []
+    for q in configurations:
         if all(np.abs(difference(q, other, revolute)).max() > APART for other in kept):
             kept.append(q)
-            if len(kept) == REFINED:
+            if len(kept) == most:
                 break
-    return sorted((come_close(search, q, limits) for q in kept), key=square)
+    return kept
 
 
 def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSolution:
@@ -155,7 +160,7 @@ def _hessian(search: PoseSearch, q: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (H + H.T))
 
 
-def spread(robot: Robot, near: FloatArray, limits: Limits, count: int) -> FloatArray:
+def starts_inside(robot: Robot, near: FloatArray, limits: Limits, count: int) -> FloatArray:
     """A configuration, and others that fill a box of a full turn within limits, shape (n, d)."""
     lower, upper = (np.where(np.isfinite(limit), limit, np.nan) for limit in limits)
     # What has no limit is searched around the configuration, a slide as far as the arm is long.

@@ -12,12 +12,13 @@ from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDa
 from knotwork.kinematics.closest import (
     FINEST_TOLERANCE,
     ROUNDING,
+    apart,
     closest_poses,
     come_close,
     held_at,
     no_limits,
-    spread,
     square,
+    starts_inside,
     turned_inside,
     turning_limits,
 )
@@ -36,8 +37,8 @@ AS_NEAR = 1e-3
 HELD = 1e-6
 # Searches for the point alone besides those from where the others ended, and how many of those that
 # get there have the tool turned.
-POINT_SEARCHES = 10
-POINT_REFINED = 8
+POINT_SEARCHES = 30
+POINT_REFINED = 10
 
 
 def solution_or_reason(
@@ -181,11 +182,11 @@ def _unreachable(
     where: str,
 ) -> UnreachablePoseError:
     point = _on_point(search, found, near)
-    apart = f"{_length(least.position_error)} and {_angle(least.orientation_error)}"
+    there = f"{_length(least.position_error)} and {_angle(least.orientation_error)}"
     if point.angle is None:
         said = (
             f"the pose is out of reach: the nearest point found is {_length(point.distance)} away "
-            f"in any orientation, the closest pose {apart}"
+            f"in any orientation, the closest pose {there}"
         )
     else:
         but = ", but" if point.inside else " only outside the joint limits, and"
@@ -194,7 +195,7 @@ def _unreachable(
             f"is off by {_angle(point.angle)}"
         )
         if not search.within(least.position_error, 0.0):
-            said += f"; the closest pose found is {apart} away"
+            said += f"; the closest pose found is {there} away"
     worse = hypot(*closest[1:3]) > (1.0 + AS_NEAR) * hypot(*least[1:3])
     held = _held(search, closest) if worse else ()
     said += _inside(closest, held) if worse else "; no joint limit makes it worse"
@@ -233,12 +234,14 @@ def _on_point(search: PoseSearch, found: list[LocalSolution], near: FloatArray) 
     robot = search.robot
     point = search.reweighted(position_weight=1.0, orientation_weight=0.0)
     turned = search.reweighted(position_weight=POINT_FIRST, orientation_weight=1.0)
-    for inside, limits in ((True, turning_limits(robot)), (False, no_limits(robot))):
-        starts = [*(s.q for s in found), *spread(robot, near, limits, POINT_SEARCHES)]
+    choices = [(True, turning_limits(robot)), (False, no_limits(robot))]
+    for inside, limits in choices if np.isfinite(choices[0][1]).any() else choices[:1]:
+        starts = [*(s.q for s in found), *starts_inside(robot, near, limits, POINT_SEARCHES)]
         at_point = [s for s in (point.solve(q, *limits) for q in starts) if s.converged]
         if at_point:
             at_point.sort(key=lambda s: s.orientation_error)
-            refined = [come_close(turned, s.q, limits).q for s in at_point[:POINT_REFINED]]
+            first = apart(robot, [s.q for s in at_point], POINT_REFINED)
+            refined = [come_close(turned, q, limits).q for q in first]
             at_point += [s for s in (point.solve(q, *limits) for q in refined) if s.converged]
             best = min(at_point, key=lambda s: s.orientation_error)
             return _Point(best.position_error, best.orientation_error, inside)
