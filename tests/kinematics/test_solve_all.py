@@ -369,3 +369,11 @@ def test_samples_of_a_free_motion_are_spread_inside_the_limits() -> None:
     narrow = UR5.with_limits(position={"wrist_3_joint": (0.0, np.pi)})
     pose = narrow.forward(np.array([0.3, -1.1, 1.3, -1.6, 0.0, 0.3]))
     assert len(kw.solve_all(narrow, pose)) >= 0.8 * len(kw.solve_all(UR5, pose))
+
+
+def test_a_robot_can_be_asked() -> None:
+    pose = UR5.forward(np.full(6, 0.7))
+    asked, called = UR5.solve_all(pose, orientation_tolerance=1e-7), kw.solve_all(UR5, pose)
+    assert [branch.words for branch in asked] == [branch.words for branch in called]
+    with pytest.raises(UnreachablePoseError):
+        UR5.solve_all(pin.SE3(np.eye(3), np.array([5.0, 0.0, 0.0])))

@@ -78,8 +78,7 @@ def solve_all(
     until a round of searches brings nothing new; closed-form solutions confirm it for a UR5 and an
     arm with a spherical wrist. An arm with joints to spare, or one that moves freely at the pose
     because it is singular there, gets a spread of configurations along its free motion instead.
-    The same arguments always give the same answer. A function and not a method of `Robot`, which
-    knows no inverse kinematics.
+    The same arguments always give the same answer. `robot.solve_all(pose)` is the same.
 
     Args:
         robot: The robot.

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.chain import select_chain
 from knotwork.robot.limits import LimitTables, chain_limits, check_tables
+from knotwork.robot.solvable import Solvable
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray, read_only
 
@@ -48,7 +49,7 @@ class Description:
     limits: LimitTables = field(default_factory=LimitTables)
 
 
-class Robot:
+class Robot(Solvable):
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
     A joint position is one number, also for a joint that turns without limit. All poses are of
