@@ -121,6 +121,8 @@ def find_branches(
             new = _not_yet(found[i], solved, chain.revolute)
             found[i] = np.vstack([found[i], new])
             all_there = complete(found[i]) if complete is not None else None
+            if all_there:  # where searches ended besides does not matter
+                deep[i] = deep[i][:0]
             settled = len(new) == 0 and round_ > 0 if all_there is None else all_there
             if settled or len(found[i]) > MOST_BRANCHES:
                 continue
@@ -129,17 +131,34 @@ def find_branches(
         active = again
         if not active:
             break
-    for i, beside in enumerate(deep):
-        singular = d == 6 and len(found[i]) > MOST_BRANCHES
-        if singular or len(beside):
-            search = PoseSearch(robot, targets.pose(i), RESIDUAL, RESIDUAL)
-            follow = floors_of_valleys if singular else solutions_in_valleys
-            starts_there = found[i] if singular else beside
-            more = follow(search, starts_there, chain.revolute, VALLEY_RESIDUAL)
-            found[i] = np.vstack([np.array(more).reshape(-1, d), found[i]])
-        if not singular:
-            found[i] = told_apart(chain, targets.take([i]), found[i])
-    return [difference(q, np.zeros(d), chain.revolute) for q in found]
+    return [
+        _with_valleys(robot, targets.take([i]), one, beside)
+        for i, (one, beside) in enumerate(zip(found, deep, strict=True))
+    ]
+
+
+def _with_valleys(
+    robot: Robot, target: Targets, found: FloatArray, beside: FloatArray
+) -> FloatArray:
+    """Solutions for one pose, each once, with those next to singularities, or along the motion.
+
+    Args:
+        robot: The robot.
+        target: The pose.
+        found: Solutions that searches have found, shape (b, d).
+        beside: Where searches have ended on the way to others, shape (k, d).
+    """
+    chain, d = joint_axes(robot), robot.dof
+    singular = d == 6 and len(found) > MOST_BRANCHES
+    if singular or len(beside):
+        search = PoseSearch(robot, target.pose(0), RESIDUAL, RESIDUAL)
+        follow = floors_of_valleys if singular else solutions_in_valleys
+        starts = found if singular else beside
+        more = follow(search, starts, chain.revolute, VALLEY_RESIDUAL)
+        found = np.vstack([np.array(more).reshape(-1, d), found])
+    if not singular:
+        found = told_apart(chain, target, found)
+    return difference(found, np.zeros(d), chain.revolute)
 
 
 def told_apart(chain: JointAxes, target: Targets, solutions: FloatArray) -> FloatArray:
