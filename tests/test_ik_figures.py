@@ -81,7 +81,9 @@ def test_every_pose_is_solved() -> None:
         assert row[1:] == ["1000/1000"] * 3 + ["100/100"]
     *singular, last = rows("At singularities")
     assert all(row[2] == "100/100" for row in singular)
-    assert last[2] == "refused, 1e-06 m short"
+    refused = re.fullmatch(r"refused 100/100, ([\d.]+) to ([\d.]+) µm short", last[2])
+    assert refused
+    assert all(0.9 < float(short) < 1.1 for short in refused.groups())
 
 
 def test_all_branches_are_found() -> None:
