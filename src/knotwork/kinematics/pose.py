@@ -42,6 +42,9 @@ NEARER_RESTARTS = 16
 FAR = 1.5  # [rad or m]
 # Near a singularity a second solution may be as near as the first.
 NEAR_SINGULAR_RESTARTS = 8
+# A search that ends so near its start, in a valley next to a singularity, has the nearest solution
+# in there [rad or m]; from farther away other starts are quicker than to follow it.
+VALLEY_BESIDE = 0.5
 # The free motion of an arm with more joints than the pose needs is followed from solutions that are
 # not much farther than the nearest, until its steps are this part of the distance (what is left to
 # gain is then about the square of it); and to the end from the nearest.
@@ -157,7 +160,8 @@ def solve_pose_ik(
     points = low_discrepancy(robot.dof)
     if not collector.found:
         check_distance(pose)
-        collector.search_on(in_valleys(search, [found], goal))
+        if math.dist(found.q.tolist(), goal.tolist()) < VALLEY_BESIDE:
+            collector.search_on(in_valleys(search, [found], goal))
     if not collector.found:
         starts = starts_after(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
         collector.search_on(islice(starts, max_restarts))
