@@ -45,6 +45,7 @@ NEAR_SINGULAR_RESTARTS = 8
 # A search that ends so near its start, in a valley next to a singularity, has the nearest solution
 # in there [rad or m]; from farther away other starts are quicker than to follow it.
 VALLEY_BESIDE = 0.5
+VALLEY_STEPS = 16
 # The free motion of an arm with more joints than the pose needs is followed from solutions that are
 # not much farther than the nearest, until its steps are this part of the distance (what is left to
 # gain is then about the square of it); and to the end from the nearest.
@@ -161,7 +162,7 @@ def solve_pose_ik(
     if not collector.found:
         check_distance(pose)
         if math.dist(found.q.tolist(), goal.tolist()) < VALLEY_BESIDE:
-            collector.search_on(in_valleys(search, [found], goal))
+            collector.search_on(in_valleys(search, [found], goal, VALLEY_STEPS))
     if not collector.found:
         starts = starts_after(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
         collector.search_on(islice(starts, max_restarts))

@@ -11,13 +11,20 @@ import numpy as np
 from knotwork.kinematics.levenberg_marquardt import LocalSolution, PoseSearch
 from knotwork.kinematics.restarts import nearest_turns, search_box
 from knotwork.kinematics.seeds import seeds
-from knotwork.kinematics.valleys import DEEP, VALLEY_RESIDUAL, solutions_in_valleys
+from knotwork.kinematics.valleys import (
+    DEEP,
+    MOST_STEPS,
+    VALLEY_RESIDUAL,
+    solutions_outward,
+)
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
 # Where a start is near a solution but its search fails, others from so near find it.
 NEARBY = 0.25  # [rad or m]
 NEARBY_RESTARTS = 4
+# Valleys that are followed when all else has failed; many may be the same.
+MOST_FOLLOWED = 24
 
 
 def starts_after(
@@ -31,21 +38,37 @@ def starts_after(
 
 
 def in_valleys(
-    search: PoseSearch, ended: Iterable[LocalSolution], near: FloatArray
+    search: PoseSearch,
+    ended: Iterable[LocalSolution],
+    near: FloatArray,
+    most_steps: int = MOST_STEPS,
 ) -> Iterator[FloatArray]:
-    """Solutions next to a singularity, where searches ended on the way to them: the nearest first.
+    """Solutions next to a singularity, where searches ended on the way to them.
 
-    Arms of other than six joints are left to searches from other starts.
+    From each in turn the solutions along its valley as they come, those last that limits put more
+    than half a turn away. Arms of fewer than six joints are left to searches from other starts.
+
+    Args:
+        search: The pose, and the robot.
+        ended: Where searches ended.
+        near: Configuration that whole turns are to be near to, shape (d,).
+        most_steps: How many steps to follow each valley either way.
     """
     robot = search.robot
-    if robot.dof != 6:
+    if robot.dof < 6:
         return
-    deep = [one.q for one in ended if one.position_error + one.orientation_error < DEEP]
     revolute = np.array([unit == "rad" for unit in robot.joint_units])
     limits = robot.lower_position_limit, robot.upper_position_limit
-    solutions = solutions_in_valleys(search, deep, revolute, VALLEY_RESIDUAL)
-    turned = [nearest_turns(q, near, *limits, revolute) for q in solutions]
-    yield from sorted(turned, key=lambda q: float(np.linalg.norm(q - near)))
+    deep = (one.q for one in ended if one.position_error + one.orientation_error < DEEP)
+    far: list[FloatArray] = []
+    for start in islice(deep, MOST_FOLLOWED):
+        for q in solutions_outward(search, start, VALLEY_RESIDUAL, most_steps):
+            turned = nearest_turns(q, near, *limits, revolute)
+            if np.abs(turned - near).max() > np.pi:
+                far.append(turned)
+            else:
+                yield turned
+    yield from far
 
 
 def spread(

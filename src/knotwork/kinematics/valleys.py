@@ -92,6 +92,33 @@ def solutions_in_valleys(
     return found
 
 
+def solutions_outward(
+    search: PoseSearch, start: FloatArray, tolerance: float, most_steps: int
+) -> Iterator[FloatArray]:
+    """Follow the valley that a configuration lies in both ways, and give solutions as they come.
+
+    Args:
+        search: The pose, and an arm of six joints or more: of the floor of a valley that is not a
+            line, a line is followed.
+        start: A configuration with a small error, shape (d,).
+        tolerance: Of solutions: distance [m] and angle [rad].
+        most_steps: How many steps to try either way.
+    """
+    first = _down(search, start, None)
+    if first is None:
+        return
+    here = [first, first]
+    walks = (_walk(search, first, sign, most_steps) for sign in (1.0, -1.0))
+    for pair in itertools.zip_longest(*walks):
+        for side, point in enumerate(pair):
+            if point is None:
+                continue
+            _, there = point
+            if here[side].rest * there.rest <= 0.0:
+                yield from _root(search, here[side], there, tolerance)
+            here[side] = there
+
+
 def floors_of_valleys(
     search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray, tolerance: float
 ) -> list[FloatArray]:
@@ -136,7 +163,7 @@ def _down(search: PoseSearch, q: FloatArray, before: _Floor | None) -> _Floor | 
     """Go down to the floor of the valley; `None` where there is none."""
     for _ in range(DESCENTS):
         e = search.error(q)
-        U, s, Vt = np.linalg.svd(search.jacobian(q))
+        U, s, Vt = np.linalg.svd(search.jacobian(q), full_matrices=False)
         if s[-2] < SECOND_SINGULAR:
             return None
         move = Vt[:-1].T @ ((U[:, :-1].T @ e) / s[:-1])
@@ -158,10 +185,22 @@ def _follow(
     search: PoseSearch, first: _Floor, sign: float, revolute: BoolArray
 ) -> tuple[list[_Floor], bool]:
     """Points along a valley in one direction to its end, or round to the first, and whether so."""
-    way = [first]
+    way, closed = [first], False
+    for length, there in _walk(search, first, sign):
+        way.append(there)
+        if closed:  # a step beyond, so that nothing is between the last and the first
+            break
+        closed = length > 4 * STEP and _apart(there.q[None], first.q, revolute)[0] < 0.75 * STEP
+    return way, closed
+
+
+def _walk(
+    search: PoseSearch, first: _Floor, sign: float, most_steps: int = MOST_STEPS
+) -> Iterator[tuple[float, _Floor]]:
+    """Points along a valley in one direction, and how far they are."""
     here = _Floor(first.q, sign * first.along, first.across, first.rest)
-    step, length, closed = STEP, 0.0, False
-    for _ in range(MOST_STEPS):
+    step, length = STEP, 0.0
+    for _ in range(most_steps):
         there = _down(search, here.q + step * here.along, here)
         turned = there is None or not there.follows(here)
         if turned and step > SHORTEST_STEP:
@@ -169,14 +208,10 @@ def _follow(
             continue
         if there is None:
             break
-        way.append(there)
         length += step
-        if closed:  # a step beyond, so that nothing is between the last and the first
-            break
-        closed = length > 4 * STEP and _apart(there.q[None], first.q, revolute)[0] < 0.75 * STEP
+        yield length, there
         step = min(2.0 * step, STEP)
         here = there
-    return way, closed
 
 
 def _with_dips(search: PoseSearch, way: list[_Floor]) -> list[_Floor]:
