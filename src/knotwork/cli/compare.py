@@ -78,7 +78,7 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
 @click.command()
 @json_option
 def planners(as_json: bool) -> int:
-    """List the planners: what each guarantees, what it gives up, its options and rules."""
+    """List the planners: what each guarantees, what it can not do, its options and rules."""
     from dataclasses import asdict
 
     from knotwork.interpolation import RECORDS, rules
@@ -93,7 +93,7 @@ def planners(as_json: bool) -> int:
         return PASSED
     from knotwork.cli import tables
 
-    table = tables.plain_table("Planners", ["name", "degree", "C", "meets", "gives up", "options"])
+    table = tables.plain_table("Planners", ["name", "degree", "C", "meets", "can not", "options"])
     for column in table.columns[3:]:
         column.justify, column.no_wrap = "left", False
     for record in records:

@@ -91,7 +91,7 @@ def _internal_error(error: Exception) -> int:
 @click.group(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Start with `knotwork plan ur5_deburring`. Exit codes: 0 every check passes, 1 a check "
-    "fails, 2 the input is wrong.",
+    "fails, 2 the input is wrong, 3 Knotwork itself is at fault.",
 )
 @click.version_option(__version__, "-V", "--version", message="%(prog)s %(version)s")
 def cli() -> None:
@@ -268,7 +268,7 @@ for _command, _summary in (
     (export, "Hand a motion over: ROS 2, PVT, CSV, MATLAB, ..."),
     (robots, "List the robots, or show one."),
     (scenarios, "List the shipped scenarios."),
-    (planners, "List the planners and what each gives up."),
+    (planners, "List the planners: what each can and can not do."),
     (schema, "Print the JSON Schema of scenario files."),
 ):
     _command.short_help = _summary

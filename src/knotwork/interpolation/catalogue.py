@@ -23,7 +23,7 @@ class PlannerRecord:
         continuity: Order k of the C^k smoothness that it guarantees for all waypoints.
         degree: Largest degree of its polynomials.
         guarantees: What the motion meets.
-        cannot: What it gives up.
+        cannot: What it can not do.
         honours: Names of the `PlannerOptions` that it honours; limits only where they shape the
             motion.
         module: Module of `knotwork.interpolation` that it is in.
