@@ -157,6 +157,13 @@ class PoseSearch:
         pin.updateFramePlacement(work.model, work.data, work.frame)
         return self._jacobian_here()
 
+    def bend(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Acceleration of the TCP in tool axes while the joints move steadily, shape (6,)."""
+        work = self._work
+        pin.forwardKinematics(work.model, work.data, q, v, np.zeros_like(v))
+        a = pin.getFrameClassicalAcceleration(work.model, work.data, work.frame, pin.LOCAL)
+        return np.asarray(a.vector)
+
     def _jacobian_here(self) -> FloatArray:
         """The same where the error has been evaluated last."""
         work = self._work

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -27,6 +27,7 @@ from knotwork.kinematics.nearest import settle_near
 from knotwork.kinematics.pulled_inside import pulled_inside
 from knotwork.kinematics.restarts import low_discrepancy, nearest_turns
 from knotwork.kinematics.starts import NEARBY_RESTARTS, in_valleys, spread, starts_after
+from knotwork.kinematics.valleys import STEP
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -40,7 +41,12 @@ HASTY_SEARCHES = 20
 # the nearest solution of a UR5 is missed for 3 with 8 restarts, for 2 with 16, for 1 with 24.
 NEARER_RESTARTS = 16
 FAR = 1.5  # [rad or m]
-# Near a singularity a second solution may be as near as the first.
+# Near a singularity a second solution may be as near as the first: it is looked for where it would
+# be so many times as far from that, twice being the most in theory.
+TWIN_WITHIN = 3.0
+# With a smallest singular value below this that is no more than a guess; others may lie along a
+# valley, or anywhere near.
+NEAR_SINGULAR = 3e-3
 NEAR_SINGULAR_RESTARTS = 8
 # A search that ends so near its start, in a valley next to a singularity, has the nearest solution
 # in there [rad or m]; from farther away other starts are quicker than to follow it.
@@ -176,8 +182,11 @@ def solve_pose_ik(
         collector.take(
             solution_or_reason(search, goal, tolerances=asked, waypoint=waypoint, where=where)
         )
+    if nearest and max_restarts:
+        for start_beside in collector.twins():
+            collector.search_on([start_beside])
     for restart in range(min(NEARER_RESTARTS, max_restarts) if nearest else 0):
-        if restart > max(NEARER_RESTARTS * collector.distance / FAR, collector.twins()):
+        if restart > NEARER_RESTARTS * collector.distance / FAR:
             break
         collector.search_on(spread(robot, goal, collector.distance, points, 1))
     return collector.solution()
@@ -194,7 +203,6 @@ class _Collector:
         self.failed: list[LocalSolution] = []
         self.distance = np.inf
         self.iterations = self.restarts = 0
-        self._singular: float | None = None
         self._measured = False
 
     def try_from(self, start: FloatArray) -> None:
@@ -240,19 +248,27 @@ class _Collector:
             if self.found:
                 break
 
-    def twins(self) -> int:
-        """Searches worth making because a second solution may be as near as the one found.
+    def twins(self) -> Iterator[FloatArray]:
+        """Starts near a second solution that may be as near as the one found, if there is one.
 
-        Where J is the smallest singular value σ from losing rank, another solution may be within
-        about σ. It is asked for once in a search, of a solution that is near.
+        Along the direction v that the tool feels least, by σ, its motion bends by κ: after σ t it
+        is back where it was at t = −2 σ / κ, and next to that there is a second solution.
         """
         if self.best is None or self.distance > FAR:
-            return 0
-        if self._singular is None:
-            self._singular = float(
-                np.linalg.svd(self.search.jacobian(self.best.q), compute_uv=False)[-1]
-            )
-        return NEAR_SINGULAR_RESTARTS if self._singular < self.distance else 0
+            return
+        q = self.best.q
+        U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
+        for across, felt, along in zip(U.T, s, Vt, strict=True):
+            if felt < self.distance:
+                bend = float(across @ self.search.bend(q, along))
+                if 2.0 * felt < TWIN_WITHIN * self.distance * abs(bend):
+                    yield q - (2.0 * felt / bend) * along
+        if s[-1] < NEAR_SINGULAR:
+            steps = 2 + int(TWIN_WITHIN * self.distance / STEP)
+            yield from in_valleys(self.search, [self.best], self.near, steps)
+            points = low_discrepancy(self.search.robot.dof)
+            for _ in range(NEAR_SINGULAR_RESTARTS):
+                yield from spread(self.search.robot, self.near, self.distance, points, 1)
 
     def solution(self) -> IKSolution:
         if self.best is None:

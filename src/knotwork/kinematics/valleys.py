@@ -36,7 +36,8 @@ MOST_VALLEYS = 16
 SAME_VALLEY = 2.0 * STEP
 # Steps down to the floor: Newton's, in the directions other than the valley's.
 DESCENTS = 6
-DESCENDED = 1e-13
+# A move of less leaves what the square of it leaves: nothing.
+DESCENDED = 1e-7
 # There is one direction that the tool hardly feels; where there are two, valleys meet.
 SECOND_SINGULAR = 1e-3
 ROOT_STEPS = 60
