@@ -14,6 +14,7 @@ from motions import hermite_data, motion
 from replay import hermite
 
 from knotwork.errors import ExportError, InputError, UnknownNameError
+from knotwork.export import carry
 from knotwork.trajectory import JointTrajectory
 
 
@@ -155,7 +156,26 @@ def test_offsets_that_lose_the_motion_are_refused(value: float, scale: float) ->
     assert most > 1000.0 * scale
     _, _, rows = read(motion().to_pvt(offset={"slide": most}, scale={"slide": scale}))
     back = (rows[:, 5] - most) / scale
-    assert back == pytest.approx(motion().knots.position[:, 2], abs=1e-12)
+    assert back == pytest.approx(motion().knots.position[:, 2], abs=1e-9)
+
+
+@pytest.mark.parametrize("bits", [12, 17, 20])
+@pytest.mark.parametrize("counted", [2**30, 2**31, -(2**31)])
+def test_counts_of_an_encoder_may_begin_far_from_zero(bits: int, counted: int) -> None:
+    """A 32-bit counter in its middle holds the motion to a small part of a count."""
+    scale = 2**bits / (2 * np.pi)
+    _, _, rows = read(motion().to_pvt(offset={"a": counted}, scale={"a": scale}))
+    back = (rows[:, 1] - counted) / scale
+    off = np.abs(back - motion().knots.position[:, 0]).max()
+    assert off < min(1e-9, 1e-5 / scale)
+
+
+def test_a_fit_leaves_room_for_rounding() -> None:
+    curve = motion("quintic")
+    with pytest.raises(ExportError, match="offset of joint 'a' is"):
+        curve.to_pvt(fit=1e-6, offset={"a": 1e12})
+    _, _, rows = read(curve.to_pvt(fit=1e-3, offset={"a": 1e9}))
+    assert len(rows) == carry(curve, fit=1e-3).count
 
 
 def test_a_joint_at_rest_takes_any_offset() -> None:

@@ -249,6 +249,8 @@ def test_units_that_the_values_are_not_read_in(
             "accelerations": ["rad/s²", "rad/s^2", "m/s2"],
         },
         {"efforts": "Nm"},
+        {NAMES[0]: "rad", NAMES[2]: "m"},
+        [],
         ["rad", "rad", "m"],
     ],
 )
@@ -526,3 +528,25 @@ def test_nanoseconds_that_ros_2_can_not_say_are_refused(tmp_path: Path, nanosec:
     file.write_text(yaml.safe_dump(message), encoding="utf-8")
     with pytest.raises(DocumentError, match=rf"points\[1\].*nanosec: {nanosec} is out of range"):
         read_trajectory(file, ("joint_1",), ("rad",))
+
+
+@pytest.mark.parametrize(
+    ("heading", "quantity"),
+    [("acc_a", "acceleration"), ("vel_e", "velocity"), ("t_pos", "position")],
+)
+def test_a_joint_may_be_called_as_a_letter_of_what_is_said_of_it(
+    heading: str, quantity: str
+) -> None:
+    names = ["a", "e", "t"]
+    found = column(heading, names, ["rad"] * 3)
+    assert (found.quantity, found.joint) == (
+        quantity,
+        names.index(heading.replace("pos", "").strip("_")[-1]),
+    )
+
+
+def test_several_messages_are_said_to_be_several(tmp_path: Path) -> None:
+    file = tmp_path / "echoed.yaml"
+    file.write_text("points: []\n---\npoints: []\n---\n")
+    with pytest.raises(DocumentError, match="line 2: is not valid YAML: a second document begins"):
+        read(file)

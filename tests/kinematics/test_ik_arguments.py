@@ -65,24 +65,39 @@ def test_poses_may_come_one_by_one() -> None:
     assert kw.solve_many(UR5, (UR5.forward(HOME) for _ in range(2)), HOME).converged.all()
 
 
-@pytest.mark.parametrize("bad", [0, -1e-8, float("nan"), "fine"])
+@pytest.mark.parametrize("bad", [0, -1e-8, float("nan"), float("inf"), "fine", None, True])
 def test_tolerances_are_positive_numbers(bad: Any) -> None:
     pose = UR5.forward(HOME)
     with pytest.raises(WaypointDataError, match=r"^tolerance must be positive"):
         kw.solve_many(UR5, [pose], HOME, tolerance=bad)
-    with pytest.raises(WaypointDataError, match=r"^orientation_tolerance must be positive"):
-        kw.solve_all(UR5, pose, orientation_tolerance=bad)
+    for solve in (kw.solve_all, lambda *given, **more: kw.solve_pose_ik(*given, HOME, **more)):
+        with pytest.raises(WaypointDataError, match=r"^orientation_tolerance must be positive"):
+            solve(UR5, pose, orientation_tolerance=bad)
 
 
-@pytest.mark.parametrize("bad", [-1, 2.5])
+@pytest.mark.parametrize("bad", [-1, 2.5, "3", None, True])
 def test_restarts_are_counted(bad: Any) -> None:
     with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
         kw.solve_many(UR5, [UR5.forward(HOME)], HOME, max_restarts=bad)
 
 
-def test_no_restarts_is_a_number_of_restarts() -> None:
+@pytest.mark.parametrize("bad", [-1, 2.5, "3", None, True])
+def test_restarts_of_one_pose_are_counted(bad: Any) -> None:
     with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
-        kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, max_restarts=-1)
+        kw.solve_pose_ik(UR5, UR5.forward(HOME), HOME, max_restarts=bad)
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    pose = UR5.forward(HOME)
+    few = {"max_restarts": np.int64(4), "position_tolerance": np.float32(1e-6)}
+    assert kw.solve_pose_ik(UR5, pose, HOME, **few).converged  # type: ignore[arg-type]
+    assert kw.solve_all(UR5, pose, spread=np.int64(4))  # type: ignore[arg-type]
+
+
+def test_starts_of_many_poses_are_rows_of_one_length() -> None:
+    pose = UR5.forward(HOME)
+    with pytest.raises(WaypointDataError, match="start must be numbers"):
+        kw.solve_many(UR5, [pose, pose], [[1, 2, 3, 4, 5, 6], [1, 2]])
 
 
 @pytest.mark.parametrize("bad", [0, -3, 1.5])
@@ -95,7 +110,7 @@ def test_velocities_are_not_solved_within_no_tolerance() -> None:
     singular = np.array([0.2, -1.2, 0.0, -1.7, 0.4, 0.3])
     twist = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0])
     for name in ("linear_tolerance", "angular_tolerance"):
-        with pytest.raises(WaypointDataError, match=f"{name} must be positive, not nan"):
+        with pytest.raises(WaypointDataError, match=f"{name} must be positive and finite, not nan"):
             kw.solve_velocity_ik(UR5, singular, twist, **{name: float("nan")})
 
 

@@ -505,3 +505,23 @@ def test_poses_with_a_nearly_straight_wrist_are_solved_from_close_by_and_from_an
                     assert np.linalg.norm(error.angular) <= 1e-8
                     if nearest and np.abs(start - q).max() <= 0.1:
                         assert found.distance <= np.linalg.norm(start - q) + 0.02
+
+
+def test_an_arm_singular_in_more_than_one_way_is_solved_by_patience() -> None:
+    """There the error of a search does not even halve in a dozen steps."""
+    robot, generator = ROBOTS["xarm7"], np.random.default_rng(0)
+    q = np.array([0, 0.5, np.pi / 2, 2.74175974, np.pi, 0.8871318, 0])
+    pose = robot.forward(q)
+    for _ in range(4):
+        start = q + generator.uniform(-0.1, 0.1, 7)
+        assert solve_pose_ik(robot, pose, start).distance < np.linalg.norm(start - q) + 0.05
+        anywhere = generator.uniform(robot.lower_position_limit / 2, robot.upper_position_limit / 2)
+        assert solve_pose_ik(robot, pose, anywhere).converged
+
+
+def test_next_to_a_singularity_the_solution_beside_the_start_is_not_left() -> None:
+    robot = ROBOTS["kinova"]
+    q = [-0.93807534548, 2.34853543478, 1.12835891566, 0.8603289401, 2.4504648955, -0.71982273774]
+    off = [-0.05469576, 0.05678136, 0.09046045, 0.06394301, -0.07862591, -0.06176066]
+    found = solve_pose_ik(robot, robot.forward(q), np.add(q, off))
+    assert found.distance < 0.2

@@ -377,3 +377,27 @@ def test_a_robot_can_be_asked() -> None:
     assert [branch.words for branch in asked] == [branch.words for branch in called]
     with pytest.raises(UnreachablePoseError):
         UR5.solve_all(pin.SE3(np.eye(3), np.array([5.0, 0.0, 0.0])))
+
+
+LOST = {
+    "ur5 1": (
+        -3.0133886649,
+        -5.4532247406,
+        2.0591139657,
+        1.6349482979,
+        -3.0931579583,
+        -2.634759863,
+    ),
+    "ur5 2": (1.5789, -0.3091, 1e-4, 0.358, 1e-4, -1.902),
+    "talos_arm": (1.45171674, -0.30725185, -0.14865706, 2.27148330, -1.04704167, -0.48629108),
+    "kinova": (0.2872108578, 4.0027804159, 5.5840493566, -1.1034071512, 3.1146773948, 2.3344353158),
+    "bravo7": (-1.3125356702, 0.4661320381, 0.9961142413, 0.9201825123, 0.9996038484, -2.836686857),
+}
+
+
+@pytest.mark.parametrize("where", LOST)
+def test_the_way_to_a_pose_next_to_a_singularity_is_among_its_solutions(where: str) -> None:
+    """Found by looking all around singularities of all arms; each was lost once."""
+    robot, q = ROBOTS[where.split()[0]], np.array(LOST[where])
+    answers = np.array([branch.q for branch in kw.solve_all(robot, robot.forward(q))])
+    assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-3

@@ -217,6 +217,9 @@ def _syntax_problem(error: yaml.YAMLError) -> Problem:
     if isinstance(error, yaml.MarkedYAMLError):
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark is not None else None
+        if error.problem == "but found another document":
+            message = "is not valid YAML: a second document begins here; one a file is read"
+            return Problem(line, "", message)
         said = ", ".join(part for part in (error.context, error.problem) if part)
         return Problem(line, "", f"is not valid YAML: {said}")
     return Problem(None, "", f"is not valid YAML: {error}".replace("\n", " "))

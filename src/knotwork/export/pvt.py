@@ -24,6 +24,10 @@ SMALLEST = float(np.finfo(float).tiny)
 HALF_DIGIT = 2.0**-53
 """Rounding of a sum, relative to it."""
 
+HELD = 1e-9
+"""Positions beside a large offset may be rounded by so much [rad or m]: some hundred-thousandth of
+what the encoders tell apart whose counts begin far from zero."""
+
 
 def to_pvt(
     motion: JointTrajectory | Points,
@@ -61,7 +65,8 @@ def to_pvt(
     time = np.asarray(knots.time - knots.time[0])
     shown = ["deg" if unit == "rad" and degrees else unit for unit in units]
     ratio = np.array([DEGREES if unit == "deg" else 1.0 for unit in shown])
-    position, velocity = _in_drive_units(trajectory, shown, ratio, factors, shifts)
+    room = HELD if fit is None else max(HELD, fit - points.error)
+    position, velocity = _in_drive_units(trajectory, shown, ratio, factors, shifts, room)
     header, columns = ["time_step_s" if incremental else "time_from_start_s"], []
     columns.append((increments(time) if incremental else time)[:, None])
     about = [
@@ -93,13 +98,14 @@ def _in_drive_units(
     ratio: FloatArray,
     factors: FloatArray,
     shifts: FloatArray,
+    held: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Positions and velocities of the knots as the drives have them, shape (n, d) each.
 
     Raises:
-        ExportError: Numbers this large or small do not hold the motion: undoing factor and offset
-            would not give it back within `LOSSLESS` of the largest value, or of 1 rad or m (per
-            second), whichever is more.
+        ExportError: Numbers this large or small do not hold the motion: undoing the factor would
+            not give it back within `LOSSLESS` of the largest value, or of 1 rad or m (per
+            second), whichever is more; or undoing the offset not within that or `held`.
     """
     knots = trajectory.knots
     own = np.stack((knots.position, knots.velocity))
@@ -114,11 +120,12 @@ def _in_drive_units(
             raise _scale_error(trajectory, units, int(lost[0]), factors, ratio, peaks)
         position = scaled[0] + shifts
         off = np.abs((position - shifts) / per - own[0])
-    lost = np.flatnonzero(~(off <= bounds[0]).all(axis=0))
+    most = np.maximum(bounds[0], held)
+    lost = np.flatnonzero(~(off <= most).all(axis=0))
     if lost.size:
         i = int(lost[0])
-        room = float(bounds[0, i] * abs(per[i])) / (4.0 * HALF_DIGIT)
-        raise _offset_error(trajectory, i, float(shifts[i]), off[:, i], float(bounds[0, i]), room)
+        room = float(most[i] * abs(per[i])) / (4.0 * HALF_DIGIT)
+        raise _offset_error(trajectory, i, float(shifts[i]), off[:, i], float(most[i]), room)
     return position, scaled[1]
 
 

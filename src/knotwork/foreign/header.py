@@ -71,10 +71,11 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
             itself.
     """
     text = heading.strip()
-    joint = _joint(text, joint_names)
-    if joint is not None:
+    found = _joint(text, joint_names)
+    if found is not None:
+        joint, beside = found
         name, unit = joint_names[joint], joint_units[joint]
-        quantity, factor = _content(heading, words(text.replace(name, " ", 1)), name, unit)
+        quantity, factor = _content(heading, words(beside), name, unit)
         return Column(quantity, joint, factor) if quantity in QUANTITIES else Column("")
     time = _time(heading)
     if time is not None:
@@ -140,14 +141,14 @@ def _content(heading: str, said: list[str], name: str, unit: str) -> tuple[str, 
     return quantity, factor
 
 
-def _joint(text: str, joint_names: Sequence[str]) -> int | None:
-    """Index of the joint that a heading names, the longest name if several fit."""
+def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
+    """Index of the joint that a heading names, the longest name if several fit, and the rest."""
     found = [
-        (len(name), i)
+        (len(name), i, f"{text[: match.start()]} {text[match.end() :]}")
         for i, name in enumerate(joint_names)
-        if re.search(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", text)
+        if (match := re.search(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", text))
     ]
-    return max(found)[1] if found else None
+    return max(found)[1:] if found else None
 
 
 def _time(heading: str) -> Column | None:

@@ -22,8 +22,8 @@ def check_units(
 ) -> None:
     """Refuse units other than the joints' own: values are taken in s and rad or m, as in ROS.
 
-    `units` may be the unit of all joints, a list with one for each, or a mapping: `time`, `joints`
-    or a quantity such as `velocities` to such units.
+    `units` may be the unit of all joints, a list with one for each, or a mapping: `time`, `joints`,
+    a joint's name, or a quantity such as `velocities` to such units.
 
     Args:
         document: What is read.
@@ -35,7 +35,7 @@ def check_units(
         DocumentError: A unit is another one, or stated for what is not understood.
     """
     units = data.get("units")
-    if units is None:
+    if units is None or units in ({}, []):
         return
     where = (*at, "units")
     if not isinstance(units, dict):
@@ -47,6 +47,9 @@ def check_units(
         if key in KEYS["time"]:
             if not isinstance(stated, str) or stated.strip().lower() not in SECONDS:
                 raise document.error((*where, key), f"times are in {stated!r}", "'s'")
+        elif key in dict(joints):
+            own = [(name, unit) for name, unit in joints if name == key]
+            _check_joints(document, stated, (*where, key), own, 0)
         elif key in _ORDERS:
             _check_joints(document, stated, (*where, key), joints, _ORDERS[key])
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -65,23 +66,24 @@ def check_distance(pose: Any, name: str = "pose") -> None:
         )
 
 
-def check_count(value: int, name: str, least: int = 0) -> None:
+def check_count(value: Any, name: str, least: int = 0) -> None:
     """Check a number of things.
 
     Raises:
         WaypointDataError: It is no integer, or less than the least.
     """
-    if not (isinstance(value, int) and value >= least):
+    if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= least):
         raise WaypointDataError(
             f"{name} must be an integer, {least} or more, not {value!r}", value=value
         )
 
 
-def check_tolerance(value: float, name: str) -> None:
+def check_tolerance(value: Any, name: str) -> None:
     """Check a tolerance.
 
     Raises:
-        WaypointDataError: It is not positive.
+        WaypointDataError: It is no positive, finite number.
     """
-    if not (isinstance(value, (int, float, np.number)) and value > 0):
-        raise WaypointDataError(f"{name} must be positive, not {value!r}", value=value)
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    if not (number and 0.0 < float(value) < np.inf):
+        raise WaypointDataError(f"{name} must be positive and finite, not {value!r}", value=value)

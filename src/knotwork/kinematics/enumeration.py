@@ -27,7 +27,7 @@ MORE_STARTS = 32
 # Starts besides the solutions of a pose nearby, where those are known.
 BESIDE_KNOWN = 8
 MAX_ROUNDS = 6
-MAX_ITERATIONS = 40
+MAX_ITERATIONS = 72
 # Searches end this near the pose [m, rad], so near that what is left of the error moves no joint
 # by more than `SAME`, but where two branches meet.
 RESIDUAL = 1e-11

@@ -15,8 +15,11 @@ from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
 # A search that has not halved its error in so many iterations is at a local minimum. Even where
-# the arm is stretched to a singularity, Newton's step still quarters the error.
+# the arm is stretched to a singularity, Newton's step still quarters the error; only where it is
+# singular in more than one way at once it takes longer, and more patience.
 STALL_ITERATIONS = 12
+PATIENT = 60
+PATIENT_ITERATIONS = 400
 # One of many searches for any solution gives up sooner and keeps more damping: over random poses
 # that takes the fewest steps in all.
 HASTY_STALL_ITERATIONS = 5
@@ -195,6 +198,7 @@ class PoseSearch:
         max_iterations: int = MAX_ITERATIONS,
         polish_iterations: int = POLISH_ITERATIONS,
         hasty: bool = False,
+        patience: int = STALL_ITERATIONS,
     ) -> LocalSolution:
         """Search from a start.
 
@@ -206,6 +210,7 @@ class PoseSearch:
             polish_iterations: Of those, how many within the tolerances.
             hasty: Unless the start is close, give up soon: there are other searches for a
                 solution, whichever it is.
+            patience: Steps in which the error must halve, unless hasty.
         """
         # This is the inner loop of all that solves for single poses: no array is made, checked or
         # looked through twice, because for six numbers NumPy's overhead is all there is.
@@ -224,7 +229,7 @@ class PoseSearch:
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
         hasty = hasty and square > CLOSE**2
-        patience = HASTY_STALL_ITERATIONS if hasty else STALL_ITERATIONS
+        patience = HASTY_STALL_ITERATIONS if hasty else patience
         least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
         factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
         while iteration < max_iterations:

@@ -66,8 +66,7 @@ def solve_many(
     check_tolerance(tolerance, "tolerance")
     check_count(max_restarts, "max_restarts")
     targets = _targets(wanted)
-    given = np.asarray(start)
-    first = read_only(given if given.ndim == 2 else np.tile(given, (n, 1)), (n, d), "start")
+    first = read_only(_each(start, n), (n, d), "start")
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     corner, opposite = search_box(robot, np.zeros(d), np.inf)
     chain = joint_axes(robot)
@@ -113,6 +112,15 @@ def solve_many(
         restarts += starts.shape[1]
     converged = np.maximum(position, orientation) <= MARGIN * tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
+
+
+def _each(start: ArrayLike, count: int) -> ArrayLike:
+    """Starts of all poses, where one is given for all."""
+    try:
+        given = np.asarray(start)
+    except ValueError:  # rows of different lengths, which the check of the shape names
+        return start
+    return np.tile(given, (count, 1)) if given.ndim == 1 else given
 
 
 def _targets(poses: Sequence[Any]) -> Targets:

@@ -19,6 +19,8 @@ from knotwork.kinematics.arguments import (
 )
 from knotwork.kinematics.diagnosis import solution_or_reason
 from knotwork.kinematics.levenberg_marquardt import (
+    PATIENT,
+    PATIENT_ITERATIONS,
     POLISH_ITERATIONS,
     LocalSolution,
     PoseSearch,
@@ -27,7 +29,7 @@ from knotwork.kinematics.nearest import settle_near
 from knotwork.kinematics.pulled_inside import pulled_inside
 from knotwork.kinematics.restarts import low_discrepancy, nearest_turns
 from knotwork.kinematics.starts import NEARBY_RESTARTS, in_valleys, spread, starts_after
-from knotwork.kinematics.valleys import STEP
+from knotwork.kinematics.valleys import DEEP, STEP
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -52,6 +54,8 @@ NEAR_SINGULAR_RESTARTS = 8
 # in there [rad or m]; from farther away other starts are quicker than to follow it.
 VALLEY_BESIDE = 0.5
 VALLEY_STEPS = 16
+# Of many searches that failed, those that ended nearest the pose are gone on with.
+MOST_GONE_ON = 20
 # The free motion of an arm with more joints than the pose needs is followed from solutions that are
 # not much farther than the nearest, until its steps are this part of the distance (what is left to
 # gain is then about the square of it); and to the end from the nearest.
@@ -133,7 +137,9 @@ def solve_pose_ik(
         RobotError: The robot has no tool frame.
     """
     check_pose(pose)
-    if not (position_tolerance > 0 and orientation_tolerance > 0 and max_restarts >= 0):
+    usual = type(position_tolerance) is type(orientation_tolerance) is float
+    usual = usual and type(max_restarts) is int and max_restarts >= 0
+    if not (usual and 0.0 < position_tolerance < np.inf and 0.0 < orientation_tolerance < np.inf):
         check_tolerance(position_tolerance, "position_tolerance")
         check_tolerance(orientation_tolerance, "orientation_tolerance")
         check_count(max_restarts, "max_restarts")
@@ -169,11 +175,15 @@ def solve_pose_ik(
         check_distance(pose)
         if math.dist(found.q.tolist(), goal.tolist()) < VALLEY_BESIDE:
             collector.search_on(in_valleys(search, [found], goal, VALLEY_STEPS))
+            if not collector.found:
+                collector.go_on([found])
     if not collector.found:
         starts = starts_after(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
         collector.search_on(islice(starts, max_restarts))
     if not collector.found and max_restarts:
         collector.search_on(in_valleys(search, collector.failed, goal))
+    if not collector.found and max_restarts:
+        collector.go_on(collector.failed)
     if not collector.found and max_restarts:
         collector.search_on(pulled_inside(search, goal))
     if not collector.found:
@@ -245,6 +255,27 @@ class _Collector:
         for start in starts:
             self.restarts += 1
             self.try_from(start)
+            if self.found:
+                break
+
+    def go_on(self, ended: Iterable[LocalSolution]) -> None:
+        """Go on patiently where searches ended with a small error, until there is a solution."""
+        robot = self.search.robot
+        lower, upper = robot.lower_position_limit, robot.upper_position_limit
+        small = [one for one in ended if one.position_error + one.orientation_error < DEEP]
+        small.sort(key=lambda one: one.position_error + one.orientation_error)
+        for one in small[:MOST_GONE_ON]:
+            self.restarts += 1
+            self.take(
+                self.search.solve(
+                    one.q,
+                    lower,
+                    upper,
+                    PATIENT_ITERATIONS,
+                    polish_iterations=self._polish,
+                    patience=PATIENT,
+                )
+            )
             if self.found:
                 break
 

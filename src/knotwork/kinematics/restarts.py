@@ -51,9 +51,9 @@ def search_box(robot: Robot, near: FloatArray, radius: float) -> tuple[FloatArra
 
     Returns:
         Lower and upper corner, shape (d,) each. A revolute joint gets one full turn at most,
-        because the other turns repeat it.
+        because the other turns repeat it; a slide with limits its range.
     """
-    radius = min(radius, np.pi)
+    everywhere, radius = radius > np.pi, min(radius, np.pi)
     lower = np.maximum(robot.lower_position_limit, near - radius)
     upper = np.minimum(robot.upper_position_limit, near + radius)
     # A centre outside the limits may leave nothing of the box.
@@ -63,6 +63,11 @@ def search_box(robot: Robot, near: FloatArray, radius: float) -> tuple[FloatArra
     empty = ~(lower < upper)
     lower[empty] = robot.lower_position_limit[empty]
     upper[empty] = np.minimum(robot.upper_position_limit, lower + FULL_TURN)[empty]
+    if everywhere and "m" in robot.joint_units:
+        low, high = robot.lower_position_limit, robot.upper_position_limit
+        slides = np.array([unit == "m" for unit in robot.joint_units])
+        whole = slides & np.isfinite(low) & np.isfinite(high)
+        lower[whole], upper[whole] = low[whole], high[whole]
     return lower, upper
 
 

@@ -15,7 +15,7 @@ from knotwork.waypoints import FloatArray
 # Costs that differ by less, [s] and relative, are equal: then the first candidate wins, on every
 # machine.
 TIE = 1e-9
-RELATIVE_TIE = 1e-11
+RELATIVE_TIE = 1e-14
 
 
 @dataclass(frozen=True, eq=False)

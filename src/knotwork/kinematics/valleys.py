@@ -31,7 +31,7 @@ SHORTEST_STEP = STEP / 32
 SAME_DIRECTION = 0.8
 MOST_STEPS = 160
 # Valleys followed for one pose at most; a UR5 has four.
-MOST_VALLEYS = 16
+MOST_VALLEYS = 10
 # A configuration so near one that a valley has been followed through is in that valley.
 SAME_VALLEY = 2.0 * STEP
 # Steps down to the floor: Newton's, in the directions other than the valley's.
@@ -137,7 +137,7 @@ def floors_of_valleys(
 def _valleys(
     search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray
 ) -> Iterator[list[_Floor]]:
-    """Points along each valley that starts lie in; one that does not close gives two lists."""
+    """Points along each valley that starts lie in."""
     followed: list[FloatArray] = []
     for start in starts:
         if len(followed) == MOST_VALLEYS:
@@ -148,9 +148,11 @@ def _valleys(
         if first is None:
             continue
         way, closed = _follow(search, first, 1.0, revolute)
-        ways = [way] if closed else [way, _follow(search, first, -1.0, revolute)[0]]
-        followed.append(np.array([floor.q for way in ways for floor in way]))
-        yield from ways
+        if not closed:
+            back, _ = _follow(search, first, -1.0, revolute)
+            way = [*reversed(back[1:]), *way]
+        followed.append(np.array([floor.q for floor in way]))
+        yield way
 
 
 def _apart(points: FloatArray, q: FloatArray, revolute: BoolArray) -> FloatArray:
