@@ -19,6 +19,7 @@ from knotwork.kinematics.steps import (
     Layer,
     Prices,
     Rules,
+    most_travel,
 )
 
 SPEED = np.array([3.0, 2.0])
@@ -249,3 +250,18 @@ def test_a_given_position_is_met_at_its_own_turn() -> None:
 def test_equal_costs_take_the_first_whatever_their_rounding() -> None:
     cost = np.array([[2.0 + 1e-12, 1.0], [2.0, 1.0 - 1e-12], [2.0 - 1e-12, 0.9]])
     np.testing.assert_array_equal(first_least(cost), [0, 2])
+
+
+def test_an_infeasible_interval_does_not_blur_what_follows_it() -> None:
+    """Its price is many times the travel of a thousand waypoints, which counts all the same."""
+    layers = layers_of(3, [4] * 1000, spread=0.3)
+    layers = [replace(layer, cost=np.zeros(4), velocity=None) for layer in layers]
+    durations = np.r_[1e-3, np.full(998, 10.0)]
+    rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), PRICES)
+    prices = Prices.above(most_travel(layers, rules), len(durations))
+    rules = replace(rules, prices=prices, change=prices.change)
+    chosen = choose_sequence(layers, durations, rules)
+    assert chosen.cost > prices.infeasible
+    first = layers[1].take([chosen.index[1]])
+    rest = choose_sequence([first, *layers[2:]], durations[1:], rules)
+    assert rest.index[1:] == chosen.index[2:]
