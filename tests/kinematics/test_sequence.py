@@ -256,7 +256,8 @@ def test_an_infeasible_interval_does_not_blur_what_follows_it() -> None:
     """Its price is many times the travel of a thousand waypoints, which counts all the same."""
     layers = layers_of(3, [4] * 1000, spread=0.3)
     layers = [replace(layer, cost=np.zeros(4), velocity=None) for layer in layers]
-    durations = np.r_[1e-3, np.full(998, 10.0)]
+    layers[0] = replace(layers[0], q=layers[0].q + 3.0)
+    durations = np.r_[0.8, np.full(998, 10.0)]  # of the first, half of what it takes
     rules = Rules(SPEED, SPEED, np.zeros(2, dtype=bool), PRICES)
     prices = Prices.above(most_travel(layers, rules), len(durations))
     rules = replace(rules, prices=prices, change=prices.change)
