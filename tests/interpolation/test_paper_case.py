@@ -166,7 +166,7 @@ def test_rounded_knots_and_equation_39_give_different_curves(curve):
     assert abs(float(spline(8.0) - curve(8.0))) > 0.05
 
 
-# The solution as the paper prints it, at A, M, P, Q, N, D, against which its equations are held. Its
+# The solution as the paper prints it, at A, M, P, Q, N, D; its equations are held against it. Its
 # digits are good to three decimals, and 0.005 allows for them in every equation below.
 TABLE_2_POSITION = [0.0, 14.21, 51.747, 76.147, 129.443, 180.0]
 TABLE_2_VELOCITY = [0.0, 7.548, 5.952, 5.805, 11.53, 0.0]
@@ -183,7 +183,7 @@ def beside_waypoint(i):
 
 
 def beside_knot(j):
-    """H before and after an inner knot, and r, r, r, v, v, v of Table 2 at it and its neighbours."""
+    """H before and after an inner knot, and r, r, r, v, v, v of Table 2 around it."""
     knots = TABLE_2_POSITION[j - 1 : j + 2] + TABLE_2_VELOCITY[j - 1 : j + 2]
     return *np.diff(ROUNDED_KNOTS)[j - 1 : j + 1], np.array(knots)
 
