@@ -111,6 +111,7 @@ def test_ones_own_urdf(tmp_path: Path) -> None:
 def test_the_spline_alone(tmp_path: Path) -> None:
     said = run("spline_alone.py", tmp_path)
     assert "Pinocchio loaded: False" in said
+    assert "SciPy loaded: False" in said
     assert numbers(said.splitlines()[0]) == [0, 3.09, 7.5, 12.5, 18.82, 25]
     jumps = dict(re.findall(r"^(\S+) +acceleration: .*jump ([\d.]+)", said, re.MULTILINE))
     assert float(jumps["cubic"]) > 0.01
