@@ -21,6 +21,7 @@ def main(scenario: str) -> None:
         and score.peak_jerk is not None
     ]
     print(f"{len(smooth)} of {len(comparison.rows)} meet everything smoothly: {scenario}")
+    print("peaks in rad or m, per second")
     for jerk, score in sorted(smooth, key=lambda pair: pair[0]):
         print(
             f"{score.planner:26} jerk {jerk:8.4f}"

@@ -18,7 +18,8 @@ def link(name: str) -> str:
 
 
 def joint(name: str, parent: str, child: str, x: float, kind: str = "revolute") -> str:
-    """Write a joint about z, a distance x along its parent."""
+    """Write a joint about z, a distance x [m] along its parent."""
+    # rad, rad/s, N m
     limit = '<limit lower="-3.1" upper="3.1" velocity="2.5" effort="50"/>'
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
@@ -38,7 +39,7 @@ URDF = (
 
 
 def pose(x: float, y: float) -> dict[str, list[float]]:
-    """A place in the plane, the hand along x."""
+    """A place in the plane [m], the hand along x [rad]."""
     return {"position": [x, y, 0.0], "rpy": [0.0, 0.0, 0.0]}
 
 
@@ -51,8 +52,8 @@ def main() -> None:
             {
                 "robot": str(urdf),
                 "tool": {"frame": "tip"},
-                "limits": {"acceleration": 8.0},
-                "waypoints": [
+                "limits": {"acceleration": 8.0},  # rad/s²
+                "waypoints": [  # s, m, m/s
                     {"pose": pose(0.6, -0.3)},
                     {"after": 1, "pose": pose(0.7, -0.1), "velocity": {"linear": [0, 0.3, 0]}},
                     {"after": 0.5, "pose": pose(0.7, 0.05), "velocity": {"linear": [0, 0.3, 0]}},

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import knotwork as kw
 
-DOWN = [180, 0, 0]  # roll, pitch, yaw: the tool points down
+DOWN = [180, 0, 0]  # roll, pitch, yaw [deg]: the tool points down
 TASK = {
     "robot": "panda",
     "units": {"angle": "deg"},
     "end_acceleration": "zero",
-    "waypoints": [
+    "waypoints": [  # s, m, m/s
         {"name": "A", "pose": {"position": [0.45, -0.30, 0.25], "rpy": DOWN}},
         {
             "name": "B",

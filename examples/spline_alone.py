@@ -12,9 +12,9 @@ import numpy as np
 
 import knotwork as kw
 
-TIME = np.array([0.0, 5.0, 15.0, 25.0])
-ANGLE = np.array([0.0, 30.0, 90.0, 180.0])
-RATE = np.array([0.0, 8.0, 8.0, 0.0])
+TIME = np.array([0.0, 5.0, 15.0, 25.0])  # s
+ANGLE = np.array([0.0, 30.0, 90.0, 180.0])  # deg
+RATE = np.array([0.0, 8.0, 8.0, 0.0])  # deg/s
 
 
 def main() -> None:
@@ -26,8 +26,8 @@ def main() -> None:
     assert np.allclose(spline(TIME), values)
     assert np.allclose(spline(TIME, 1), rates)
     print("knots [s]:", np.round(spline.x, 2))
-    at = [spline(7.5, order)[0].round(3) for order in range(3)]
-    print("value, rate and acceleration at 7.5 s:", *at)
+    for order, unit in enumerate(("deg", "deg/s", "deg/s²")):
+        print(f"at 7.5 s: {spline(7.5, order)[0]:.3f} {unit}")
 
     # The same waypoints as a motion of named joints, which any of the planners can make.
     waypoints = kw.JointWaypoints(("pan", "tilt"), TIME, np.radians(values), np.radians(rates))
@@ -38,6 +38,7 @@ def main() -> None:
         print(f"{name:18} acceleration: peak {peak:.4f} rad/s², largest jump {jump:.4f} rad/s²")
 
     print("Pinocchio loaded:", "pinocchio" in sys.modules)
+    print("SciPy loaded:", "scipy" in sys.modules)
 
 
 if __name__ == "__main__":

@@ -121,6 +121,32 @@ def test_jerk_of_balanced_knots() -> None:
         assert small["peak jerk / paper"][0] > usual["peak jerk / paper"][0]
 
 
+def test_acceleration_of_balanced_knots() -> None:
+    name = "peak accel. / cubic"
+    (most,) = said(r"peak acceleration is at most ([\d.]+) times the cubic's in the worst case")
+    as_said(max(column(BALANCED, name)[1]), most)
+    (most,) = said(r"that of the paper's knots up to ([\d.]+) times")
+    as_said(max(column(PAPER, name)[1]), most)
+    paper, balanced = said(r"arbitrary tasks at 100 : 1, ([\d.]+) against ([\d.]+)")
+    as_said(TABLES["Arbitrary", 100][PAPER][name][0], paper)
+    as_said(TABLES["Arbitrary", 100][BALANCED][name][0], balanced)
+
+
+def test_what_434_costs_beside_the_spline() -> None:
+    least, most, low, high = said(
+        r"peak jerk is ([\d.]+) to ([\d.]+) times that of `bspline` in the median, "
+        r"its peak acceleration ([\d.]+) to ([\d.]+) times"
+    )
+    for name, (one, other) in {
+        "peak jerk / paper": (least, most),
+        "peak accel. / cubic": (low, high),
+    }.items():
+        pairs = zip(column("4-3-4", name)[0], column("bspline", name)[0], strict=True)
+        ratios = [a / b for a, b in pairs]
+        as_said(min(ratios), one)
+        as_said(max(ratios), other)
+
+
 def test_the_rival() -> None:
     medians, _ = column(ESTIMATED, "peak accel. / cubic")
     assert said(r"with ([\d.]+) to ([\d.]+) times the plain cubic's peak acceleration") == (

@@ -94,6 +94,12 @@ def show_tables(_app: Any, _context: Any, lines: list[str]) -> None:
             lines[i:i] = ["", ".. code-block:: none", ""]
 
 
+def hide_private(signature: str) -> str:
+    """Leave out the parameters that begin with an underscore, which a dataclass may have last."""
+    found = re.search(r",? ?(\*, )?\b_[a-z]\w*: ", signature) if signature else None
+    return signature[: found.start()] + ")" if found else signature
+
+
 def name_aliases(
     _app: Any, _what: str, _name: str, _obj: Any, _opt: Any, signature: str, returned: str
 ) -> tuple[str, str]:
@@ -102,7 +108,7 @@ def name_aliases(
     def named(text: str) -> str:
         return re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text) if text else text
 
-    return named(signature), named(returned)
+    return named(hide_private(signature)), named(returned)
 
 
 def show_dashes(_app: Any, doctree: nodes.document) -> None:

@@ -54,6 +54,7 @@ MODULES = {
         "task_to_joint",
     ),
     "knotwork.comparison": ("Refusal", "Score"),
+    "knotwork.export.ros2": ("replay_bound",),
     "knotwork.kinematics.batch": ("BatchSolution",),
     "knotwork.metrics": (
         "Peak",

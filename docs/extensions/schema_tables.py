@@ -103,12 +103,14 @@ def _mapping(part: dict[str, Any]) -> str:
 
 
 def _number(part: dict[str, Any]) -> str:
-    least, most = part.get("exclusiveMinimum"), part.get("exclusiveMaximum")
-    if least == 0 and most is None:
-        return "positive number"
-    if least is not None and most is not None and most < FAR_AWAY:
-        return f"number between {least:g} and {most:g}"
-    return "number"
+    above, below = part.get("exclusiveMinimum"), part.get("exclusiveMaximum")
+    least, most = part.get("minimum"), part.get("maximum")
+    kind = "positive number" if above == 0 else "number"
+    if most is not None and most < FAR_AWAY:
+        return f"{kind} up to {most:g}"
+    if below is not None and below < FAR_AWAY:
+        return f"number between {above:g} and {below:g}" if above is not None else "number"
+    return "number, not negative" if least == 0 else kind
 
 
 def left_out(name: str, part: dict[str, Any], required: list[str]) -> str:

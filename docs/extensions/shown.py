@@ -25,6 +25,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 MOST_SENTENCES = 8
+ROOT = Path(__file__).parents[2]  # of the repository, where examples are
 
 
 class _Page:
@@ -134,13 +135,16 @@ class Run(Shown):
         """What a command prints, and its exit code; Knotwork's own run in this process."""
         words = shlex.split(line)
         if words[0] != "knotwork":
-            program = [sys.executable, "-m", *words] if words[0] == "pytest" else words
+            words = [str(ROOT / w) if w.startswith("examples/") else w for w in words]
+            python = {"pytest": [sys.executable, "-m", "pytest"], "python": [sys.executable]}
+            program = [*python.get(words[0], words[:1]), *words[1:]]
             done = subprocess.run(
                 program,
                 cwd=self.page.folder,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                text=True,
+                encoding="utf-8",
+                env={**os.environ, "PYTHONIOENCODING": "utf-8"},
                 check=False,
             )
             return done.stdout, done.returncode

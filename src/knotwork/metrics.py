@@ -33,22 +33,46 @@ class Peak:
 
 
 def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
-    """Largest distance of a joint from a waypoint at its time [rad or m]."""
+    """Largest distance of a joint from a waypoint at its time [rad or m].
+
+    Args:
+        trajectory: The motion.
+        waypoints: What was asked for.
+
+    Raises:
+        TimeRangeError: A waypoint lies outside the motion's time.
+    """
     return float(np.abs(trajectory.position(waypoints.time) - waypoints.position).max())
 
 
 def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
-    """Largest difference of a joint's velocity from the one asked for [rad/s or m/s]."""
+    """Largest difference of a joint's velocity from the one asked for [rad/s or m/s].
+
+    Args:
+        trajectory: The motion.
+        waypoints: What was asked for.
+
+    Raises:
+        TimeRangeError: A waypoint lies outside the motion's time.
+    """
     return float(np.abs(trajectory.velocity(waypoints.time) - waypoints.velocity).max())
 
 
 def acceleration_jump(trajectory: JointTrajectory) -> float:
-    """Largest jump of a joint's acceleration at a break [rad/s² or m/s²]."""
+    """Largest jump of a joint's acceleration at a break [rad/s² or m/s²].
+
+    Args:
+        trajectory: The motion.
+    """
     return float(np.abs(trajectory.polynomial.jumps(2)).max(initial=0.0))
 
 
 def end_acceleration(trajectory: JointTrajectory) -> float:
-    """Largest magnitude of a joint's acceleration at start and end [rad/s² or m/s²]."""
+    """Largest magnitude of a joint's acceleration at start and end [rad/s² or m/s²].
+
+    Args:
+        trajectory: The motion.
+    """
     ends = trajectory.acceleration([trajectory.start_time, trajectory.end_time])
     return float(np.abs(ends).max())
 

@@ -60,7 +60,7 @@ def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[fl
     """Distance [m] and angle [rad] of a pose from the nearest one on the straight path to another.
 
     On a line that is short for its turn, distances alone would not tell how far the tool has
-    come: a radian counts as `RADIAN` metres.
+    come: a radian counts as 0.1 m.
     """
     line: FloatArray = end.translation - start.translation
     turn = pin.log3(start.rotation.T @ end.rotation)

@@ -64,7 +64,7 @@ class Continuity:
     Attributes:
         position, velocity, acceleration: The largest jumps.
         order: The largest k such that the derivatives 0 … k of every joint jump by less than
-            `CONTINUITY_TOLERANCE` relative to their peak: 2 for a C2 curve, -1 if the position
+            1e-9 relative to their peak: 2 for a C2 curve, -1 if the position
             jumps. From the degree of the curve on there is nothing left to jump; a curve without
             any jump has its degree as order.
     """
@@ -225,14 +225,14 @@ class JointTrajectory(Exportable):
 
         The samples are 1/rate apart, from the start on; the last one is at the end time exactly,
         whatever the rate, so the last step may be shorter. It is never shorter than
-        `knotwork.sampling.SAMPLE_COINCIDENCE` periods.
+        a millionth of a period.
 
         Args:
             rate: Samples a second [Hz].
 
         Raises:
-            InputError: The rate is no positive finite number, gives more than
-                `knotwork.sampling.MAX_SAMPLES` samples, or a period that the times cannot resolve.
+            InputError: The rate is no positive finite number, gives more than 20 million
+                samples, or a period that the times cannot resolve.
         """
         time = sample_times(self.start_time, self.end_time, rate)
         return Samples(time, *(self.polynomial(time, nu) for nu in range(4)))

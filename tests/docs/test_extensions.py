@@ -161,3 +161,35 @@ def test_unwrapped_lines_of_help_are_literal() -> None:
         "             more",
         "End.",
     ]
+
+
+def test_private_parameters_are_left_out() -> None:
+    from docstrings import hide_private
+
+    one = "(waypoints: JointWaypoints, words: tuple[str, ...] = (), _explain: Any = None)"
+    assert hide_private(one) == "(waypoints: JointWaypoints, words: tuple[str, ...] = ())"
+    assert hide_private("(_explain: Any = None)") == "()"
+    for other in ("(x: FloatArray, y_0: float)", "()", ""):
+        assert hide_private(other) == other
+
+
+@pytest.mark.parametrize(
+    ("bounds", "words"),
+    [
+        ({"exclusiveMinimum": 0}, "positive number"),
+        ({"exclusiveMinimum": 0, "maximum": 0.5}, "positive number up to 0.5"),
+        ({"exclusiveMinimum": 1, "exclusiveMaximum": 2}, "number between 1 and 2"),
+        ({"minimum": 0}, "number, not negative"),
+        ({"minimum": -1e12, "maximum": 1e12}, "number"),
+    ],
+)
+def test_bounds_of_numbers_are_said(bounds: dict[str, float], words: str) -> None:
+    from schema_tables import accepted
+
+    assert accepted({"type": "number", **bounds}) == words
+
+
+def test_examples_are_found_from_any_folder(tmp_path: Path) -> None:
+    site = built(tmp_path, "# P\n\n```{run}\npython examples/spline_alone.py\n```\n")
+    assert site.code == 0, site.said
+    assert "SciPy loaded: False" in site.page("index")

@@ -162,7 +162,7 @@ def test_the_recipe_for_drake() -> None:
 
 def test_the_recipe_for_ros2_names_what_is_exported() -> None:
     (recipe,) = fences("bash")
-    message, goal = recipe.strip().split("\n")
+    message, goal = recipe.replace("\\\n", "").strip().split("\n")
     assert f" {MESSAGE} " in message
     assert f" {GOAL} " in goal
 

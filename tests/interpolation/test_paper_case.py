@@ -1,4 +1,8 @@
-"""The paper's case study, section 5: every printed digit, and the misprints among them."""
+"""The paper's case study, section 5: every printed digit, and the misprints among them.
+
+Also its equations (30), (31) and (34) as the text has them from which this was written. That text
+was extracted from the published PDF and may have lost what the print has.
+"""
 
 from __future__ import annotations
 
@@ -160,3 +164,68 @@ def test_start_is_a_step_of_acceleration(curve):
 def test_rounded_knots_and_equation_39_give_different_curves(curve):
     spline = ModifiedHermiteSpline(X, Y, DYDX)
     assert abs(float(spline(8.0) - curve(8.0))) > 0.05
+
+
+# The solution as the paper prints it, at A, M, P, Q, N, D; its equations are held against it. Its
+# digits are good to three decimals, and 0.005 allows for them in every equation below.
+TABLE_2_POSITION = [0.0, 14.21, 51.747, 76.147, 129.443, 180.0]
+TABLE_2_VELOCITY = [0.0, 7.548, 5.952, 5.805, 11.53, 0.0]
+ROUNDING = 0.005
+INNER_WAYPOINTS = pytest.mark.parametrize("i", [1, 2])
+INNER_KNOTS = pytest.mark.parametrize("j", [1, 2, 3, 4])
+
+
+def beside_waypoint(i):
+    """K and H of an inner waypoint, and r, r, v, v of Table 2 at the knots beside it."""
+    j = 2 * i - 1
+    knots = TABLE_2_POSITION[j : j + 2] + TABLE_2_VELOCITY[j : j + 2]
+    return X[i] - ROUNDED_KNOTS[j], ROUNDED_KNOTS[j + 1] - ROUNDED_KNOTS[j], np.array(knots)
+
+
+def beside_knot(j):
+    """H before and after an inner knot, and r, r, r, v, v, v of Table 2 around it."""
+    knots = TABLE_2_POSITION[j - 1 : j + 2] + TABLE_2_VELOCITY[j - 1 : j + 2]
+    return *np.diff(ROUNDED_KNOTS)[j - 1 : j + 1], np.array(knots)
+
+
+@INNER_WAYPOINTS
+def test_equation_30_holds_as_corrected_and_not_as_extracted(i):
+    k, h, knots = beside_waypoint(i)
+    u = k / h
+    basis = [1 - 3 * u**2 + 2 * u**3, 3 * u**2 - 2 * u**3, h * (u - 2 * u**2 + u**3)]
+    assert np.dot([*basis, h * (u**3 - u**2)], knots) == pytest.approx(Y[i], abs=ROUNDING)
+    third, cube = 3 * k**2 / h, 2 * k**3 / h
+    extracted = [1 - third - cube, third + cube, -k - 2 * k**2 - k**3, -(k**2) - k**3]
+    assert abs(np.dot(extracted, knots) - Y[i]) > 1
+
+
+@INNER_WAYPOINTS
+def test_equation_31_holds_as_corrected_and_not_as_extracted(i):
+    k, h, knots = beside_waypoint(i)
+    u = k / h
+    slope = 6 * (u - u**2) / h
+    corrected = [-slope, slope, 1 - 4 * u + 3 * u**2, 3 * u**2 - 2 * u]
+    assert np.dot(corrected, knots) == pytest.approx(DYDX[i], abs=ROUNDING)
+    slope = 6 * k / h + 6 * k**2 / h
+    extracted = [slope, -slope, 1 + 4 * k + 3 * k**2, 2 * k + 3 * k**2]
+    assert abs(np.dot(extracted, knots) - DYDX[i]) > 1
+
+
+@INNER_KNOTS
+def test_equation_34_holds_as_corrected_and_not_as_extracted(j):
+    before, after, knots = beside_knot(j)
+    up, down = 3 * after / before, 3 * before / after
+    velocities = [after, 2 * (before + after), before]
+    corrected = [up, down - up, -down, *velocities]
+    assert np.dot(corrected, knots) == pytest.approx(0, abs=10 * ROUNDING)
+    # five entries for six unknowns: with the lost H put back it still does not hold
+    extracted = [up, down, -up - down, *velocities[1:]]
+    assert len(extracted) == len(knots) - 1
+    extracted.insert(3, after)
+    assert abs(np.dot(extracted, knots)) > 1
+
+
+def test_p_and_q_lie_between_b_and_c():
+    b, c, d = X[1:]
+    p, q = ROUNDED_KNOTS[2:4]
+    assert b < p < q < c < d

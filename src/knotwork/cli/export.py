@@ -22,7 +22,10 @@ s = load('motion.mat');
 pp = mkpp(s.breaks, s.coefs, s.d);
 q = ppval(pp, linspace(s.breaks(1), s.breaks(end), 1000));
 
-Exit codes: 0 it is exported, 1 a check fails and nothing is exported, 2 the input is wrong.
+Exit codes:
+0  it is exported
+1  a check fails, and nothing is exported
+2  the input is wrong
 """
 
 
@@ -47,7 +50,12 @@ class _JointNumbers(click.ParamType[Any]):
 @click.command(epilog="\n".join(f"\b\n{part}\n" for part in _EPILOG.strip().split("\n\n")))
 @click.argument("motion", metavar="TRAJECTORY|SCENARIO")
 @click.option(
-    "--format", "-f", "name", required=True, metavar="FORMAT", help=f"{', '.join(FORMATS)}."
+    "--format",
+    "-f",
+    "name",
+    required=True,
+    metavar="FORMAT",
+    help=f"{', '.join(name for name, form in FORMATS.items() if form.file_function)}.",
 )
 @click.option(
     "--out",
@@ -129,7 +137,8 @@ def export(
              the motion; with a robot the tool's pose and twist, too
     mat      polynomials for MATLAB's ppval
     scipy    c and x of a PPoly in an npz; trajectory.to_scipy() in Python
-    drake    in Python only: trajectory.to_drake()
+
+    For Drake there is trajectory.to_drake() in Python.
 
     TRAJECTORY is a trajectory.json or a folder with one in it, SCENARIO a shipped scenario's name
     or the path of a file. Nothing is written if the motion fails its check, or if what a receiver

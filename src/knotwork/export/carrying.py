@@ -99,7 +99,7 @@ def carry(
         ExportError: The knots alone do not carry the motion and no tolerance is given; or they
             can't with any number of points, because a quantity that they carry jumps.
         InputError: The tolerance is not positive, is below the rounding of the values, or takes
-            more than `MOST_POINTS` points; or points are given, and others are asked for.
+            more than a million points; or points are given, and others are asked for.
     """
     if isinstance(motion, Points):
         if motion.with_acceleration != bool(accelerations) or fit is not None:

@@ -21,6 +21,11 @@ def export(motion: JointTrajectory | Points | MotionTable, name: str, **options:
     Formats of points take points as `carry` makes them, too, and tables a table as `motion_table`
     makes it.
 
+    Args:
+        motion: The motion, or what was made of it.
+        name: Of the format.
+        options: Those of the format.
+
     Raises:
         UnknownNameError: There is no such format.
         InputError: The format takes no such option, or can't carry the motion.
@@ -33,6 +38,11 @@ def content(
     motion: JointTrajectory | Points | MotionTable, name: str, **options: Any
 ) -> str | bytes:
     """Give the content of a file in a format, of what `export` takes.
+
+    Args:
+        motion: The motion, or what was made of it.
+        name: Of the format.
+        options: Those of the format.
 
     Raises:
         UnknownNameError: There is no such format.

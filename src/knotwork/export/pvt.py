@@ -104,7 +104,7 @@ def _in_drive_units(
 
     Raises:
         ExportError: Numbers this large or small do not hold the motion: undoing the factor would
-            not give it back within `LOSSLESS` of the largest value, or of 1 rad or m (per
+            not give it back within 1e-12 of the largest value, or of 1 rad or m (per
             second), whichever is more; or undoing the offset not within that or `held`.
     """
     knots = trajectory.knots

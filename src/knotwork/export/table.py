@@ -56,7 +56,10 @@ class MotionTable:
     note: str
 
     def columns(self) -> dict[str, FloatArray]:
-        """All columns by name, each of shape (s,)."""
+        """All columns by name, each of shape (s,).
+
+        Names end in the units of their values: `time_s` [s], `elbow.velocity_rad_per_s` [rad/s].
+        """
         columns = {"time_s": self.time}
         for order, quantity in enumerate(QUANTITIES):
             if quantity in self.joints:
@@ -88,8 +91,8 @@ def motion_table(
 
     Args:
         motion: The motion; for knots, points of it as `carry` makes them, too.
-        rate: Samples a second [Hz], `DEFAULT_RATE` by default; the last one is at the end exactly,
-            whatever the rate.
+        rate: Samples a second [Hz], 100 by default; the last one is at the end exactly, whatever
+            the rate.
         knots_only: Take points that carry the whole motion instead of samples.
         accelerations: These points carry accelerations too, for quintics instead of cubics.
         fit: Insert points until the motion is met within this tolerance [rad or m].

@@ -31,12 +31,14 @@ class BalancedKnots:
     """Knots at equal distances before and after each waypoint.
 
     The knots of waypoint i sit at x[i] ± c·min(x[i] - x[i-1], x[i+1] - x[i]); a first or last
-    waypoint has but one neighbour. Where interval lengths differ much this keeps the curve's peaks
-    lower than Eq. (39); a small `c` trades jerk, which grows as 1/c, for lower peak velocity and
-    acceleration.
+    waypoint has but one neighbour. Where interval lengths differ much and velocities don't suit the
+    path, this keeps the peak velocity lower than Eq. (39) does; the peak acceleration is in some
+    cases lower and in some higher. A small `c` trades jerk, which grows as 1/c, for a lower peak
+    velocity.
 
     Attributes:
-        c: The fraction, 0 < c <= 1/2.
+        c: The fraction, 0 < c <= 1/2. At 1/2 knots coincide, which is a `KnotError` when they are
+            placed, wherever no interval beside the one between two waypoints is shorter.
 
     Raises:
         InputError: `c` is out of bounds.

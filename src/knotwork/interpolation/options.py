@@ -161,7 +161,8 @@ class Planner(Protocol):
         """Plan a motion.
 
         Args:
-            waypoints: Positions and velocities.
+            waypoints: Times [s], shape (n,), positions and velocities [rad or m, per second], shape
+                (n, d).
             options: What is asked for beyond them; the defaults for `None`.
 
         Raises:

@@ -44,7 +44,7 @@ class Branch:
             one nearest the middle of the limits, and nearest zero where there are none.
         turns: All copies inside the limits, joints whole turns apart, shape (k, d), read-only. A
             joint without limits is within half a turn of zero in all of them. Of more than
-            `MOST_TURNS` those are left out that are farthest from the middle of the limits.
+            1024 those are left out that are farthest from the middle of the limits.
         words: What the branch is called: see `knotwork.kinematics.words`; empty where it has no
             name.
         smallest_singular_value: Of the Jacobian: zero at a singularity.

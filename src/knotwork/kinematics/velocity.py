@@ -33,13 +33,26 @@ def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
     Args:
         robot: The robot.
         q: Joint positions [rad or m], shape (d,).
+
+    Raises:
+        WaypointDataError: A value is not finite, or an array is of another shape.
+        RobotError: No tool frame has been chosen.
     """
     values = np.linalg.svd(robot.jacobian(q), compute_uv=False)
     return np.asarray(values, dtype=float)
 
 
 def smallest_singular_value(robot: Robot, q: ArrayLike) -> float:
-    """Smallest singular value of the TCP's Jacobian: zero where the arm is singular."""
+    """Smallest singular value of the TCP's Jacobian: zero where the arm is singular.
+
+    Args:
+        robot: The robot.
+        q: Joint positions [rad or m], shape (d,).
+
+    Raises:
+        WaypointDataError: A value is not finite, or an array is of another shape.
+        RobotError: No tool frame has been chosen.
+    """
     return float(singular_values(robot, q)[-1])
 
 

@@ -228,7 +228,14 @@ class PiecewisePolynomial:
         return self.to_ppoly().solve(y, discontinuity, False)
 
     def roots(self, discontinuity: bool = True) -> Any:
-        """Find the times at which the curve is zero; see `solve`."""
+        """Find the times at which the curve is zero (imports SciPy).
+
+        Args:
+            discontinuity: Whether a change of sign across a jump counts.
+
+        Returns:
+            Times as `solve` gives them.
+        """
         return self.solve(0.0, discontinuity)
 
     def jumps(self, nu: int = 0) -> FloatArray:

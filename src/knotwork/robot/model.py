@@ -247,6 +247,9 @@ class Robot(Solvable):
         Rows are linear [m/s], then angular [rad/s], at the TCP, in base axes
         (`local_world_aligned`).
 
+        Args:
+            q: Joint positions [rad or m], shape (d,).
+
         Raises:
             WaypointDataError: A value is not finite, or an array is of another shape.
             RobotError: No tool frame has been chosen.

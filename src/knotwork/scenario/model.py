@@ -266,6 +266,9 @@ class Scenario:
 
         Args:
             location: Keys and indices of the field, for example `"tool", "frame"`.
+
+        Raises:
+            InputError: As it was raised inside, with file and line where the scenario has them.
         """
         try:
             yield

@@ -28,6 +28,12 @@ from knotwork.waypoints import FloatArray
 def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
     """Read a scenario: a shipped one by name, a file by path, or a mapping of the same shape.
 
+    Args:
+        reference: Name, path or mapping.
+
+    Returns:
+        The task in SI units, poses in the base frame.
+
     Raises:
         DocumentError: The file can't be read, or something in it is wrong; names every problem
             with its line, field, value and what would be accepted.

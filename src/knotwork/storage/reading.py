@@ -175,6 +175,9 @@ def read_trajectory_document(path: Path | str) -> Document:
 def load_trajectory(path: Path | str) -> JointTrajectory:
     """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
 
+    Args:
+        path: Of the file or folder.
+
     Raises:
         DocumentError: The file can't be read, or is no trajectory.
     """

@@ -50,7 +50,7 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
 
 
 def refuse_too_many(trajectory: JointTrajectory, rate: float, columns: int) -> None:
-    """Refuse a table of more than `MOST_VALUES` numbers before any of it is made.
+    """Refuse a table of more than 20 million numbers before any of it is made.
 
     Args:
         trajectory: What is sampled.
@@ -79,7 +79,7 @@ def samples_to_csv(trajectory: JointTrajectory, rate: float) -> str:
         rate: Samples per second [Hz]; the last sample is at the end whatever the rate.
 
     Raises:
-        InputError: The rate makes more than `MOST_VALUES` numbers.
+        InputError: The rate makes more than 20 million numbers.
     """
     refuse_too_many(trajectory, rate, 1 + 4 * len(trajectory.joint_names))
     samples = trajectory.sample(rate)
