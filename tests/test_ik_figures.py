@@ -46,6 +46,8 @@ NUMBER = r"([\d.]+)"
     [
         (rf"Knotwork takes {NUMBER} to {NUMBER} times", ("knotwork, first",), "near"),
         (rf"from anywhere {NUMBER} to {NUMBER} times, with all", ("knotwork, first",), "random"),
+        (rf"solutions, takes {NUMBER} to {NUMBER} times", ("knotwork, nearest",), "near"),
+        (rf"and {NUMBER} to {NUMBER} times from anywhere\. \*", ("knotwork, nearest",), "random"),
         (rf"\(Pink, mink\) take {NUMBER} to {NUMBER} times", ("pink", "mink"), "near"),
         (rf"From anywhere it is {NUMBER} to {NUMBER} times", ("pink", "mink"), "random"),
         (rf"C\+\+ takes {NUMBER} to {NUMBER} times", ("roboticstoolbox ik_LM",), "near"),
@@ -56,7 +58,7 @@ def test_ratios(pattern: str, solvers: tuple[str, ...], start: str) -> None:
 
 
 def test_single_ratios_and_shares() -> None:
-    assert said(rf"and {NUMBER} to {NUMBER} times from anywhere") == ratios(
+    assert said(rf"and {NUMBER} to {NUMBER} times from anywhere; EAIK") == ratios(
         ("roboticstoolbox ik_LM",), "random"
     )
     near, anywhere = said(rf"have one, {NUMBER} and {NUMBER} times")
