@@ -13,7 +13,7 @@ import numpy as np
 
 from knotwork.errors import ExportError, InputError
 from knotwork.export.difference import largest_difference
-from knotwork.export.numbers import finite_number
+from knotwork.export.numbers import finite_number, flag
 from knotwork.interpolation.pieces import two_point_coefficients
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import QUANTITIES, JointTrajectory
@@ -101,6 +101,8 @@ def carry(
         InputError: The tolerance is not positive, is below the rounding of the values, or takes
             more than a million points; or points are given, and others are asked for.
     """
+    if accelerations is not None:
+        accelerations = flag(accelerations, "accelerations")
     if isinstance(motion, Points):
         if motion.with_acceleration != bool(accelerations) or fit is not None:
             raise InputError("these points are made already; make others from the trajectory")

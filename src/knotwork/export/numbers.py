@@ -1,4 +1,4 @@
-"""Numbers that a caller gives, checked."""
+"""Numbers and choices that a caller gives, checked."""
 
 from __future__ import annotations
 
@@ -33,6 +33,21 @@ def finite_number(value: Any, what: str, unit: str = "", *, positive: bool = Fal
         of = f" [{unit}]" if unit else ""
         raise InputError(f"{what} is {_shown(value)}; it must be a {kind}{of}")
     return number
+
+
+def flag(value: Any, what: str) -> bool:
+    """Return a choice of yes or no as a bool.
+
+    Args:
+        value: What was given. Text, such as "no", is neither.
+        what: What it is, for the error.
+
+    Raises:
+        InputError: It is neither `True` nor `False`.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{what} is {_shown(value)}; it must be True or False")
+    return bool(value)
 
 
 def _shown(value: Any) -> str:

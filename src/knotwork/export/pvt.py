@@ -13,7 +13,7 @@ import numpy as np
 
 from knotwork.errors import ExportError, InputError, UnknownNameError
 from knotwork.export.carrying import LOSSLESS, Points, carry
-from knotwork.export.numbers import finite_number
+from knotwork.export.numbers import finite_number, flag
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -56,6 +56,7 @@ def to_pvt(
             but in drive units their digits no longer hold it.
         InputError: A factor or the tolerance is out of range, or names no joint.
     """
+    degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
     points = carry(motion, accelerations=None, fit=fit)
     trajectory = points.trajectory
     names, units = trajectory.joint_names, trajectory.joint_units

@@ -35,6 +35,7 @@ import numpy as np
 
 from knotwork.errors import ExportError, InputError
 from knotwork.export.carrying import Points, carry
+from knotwork.export.numbers import flag
 from knotwork.export.packages import needed
 from knotwork.trajectory import JointTrajectory
 
@@ -108,7 +109,7 @@ def ros2_dict(
         ExportError: The points can't carry the motion without loss; see `carry`.
         InputError: The tolerance can't be met, or a time can't be said.
     """
-    return _as_dict(carry(motion, accelerations=accelerations, fit=fit), goal)
+    return _as_dict(carry(motion, accelerations=accelerations, fit=fit), flag(goal, "goal"))
 
 
 def _as_dict(points: Points, goal: bool) -> dict[str, Any]:
@@ -163,6 +164,7 @@ def to_ros2(
         ExportError: The points can't carry the motion without loss; see `carry`.
         InputError: The tolerance can't be met, or a time can't be said.
     """
+    goal = flag(goal, "goal")
     points = carry(motion, accelerations=accelerations, fit=fit)
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append("# The arm must stand at the first point when this is sent.")

@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.export.carrying import Points, carry
-from knotwork.export.numbers import finite_number
+from knotwork.export.numbers import finite_number, flag
 from knotwork.storage.writing import refuse_too_many
 from knotwork.trajectory import QUANTITIES, JointTrajectory
 from knotwork.waypoints import FloatArray
@@ -104,7 +104,7 @@ def motion_table(
             table may have, or the robot has other joints or is none.
     """
     joints: dict[str, FloatArray]
-    if knots_only:
+    if flag(knots_only, "knots_only"):
         if rate is not None:
             raise InputError("samples at a rate and knots only were both asked for; choose one")
         points = carry(motion, accelerations=accelerations, fit=fit)
