@@ -7,9 +7,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.enumeration import difference, joint_axes
+from knotwork.kinematics.enumeration import joint_axes
 from knotwork.kinematics.levenberg_marquardt import MAX_STEP, LocalSolution, PoseSearch
-from knotwork.kinematics.restarts import FULL_TURN, BoolArray, low_discrepancy, nearest_turns
+from knotwork.kinematics.restarts import (
+    FULL_TURN,
+    BoolArray,
+    difference,
+    low_discrepancy,
+    nearest_turns,
+)
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -52,6 +58,13 @@ def turned_inside(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
 def no_limits(robot: Robot) -> Limits:
     """Limits for a search that ignores them."""
     return np.full(robot.dof, -np.inf), np.full(robot.dof, np.inf)
+
+
+def reached(solution: LocalSolution) -> bool:
+    """Whether it is a solution, to the tolerances or to rounding."""
+    return (
+        solution.converged or max(solution.position_error, solution.orientation_error) <= ROUNDING
+    )
 
 
 def square(solution: LocalSolution) -> float:
@@ -111,7 +124,7 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
     """
     lower, upper = limits
     found = search.solve(q, lower, upper)
-    if found.converged or max(found[1:3]) <= ROUNDING:
+    if reached(found):
         return found
     q, damping = found.q, LEAST_DAMPING
     e = search.error(q)

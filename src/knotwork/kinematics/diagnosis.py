@@ -17,6 +17,7 @@ from knotwork.kinematics.closest import (
     come_close,
     held_at,
     no_limits,
+    reached,
     square,
     starts_inside,
     turned_inside,
@@ -77,11 +78,11 @@ def solution_or_reason(
     if solutions:
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
     closest = min(inside, key=square)
-    if _reached(closest):
+    if reached(closest):
         _refuse_tolerance(search, closest, tolerances)
-    reached = [s for s in beyond if _reached(s)]
-    if reached:
-        raise _outside_limits(search, reached, closest, near, waypoint, where)
+    at_pose = [s for s in beyond if reached(s)]
+    if at_pose:
+        raise _outside_limits(search, at_pose, closest, near, waypoint, where)
     # The limits may hide a minimum from the searches that ignore them.
     least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
     every = beyond if found is beyond else [*beyond, *inside]
@@ -98,12 +99,6 @@ def _turned(search: PoseSearch, found: LocalSolution, near: FloatArray) -> Local
         orientation_error=errors[1],
         converged=search.within(*errors),
     )
-
-
-def _reached(solution: LocalSolution) -> bool:
-    """Whether it is a solution, to the tolerances or to rounding."""
-    errors = solution.position_error, solution.orientation_error
-    return solution.converged or max(errors) <= ROUNDING
 
 
 def _refuse_tolerance(

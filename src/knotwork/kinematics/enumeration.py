@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.joint_axes import JointAxes, pose_errors
 from knotwork.kinematics.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy
+from knotwork.kinematics.restarts import BoolArray, difference, low_discrepancy
 from knotwork.kinematics.valleys import (
     DEEP,
     VALLEY_RESIDUAL,
@@ -48,12 +48,6 @@ def joint_axes(robot: Robot) -> JointAxes:
     if robot not in _CHAINS:
         _CHAINS[robot] = JointAxes(robot)
     return _CHAINS[robot]
-
-
-def difference(a: FloatArray, b: FloatArray, revolute: FloatArray) -> FloatArray:
-    """A − b, for joints that turn the shortest way round [rad or m]."""
-    gap = a - b
-    return np.where(revolute, gap - FULL_TURN * np.round(gap / FULL_TURN), gap)
 
 
 def starts_box(robot: Robot) -> tuple[FloatArray, FloatArray]:
@@ -185,7 +179,7 @@ def told_apart(chain: JointAxes, target: Targets, solutions: FloatArray) -> Floa
     return np.array(kept).reshape(-1, solutions.shape[1])
 
 
-def _not_yet(found: FloatArray, solved: FloatArray, revolute: FloatArray) -> FloatArray:
+def _not_yet(found: FloatArray, solved: FloatArray, revolute: BoolArray) -> FloatArray:
     """Those solutions that are not among the ones found, each once."""
     new: list[FloatArray] = []
     rest = solved

@@ -57,6 +57,11 @@ class LocalSolution(NamedTuple):
     iterations: int
     converged: bool
 
+    @property
+    def miss(self) -> float:
+        """Distance and angle together, a metre counting as a radian."""
+        return self.position_error + self.orientation_error
+
 
 class _Workspace:
     """What all searches with a robot share, like Pinocchio's working memory.

@@ -262,8 +262,7 @@ class _Collector:
         """Go on patiently where searches ended with a small error, until there is a solution."""
         robot = self.search.robot
         lower, upper = robot.lower_position_limit, robot.upper_position_limit
-        small = [one for one in ended if one.position_error + one.orientation_error < DEEP]
-        small.sort(key=lambda one: one.position_error + one.orientation_error)
+        small = sorted((one for one in ended if one.miss < DEEP), key=lambda one: one.miss)
         for one in small[:MOST_GONE_ON]:
             self.restarts += 1
             self.take(

@@ -71,6 +71,12 @@ def search_box(robot: Robot, near: FloatArray, radius: float) -> tuple[FloatArra
     return lower, upper
 
 
+def difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
+    """A − b, for joints that turn the shortest way round [rad or m]."""
+    gap = a - b
+    return np.where(revolute, gap - FULL_TURN * np.round(gap / FULL_TURN), gap)
+
+
 def nearest_turns(
     q: FloatArray, near: FloatArray, lower: FloatArray, upper: FloatArray, revolute: BoolArray
 ) -> FloatArray:

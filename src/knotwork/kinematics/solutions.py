@@ -16,12 +16,11 @@ from knotwork.kinematics.arguments import check_count, check_distance, check_pos
 from knotwork.kinematics.batch import Targets, solve_batch
 from knotwork.kinematics.enumeration import (
     MOST_BRANCHES,
-    difference,
     find_branches,
     joint_axes,
 )
 from knotwork.kinematics.pose import solve_pose_ik
-from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy
+from knotwork.kinematics.restarts import FULL_TURN, difference, low_discrepancy
 from knotwork.kinematics.words import all_branches, branch_signs, describe_branch
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only

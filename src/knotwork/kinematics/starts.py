@@ -59,7 +59,7 @@ def in_valleys(
         return
     revolute = np.array([unit == "rad" for unit in robot.joint_units])
     limits = robot.lower_position_limit, robot.upper_position_limit
-    deep = (one.q for one in ended if one.position_error + one.orientation_error < DEEP)
+    deep = (one.q for one in ended if one.miss < DEEP)
     far: list[FloatArray] = []
     for start in islice(deep, MOST_FOLLOWED):
         for q in solutions_outward(search, start, VALLEY_RESIDUAL, most_steps):

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.kinematics.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.restarts import FULL_TURN, BoolArray
+from knotwork.kinematics.restarts import BoolArray, difference
 from knotwork.waypoints import FloatArray
 
 # Errors on the floor of a valley are below this [m, rad]: farther from a singularity searches
@@ -157,9 +157,7 @@ def _valleys(
 
 def _apart(points: FloatArray, q: FloatArray, revolute: BoolArray) -> FloatArray:
     """Largest joint distance of each of some configurations from another, turns aside."""
-    gap = points - q
-    gap -= np.where(revolute, FULL_TURN * np.round(gap / FULL_TURN), 0.0)
-    return np.asarray(np.abs(gap).max(axis=1))
+    return np.asarray(np.abs(difference(points, q, revolute)).max(axis=1))
 
 
 def _down(search: PoseSearch, q: FloatArray, before: _Floor | None) -> _Floor | None:

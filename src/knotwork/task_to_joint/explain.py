@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from knotwork.kinematics.candidates import Candidates
@@ -75,7 +77,7 @@ class Explanation:
         longest = duration * max(v / self.robot.velocity_limit[j] for j, v in speeds)
         return (
             f"from {self.names[i]!r} to {self.names[i + 1]!r} {self._needs(speeds)} on average; "
-            f"{self._others()}; {longest:.4g} s or more would do for the mean, and they have "
+            f"{self._others}; {longest:.4g} s or more would do for the mean, and they have "
             f"{duration:.4g} s"
         )
 
@@ -83,9 +85,10 @@ class Explanation:
         part = min(self.robot.velocity_limit[j] / v for j, v in speeds)
         return (
             f"at {self.names[i]!r} {self._needs(speeds)} for the tool's velocity; "
-            f"{self._others()}; at {part:.3g} of that velocity it could be done"
+            f"{self._others}; at {part:.3g} of that velocity it could be done"
         )
 
+    @cached_property
     def _others(self) -> str:
         """What other choices of solutions would do."""
         asked = self.scenario.branch != "free"
