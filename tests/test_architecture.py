@@ -111,18 +111,18 @@ def test_the_entrances_load_nothing_but_when_asked() -> None:
 def test_curves_know_no_robot(part: str) -> None:
     for path in FILES:
         if part_of(path) == part:
-            assert not own_parts(path) & {"robot", "kinematics", "scenario", "witness"}
+            assert not own_parts(path) & {"robot", "kinematics", "scenario", "verification"}
             tree = ast.parse(path.read_text(encoding="utf-8"))
             assert not packages(tree) & {"pinocchio", "eigenpy", "hppfcl", "coal"}
 
 
-def test_the_witness_does_not_know_how_motions_are_made() -> None:
+def test_verification_does_not_know_how_motions_are_made() -> None:
     makers = {"kinematics", "task_to_joint", "interpolation", "pipeline"}
     for path in FILES:
-        if part_of(path) == "witness":
+        if part_of(path) == "verification":
             assert not own_parts(path) & makers
     # Nor does anything that it imports.
-    reached, waiting = set(), {"witness"}
+    reached, waiting = set(), {"verification"}
     while waiting:
         part = waiting.pop()
         reached.add(part)

@@ -16,7 +16,7 @@ import knotwork as kw
 from knotwork import resources
 from knotwork.comparison import Comparison, Refusal, Score, best, compare
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.interpolation import PLANNERS, RECORDS
+from knotwork.interpolation import PLANNER_SPECS, PLANNERS
 
 SCENARIOS = resources.names("scenarios")
 
@@ -67,7 +67,7 @@ def test_each_row_shows_what_its_planner_says_it_guarantees_and_gives_up(
     paper: Comparison,
 ) -> None:
     for row in paper.scores:
-        record = RECORDS[row.planner.split(":")[0]]
+        record = PLANNER_SPECS[row.planner.split(":")[0]]
         meets = record.guarantees
         assert (row.acceleration_jump < 1e-9) == (record.continuity >= 2)
         assert (row.position_miss < 1e-9) == (
@@ -83,7 +83,7 @@ def test_each_row_shows_what_its_planner_says_it_guarantees_and_gives_up(
 
 def test_the_jerk_of_a_jumping_acceleration_has_no_bound(paper: Comparison) -> None:
     for row in paper.scores:
-        unbounded = RECORDS[row.planner.split(":")[0]].continuity < 2
+        unbounded = PLANNER_SPECS[row.planner.split(":")[0]].continuity < 2
         assert (row.peak_jerk is None) == unbounded
         assert (row.squared_jerk is None) == unbounded
     assert score(paper, "cubic").planner not in best(paper.scores)["peak_jerk"]

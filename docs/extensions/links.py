@@ -19,7 +19,7 @@ PACKAGES = (
     "knotwork.robot",
     "knotwork.kinematics",
     "knotwork.task_to_joint",
-    "knotwork.witness",
+    "knotwork.verification",
     "knotwork.storage",
     "knotwork.export",
     "knotwork.foreign",

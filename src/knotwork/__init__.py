@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from knotwork.scenario import Scenario, load_scenario
     from knotwork.storage import load_trajectory
     from knotwork.trajectory import JointTrajectory
+    from knotwork.verification import Report, check
     from knotwork.waypoints import CartesianWaypoint, JointWaypoints
-    from knotwork.witness import Report, check
 
 __version__ = "0.1.0"
 
@@ -55,7 +55,7 @@ _HOME = {
     "storage": ("load_trajectory",),
     "trajectory": ("JointTrajectory",),
     "waypoints": ("CartesianWaypoint", "JointWaypoints"),
-    "witness": ("Report", "check"),
+    "verification": ("Report", "check"),
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 

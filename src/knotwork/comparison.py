@@ -16,12 +16,12 @@ from knotwork import metrics, storage
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
 from knotwork.joint_space import JointSpace, joint_space
-from knotwork.pipeline import honoured, planner_options
+from knotwork.pipeline import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification import check
 from knotwork.waypoints import JointWaypoints
-from knotwork.witness import check
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def compare(
 ) -> Comparison:
     """Plan a scenario with several planners and score what each makes of it.
 
-    Every planner gets those of the scenario's options that it honours; what is given for each
+    Every planner gets those of the scenario's options that it supports; what is given for each
     waypoint (accelerations and above) is for the scenario's own planner.
 
     Args:
@@ -177,7 +177,7 @@ def compare(
         get_planner(name)
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    with scenario.blaming("planner"):
+    with scenario.error_context("planner"):
         get_planner(scenario.planner)
     space = joint_space(scenario)
     waypoints = task_to_joint(scenario, space)
@@ -185,7 +185,11 @@ def compare(
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
-        options = honoured(given, scenario.planner, name)[0] if name != scenario.planner else given
+        options = (
+            supported_options(given, scenario.planner, name)[0]
+            if name != scenario.planner
+            else given
+        )
         try:
             trajectory, seconds = _timed(name, waypoints, options)
         except InputError as error:

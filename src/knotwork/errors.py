@@ -316,7 +316,7 @@ class CheckFailedError(KnotworkError, AssertionError):
     """A trajectory does not keep what its scenario asks for.
 
     Attributes:
-        report: The `knotwork.witness.Report` with every requirement and what was achieved.
+        report: The `knotwork.verification.Report` with every requirement and what was achieved.
     """
 
     def __init__(self, report: Any, message: str) -> None:

@@ -64,9 +64,9 @@ def joint_space(scenario: Scenario) -> JointSpace:
         return _bare_joints(scenario)
     from knotwork.robot import load_robot
 
-    with scenario.blaming("robot"):
+    with scenario.error_context("robot"):
         robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
-    with scenario.blaming("tool", "frame"):
+    with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
     names, units = robot.joint_names, robot.joint_units
     position = _position_overrides(scenario.limits, names, units)
@@ -87,7 +87,7 @@ def _bare_joints(scenario: Scenario) -> JointSpace:
     names = scenario.joint_names
     for name in scenario.joint_units:
         if name not in names:
-            with scenario.blaming("joint_units", name):
+            with scenario.error_context("joint_units", name):
                 raise UnknownNameError("joint", name, names)
     units = tuple(scenario.joint_units.get(name, "rad") for name in names)
     none = np.full(len(names), np.inf)

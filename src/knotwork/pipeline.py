@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from knotwork import storage
 from knotwork.errors import InputError, KnotError, OptionError
 from knotwork.interpolation import (
-    RECORDS,
+    PLANNER_SPECS,
     BalancedKnots,
     PlannerOptions,
     get_planner,
@@ -24,8 +24,8 @@ from knotwork.joint_space import JointSpace, joint_space
 from knotwork.scenario import JointValues, Scenario, load_scenario
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Report, check
 from knotwork.waypoints import FloatArray, JointWaypoints
-from knotwork.witness import Report, check
 
 if TYPE_CHECKING:
     from knotwork.view.page import Page
@@ -41,7 +41,7 @@ class Plan:
         joint_waypoints: Joint positions and velocities at the waypoints.
         trajectory: The motion.
         report: What the check found.
-        left_out: Options of the scenario that a planner given in its planner's place can't honour.
+        left_out: Options of the scenario that a planner given in place of its own does not support.
         solution: How the solutions of the poses were chosen.
     """
 
@@ -112,8 +112,8 @@ def plan(
         scenario: A shipped scenario's name, the path of a file, a mapping of the same shape, or
             a loaded scenario.
         planner: Takes the place of the scenario's planner; a rule may follow after a colon, as in
-            `"quintic:estimated"`. Options in the scenario that it can't honour were meant for the
-            other one: they are left out, and `Plan.left_out` names them.
+            `"quintic:estimated"`. Options that it does not support are left out, and
+            `Plan.left_out` names them.
         knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, `BalancedKnots` or
             their constant, or the knot times [s].
 
@@ -129,7 +129,7 @@ def plan(
         scenario = load_scenario(scenario)
     own_planner = scenario.planner
     if planner is None:
-        with scenario.blaming("planner"):
+        with scenario.error_context("planner"):
             get_planner(own_planner)
     else:
         scenario = replace(scenario, planner=planner)
@@ -138,7 +138,7 @@ def plan(
     options = planner_options(scenario, space)
     left_out: tuple[str, ...] = ()
     if scenario.planner != own_planner:
-        options, left_out = honoured(options, own_planner, scenario.planner)
+        options, left_out = supported_options(options, own_planner, scenario.planner)
     if knots is not None:
         if "knots" in planner_and_rule(scenario.planner)[1]:
             raise InputError(
@@ -154,17 +154,17 @@ def plan(
     except KnotError as error:
         if error.waypoint is not None:
             error.locate(f"at waypoint {waypoints.names[error.waypoint]!r}")
-        with _blaming(scenario, "knots", given_here=knots is not None):
+        with _error_context(scenario, "knots", given_here=knots is not None):
             raise
     except OptionError as error:
-        with _blaming(
+        with _error_context(
             scenario,
             *_FIELDS.get(error.option, ("planner",)),
             given_here=error.option == "knots" and knots is not None,
         ):
             raise
     except InputError:
-        with _blaming(scenario, "planner", given_here=planner is not None):
+        with _error_context(scenario, "planner", given_here=planner is not None):
             raise
     report = check(trajectory, scenario, space=space)
     return Plan(scenario, space, waypoints, trajectory, report, left_out, solution)
@@ -182,10 +182,10 @@ _FIELDS = {
 
 
 @contextmanager
-def _blaming(scenario: Scenario, *field: str, given_here: bool) -> Iterator[None]:
+def _error_context(scenario: Scenario, *field: str, given_here: bool) -> Iterator[None]:
     """Have errors name a field of the scenario, or the argument given in its place."""
     if not given_here:
-        with scenario.blaming(*field):
+        with scenario.error_context(*field):
             yield
         return
     try:
@@ -241,10 +241,10 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
 _PRESETS = ("accelerations", "jerks", "snaps")
 
 
-def honoured(
+def supported_options(
     options: PlannerOptions, own: str, planner: str
 ) -> tuple[PlannerOptions, tuple[str, ...]]:
-    """Keep those options of one planner that another one honours.
+    """Keep those options of one planner that another one supports.
 
     Accelerations, jerks and snaps given for each waypoint are not kept: they were chosen for the
     other one. Nor is what the rule of the other one says itself.
@@ -252,7 +252,7 @@ def honoured(
     Args:
         options: The options.
         own: The planner that they are meant for.
-        planner: The one that is to honour them; a rule may follow after a colon.
+        planner: The one that is to support them; a rule may follow after a colon.
 
     Returns:
         The options without the rest, and the names of the rest.
@@ -262,7 +262,7 @@ def honoured(
     left_out = tuple(
         name
         for name in options.requested
-        if name not in RECORDS[base].honours
+        if name not in PLANNER_SPECS[base].supports
         or (name in ruled and options != replace(options, **{name: ruled[name]}))
         or (name in _PRESETS and not same and not isinstance(getattr(options, name), str))
     )

@@ -31,7 +31,7 @@ PACKAGES = (
     "scenario",
     "storage",
     "view",
-    "witness",
+    "verification",
 )
 
 

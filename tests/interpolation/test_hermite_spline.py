@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
-from spline_witness import collocation, exact_pieces, knots_of_paper, paper_system
+from spline_reference import collocation, exact_pieces, knots_of_paper, paper_system
 
 from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
 from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline

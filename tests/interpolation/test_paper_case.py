@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from spline_witness import knots_of_paper, paper_system
+from spline_reference import knots_of_paper, paper_system
 
 from knotwork.interpolation import ModifiedHermiteSpline
 

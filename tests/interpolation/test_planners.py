@@ -88,7 +88,7 @@ def test_cubic_is_the_hermite_cubic_of_each_interval_and_jumps_in_acceleration(w
     ],
 )
 def test_cubic_refuses_what_it_can_not_honour(waypoints, options, says):
-    said = rf"'cubic': option \w+ asks for {says}.*can't honour"
+    said = rf"'cubic': option \w+ asks for {says}.*does not support"
     with pytest.raises(InputError, match=said):
         get_planner("cubic")(waypoints, PlannerOptions(**options))
 

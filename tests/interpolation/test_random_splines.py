@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from spline_witness import collocation
+from spline_reference import collocation
 
 from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline
 

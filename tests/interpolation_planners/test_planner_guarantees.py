@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from planner_cases import COUNTS, paper_waypoints, random_waypoints
 
 from knotwork.errors import InputError
-from knotwork.interpolation import PLANNERS, RECORDS, PlannerOptions, get_planner
+from knotwork.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
 
 ALL_VELOCITIES = {
@@ -33,7 +33,7 @@ def can(name, n):
 
 def check_promises(name, waypoints, **options):
     trajectory = plan(name, waypoints, **options)
-    record = RECORDS[name]
+    record = PLANNER_SPECS[name]
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     assert trajectory.planner == name
     np.testing.assert_array_equal(trajectory.waypoint_times, t)
@@ -73,8 +73,8 @@ def test_promises_hold_for_uneven_times(name, n, ratio, seed):
 @pytest.mark.parametrize("name", PLANNERS)
 def test_it_is_no_smoother_than_it_says(name):
     trajectory = plan(name, random_waypoints(9))
-    assert trajectory.continuity.order == RECORDS[name].continuity
-    assert trajectory.polynomial.degree == {"4-3-4": 4}.get(name, RECORDS[name].degree)
+    assert trajectory.continuity.order == PLANNER_SPECS[name].continuity
+    assert trajectory.polynomial.degree == {"4-3-4": 4}.get(name, PLANNER_SPECS[name].degree)
 
 
 @pytest.mark.parametrize("name", PLANNERS)
@@ -187,8 +187,8 @@ def test_planning_with_any_planner_loads_no_scipy_and_only_its_own_module():
 import sys
 import numpy as np
 import knotwork as kw
-from knotwork.interpolation import PLANNERS, RECORDS
-FAMILIES = {record.module for record in RECORDS.values()} - {"modified_hermite"}
+from knotwork.interpolation import PLANNERS, PLANNER_SPECS
+FAMILIES = {record.module for record in PLANNER_SPECS.values()} - {"modified_hermite"}
 assert len(PLANNERS) == len(list(PLANNERS)) == 11 and "nonic" in PLANNERS
 def loaded():
     return {m.rpartition(".")[2] for m in sys.modules if m.startswith("knotwork.")} & FAMILIES
@@ -209,8 +209,8 @@ print([m for m in sys.modules if m.partition(".")[0] in ("scipy", "pinocchio")])
 
 
 def test_records_say_what_the_docstrings_say():
-    assert list(RECORDS) == list(PLANNERS)
-    for name, record in RECORDS.items():
+    assert list(PLANNER_SPECS) == list(PLANNERS)
+    for name, record in PLANNER_SPECS.items():
         assert record.name == name
         assert record.summary
         assert record.guarantees

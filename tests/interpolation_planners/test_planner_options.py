@@ -1,4 +1,4 @@
-"""Options: what is honoured, what is refused, and limits that shape a motion."""
+"""Options: what is supported, what is refused, and limits that shape a motion."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from planner_cases import paper_waypoints, random_waypoints
 
 from knotwork.errors import InputError, OptionError, UnknownNameError
-from knotwork.interpolation import PLANNERS, RECORDS, PlannerOptions, get_planner
+from knotwork.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
 
 CASE = random_waypoints(6)
@@ -29,14 +29,14 @@ def plan(name, waypoints=CASE, **options):
 @pytest.mark.parametrize("name", PLANNERS)
 def test_an_option_is_honoured_or_refused(name, option):
     options = {option: GIVEN[option]}
-    if option not in RECORDS[name].honours:
-        with pytest.raises(OptionError, match=f"planner '{name}': .*can't honour") as caught:
+    if option not in PLANNER_SPECS[name].supports:
+        with pytest.raises(OptionError, match=f"planner '{name}': .*does not support") as caught:
             plan(name, **options)
         message = str(caught.value)
         assert (caught.value.option, caught.value.planner) == (option, name)
         assert f"option {option} " in message
-        assert all(own in message for own in RECORDS[name].honours)
-        others = [other for other, record in RECORDS.items() if option in record.honours]
+        assert all(own in message for own in PLANNER_SPECS[name].supports)
+        others = [other for other, record in PLANNER_SPECS.items() if option in record.supports]
         assert others
         assert all(other in message for other in others)
         return
@@ -58,7 +58,7 @@ def test_limits_are_context_that_every_planner_accepts(name):
     loose = plan(name, velocity_limit=wide, acceleration_limit=wide)
     none = plan(name, velocity_limit=np.full(3, np.inf), acceleration_limit=np.full(3, np.inf))
     np.testing.assert_array_equal(none.polynomial.c, plan(name).polynomial.c)
-    if "acceleration_limit" not in RECORDS[name].honours:
+    if "acceleration_limit" not in PLANNER_SPECS[name].supports:
         np.testing.assert_array_equal(loose.polynomial.c, none.polynomial.c)
 
 

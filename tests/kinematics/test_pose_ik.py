@@ -28,7 +28,7 @@ def sample(robot: Robot, generator: np.random.Generator) -> np.ndarray:
     return generator.uniform(lower, upper)
 
 
-def witness(robot: Robot, q: np.ndarray) -> pin.SE3:
+def reference_pose(robot: Robot, q: np.ndarray) -> pin.SE3:
     """Pose by a model of its own, built from the file."""
     model = pin.buildModelFromUrdf(str(robot.urdf))
     data = model.createData()
@@ -53,7 +53,7 @@ def errors(reached: pin.SE3, pose: pin.SE3) -> tuple[float, float]:
 
 
 def assert_solves(robot: Robot, pose: pin.SE3, q: np.ndarray, independent: bool = True) -> None:
-    reached = witness(robot, q) if independent else robot.forward(q)
+    reached = reference_pose(robot, q) if independent else robot.forward(q)
     assert max(errors(reached, pose)) <= 1e-8
     assert (q >= robot.lower_position_limit).all()
     assert (q <= robot.upper_position_limit).all()
@@ -225,7 +225,7 @@ def test_reported_errors_are_those_of_forward_kinematics() -> None:
         position_tolerance=tolerance,
         orientation_tolerance=tolerance,
     )
-    linear, angular = errors(witness(UR5, found.q), pose)
+    linear, angular = errors(reference_pose(UR5, found.q), pose)
     assert found.position_error == pytest.approx(linear, abs=1e-12)
     assert found.orientation_error == pytest.approx(angular, abs=1e-12)
     assert max(linear, angular) <= tolerance

@@ -12,8 +12,8 @@ import knotwork as kw
 from knotwork import resources
 from knotwork.pipeline import Plan
 from knotwork.trajectory import QUANTITIES
+from knotwork.verification import LimitUse
 from knotwork.view import plot_joints, plot_tool
-from knotwork.witness import LimitUse
 
 JOINTS = [f"left_manipulator_shoulder_and_wrist_joint_{i}_of_seven" for i in range(7)]
 

@@ -81,11 +81,11 @@ def planners(as_json: bool) -> int:
     """List the planners: what each guarantees, what it can not do, its options and rules."""
     from dataclasses import asdict
 
-    from knotwork.interpolation import RECORDS, rules
+    from knotwork.interpolation import PLANNER_SPECS, rules
 
-    records = list(RECORDS.values())
+    specs = list(PLANNER_SPECS.values())
     if as_json:
-        rows = [asdict(record) for record in records]
+        rows = [asdict(spec) for spec in specs]
         for row in rows:
             del row["module"], row["function"]
             row["rules"] = rules(row["name"])
@@ -96,20 +96,20 @@ def planners(as_json: bool) -> int:
     table = tables.plain_table("Planners", ["name", "degree", "C", "meets", "can not", "options"])
     for column in table.columns[3:]:
         column.justify, column.no_wrap = "left", False
-    for record in records:
-        honours = ", ".join(record.honours) or "-"
+    for spec in specs:
+        supports = ", ".join(spec.supports) or "-"
         table.add_row(
-            record.name,
-            str(record.degree),
-            str(record.continuity),
-            record.guarantees,
-            record.cannot,
-            honours,
+            spec.name,
+            str(spec.degree),
+            str(spec.continuity),
+            spec.guarantees,
+            spec.cannot,
+            supports,
         )
         table.add_section()
     out = tables.console(wrap=True)
     out.print(table)
-    ruled = ", ".join(f"{name}:{rule}" for name in RECORDS for rule in rules(name))
+    ruled = ", ".join(f"{name}:{rule}" for name in PLANNER_SPECS for rule in rules(name))
     out.print(f"With a rule for an option after a colon: {ruled}.")
     return PASSED
 

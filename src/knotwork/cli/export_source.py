@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.scenario import Scenario
     from knotwork.trajectory import JointTrajectory
-    from knotwork.witness import Report
-    from knotwork.witness.report import Defect, Jump, LimitUse, Requirement
+    from knotwork.verification import Report
+    from knotwork.verification.report import Defect, Jump, LimitUse, Requirement
 
 MOST_FAILURES = 10
 TABLES = (".csv", ".tsv", ".txt")
@@ -114,7 +114,7 @@ def _stored(path: Path, reference: str | None, planner: str | None) -> Source:
         return Source(trajectory)
     from knotwork.joint_space import joint_space
     from knotwork.scenario import load_scenario
-    from knotwork.witness import check
+    from knotwork.verification import check
 
     scenario = load_scenario(reference)
     space = joint_space(scenario)
@@ -134,12 +134,12 @@ def passes(source: Source, allowed: bool) -> bool:
 def points_pass(source: Source, points: Points, form: Format, allowed: bool) -> bool:
     """Say if what a receiver makes of fitted points fails the check, and whether they are exported.
 
-    The same witness judges it that judges the motion, and that later judges the file. That the
+    It is checked as the motion is, and as the file will be. That the
     acceleration is off and jumps is what a fit by cubics is: it is said, and no hindrance.
     """
     if points.exact or source.scenario is None:
         return True
-    from knotwork.witness import check
+    from knotwork.verification import check
 
     report = check(points.trajectory, source.scenario, space=source.space)
     if report.ok:
@@ -165,7 +165,7 @@ def points_pass(source: Source, points: Points, form: Format, allowed: bool) -> 
 
 def _of_acceleration(failure: Requirement | LimitUse | Jump | Defect) -> bool:
     """Whether the acceleration jumps, or is not the one asked for at a waypoint."""
-    from knotwork.witness.report import Jump, Requirement
+    from knotwork.verification.report import Jump, Requirement
 
     if isinstance(failure, Jump):
         return failure.quantity == "acceleration"

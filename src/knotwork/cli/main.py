@@ -242,7 +242,7 @@ def check(trajectory: Path, reference: str, as_json: bool) -> int:
     from knotwork.foreign import read_trajectory
     from knotwork.joint_space import joint_space
     from knotwork.scenario import load_scenario
-    from knotwork.witness import check as check_trajectory
+    from knotwork.verification import check as check_trajectory
 
     scenario = load_scenario(reference)
     space = joint_space(scenario)

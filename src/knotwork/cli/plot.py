@@ -132,7 +132,7 @@ def _stored(source: str, reference: str | None) -> tuple[JointTrajectory, Scenar
     if reference is None:
         return trajectory, None
     from knotwork.scenario import load_scenario
-    from knotwork.witness import check
+    from knotwork.verification import check
 
     scenario = load_scenario(reference)
     report_failure(source, check(trajectory, scenario))

@@ -11,7 +11,7 @@ from knotwork.errors import InputError
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
-    from knotwork.witness import Report
+    from knotwork.verification import Report
 
 # What a failed check says before it only counts.
 MOST_FAILURES = 3

@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from knotwork.interpolation import RECORDS
+from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
-from knotwork.witness import LimitUse, Report, Requirement
+from knotwork.verification import LimitUse, Report, Requirement
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
@@ -65,7 +65,9 @@ def print_plan(plan: Plan) -> None:
     if isinstance(knots, int | float):
         placed = f"balanced, c = {knots:g}"
     made = trajectory.planner
-    if made in RECORDS and "knots" in RECORDS[made].honours:  # a rule in its name says it already
+    if (
+        made in PLANNER_SPECS and "knots" in PLANNER_SPECS[made].supports
+    ):  # a rule in its name says it already
         made += f", knots {placed}"
     if plan.left_out:
         made += f" (without the scenario's {', '.join(plan.left_out)})"

@@ -126,10 +126,10 @@ def _stored(source: str, reference: str | None, name: str | None, ghosts: bool) 
 def _stored_for(source: str, reference: str, trajectory: Any, ghosts: bool) -> Page:
     from knotwork.joint_space import joint_space
     from knotwork.scenario import load_scenario
+    from knotwork.verification import check
     from knotwork.view.page import scene_page
     from knotwork.view.scene import make_scene
     from knotwork.view.show import needed_robot
-    from knotwork.witness import check
 
     scenario = load_scenario(reference)
     space = joint_space(scenario)

@@ -1,19 +1,19 @@
 """Planners: curves through joint waypoints. Nothing here knows a robot."""
 
-from knotwork.interpolation.catalogue import RECORDS, PlannerRecord
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
 from knotwork.interpolation.knots import BalancedKnots
 from knotwork.interpolation.options import Planner, PlannerOptions
 from knotwork.interpolation.registry import PLANNERS, get_planner, planner_and_rule, rules
+from knotwork.interpolation.specs import PLANNER_SPECS, PlannerSpec
 
 __all__ = [
     "PLANNERS",
-    "RECORDS",
+    "PLANNER_SPECS",
     "BalancedKnots",
     "ModifiedHermiteSpline",
     "Planner",
     "PlannerOptions",
-    "PlannerRecord",
+    "PlannerSpec",
     "get_planner",
     "planner_and_rule",
     "rules",

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory
+from knotwork.interpolation.specs import checked_options
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints

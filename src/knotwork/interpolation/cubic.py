@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory
+from knotwork.interpolation.specs import checked_options
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints

@@ -11,10 +11,10 @@ Source: Eqs. (7), (8) of the paper; degrees seven and nine as its section 1 name
 
 from __future__ import annotations
 
-from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory, two_point_coefficients
 from knotwork.interpolation.presets import preset_accelerations, preset_rows
+from knotwork.interpolation.specs import checked_options
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 
@@ -34,7 +34,7 @@ def plan_quintic(
             `end_acceleration` in place of the first and last of them.
 
     Raises:
-        InputError: An option can't be honoured or has the wrong shape.
+        InputError: An option is not supported or has the wrong shape.
     """
     return _plan("quintic", waypoints, options, 3)
 
@@ -51,7 +51,7 @@ def plan_septic(
         options: As for the quintic, and `jerks` at the waypoints, zero by default.
 
     Raises:
-        InputError: An option can't be honoured or has the wrong shape.
+        InputError: An option is not supported or has the wrong shape.
     """
     return _plan("septic", waypoints, options, 4)
 
@@ -66,7 +66,7 @@ def plan_nonic(waypoints: JointWaypoints, options: PlannerOptions | None = None)
         options: As for the quintic, and `jerks` and `snaps` at the waypoints, zero by default.
 
     Raises:
-        InputError: An option can't be honoured or has the wrong shape.
+        InputError: An option is not supported or has the wrong shape.
     """
     return _plan("nonic", waypoints, options, 5)
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.presets import end_accelerations
+from knotwork.interpolation.specs import checked_options
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 

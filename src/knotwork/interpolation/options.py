@@ -23,9 +23,9 @@ CONTEXT = ("velocity_limit", "acceleration_limit")
 
 @dataclass(frozen=True, eq=False)
 class PlannerOptions:
-    """Options of the planners; one that a planner can't honour is an error.
+    """Options of the planners; one that a planner does not support is an error.
 
-    Which planner honours which is in its `PlannerRecord`. The limits are no requests: every
+    Which planner supports which is in its `PlannerSpec`. The limits are no requests: every
     planner accepts them, and those that can shape their motion by them do. Arrays are kept
     read-only, `knots` and `end_acceleration` as tuples; options can be compared.
 
@@ -166,5 +166,5 @@ class Planner(Protocol):
             options: What is asked for beyond them; the defaults for `None`.
 
         Raises:
-            InputError: The planner can't serve these waypoints, or can't honour an option.
+            InputError: The planner can't serve these waypoints, or does not support an option.
         """

@@ -24,10 +24,10 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.interpolation.blend_times import slopes, transition_times
-from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.limits import interval_name, refuse_unresolved, snapped
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory
+from knotwork.interpolation.specs import checked_options
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -54,7 +54,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
     Raises:
         InputError: An interval is too short for the transitions or the limits: which, and by how
-            much; or an option can't be honoured.
+            much; or an option is not supported.
     """
     options = checked_options(NAME, options)
     with np.errstate(over="ignore", invalid="ignore"):

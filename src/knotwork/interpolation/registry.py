@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from knotwork.errors import OptionError, UnknownNameError
-from knotwork.interpolation.catalogue import RECORDS
 from knotwork.interpolation.knots import KNOT_RULES
 from knotwork.interpolation.options import ACCELERATION_RULES, Planner, PlannerOptions
+from knotwork.interpolation.specs import PLANNER_SPECS
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 
@@ -18,19 +18,19 @@ class _Planners(Mapping[str, Planner]):
     """Names to planners; listing the names and testing for one loads none of them."""
 
     def __getitem__(self, name: str) -> Planner:
-        record = RECORDS[name]
-        module = importlib.import_module(f"knotwork.interpolation.{record.module}")
-        planner: Planner = getattr(module, record.function)
+        spec = PLANNER_SPECS[name]
+        module = importlib.import_module(f"knotwork.interpolation.{spec.module}")
+        planner: Planner = getattr(module, spec.function)
         return planner
 
     def __contains__(self, name: object) -> bool:
-        return name in RECORDS
+        return name in PLANNER_SPECS
 
     def __iter__(self) -> Iterator[str]:
-        return iter(RECORDS)
+        return iter(PLANNER_SPECS)
 
     def __len__(self) -> int:
-        return len(RECORDS)
+        return len(PLANNER_SPECS)
 
 
 PLANNERS: Mapping[str, Planner] = _Planners()
@@ -71,18 +71,18 @@ def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
     if not colon:
         return planner, {}
     for option in RULES:
-        if option in RECORDS[planner].honours and rule in RULES[option]:
+        if option in PLANNER_SPECS[planner].supports and rule in RULES[option]:
             return planner, {option: rule}
     if rules(planner):
         raise UnknownNameError(f"rule of planner {planner!r}", rule, rules(planner))
-    ruled = (f"{other}:RULE" for other in RECORDS if rules(other))
+    ruled = (f"{other}:RULE" for other in PLANNER_SPECS if rules(other))
     raise UnknownNameError("planner", name, (planner, *ruled))
 
 
 def rules(planner: str) -> list[str]:
     """Rules that may follow the name of a planner."""
-    honours = RECORDS[planner].honours
-    return [rule for option in RULES if option in honours for rule in RULES[option]]
+    supports = PLANNER_SPECS[planner].supports
+    return [rule for option in RULES if option in supports for rule in RULES[option]]
 
 
 def _with_rule(name: str, ruled: Mapping[str, str]) -> Planner:

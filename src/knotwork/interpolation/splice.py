@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import raised, to_trajectory, two_point_coefficients
@@ -18,6 +17,7 @@ from knotwork.interpolation.presets import (
     estimated_accelerations,
     preset_rows,
 )
+from knotwork.interpolation.specs import checked_options
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -45,7 +45,7 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions | None = None) -
             where the cubics leave no choice.
 
     Raises:
-        InputError: There are three waypoints; an option can't be honoured or has the wrong shape.
+        InputError: There are three waypoints; an option is not supported or has the wrong shape.
     """
     options = checked_options(NAME_353, options)
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
@@ -96,7 +96,7 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions | None = None) -
         options: `end_acceleration`, zero by default.
 
     Raises:
-        InputError: An option can't be honoured or has the wrong shape.
+        InputError: An option is not supported or has the wrong shape.
     """
     options = checked_options(NAME_434, options)
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity

@@ -16,10 +16,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.catalogue import checked_options
 from knotwork.interpolation.limits import limit_rows, refuse_first, refuse_unresolved, snapped
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import to_trajectory
+from knotwork.interpolation.specs import checked_options
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -47,7 +47,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
     Raises:
         InputError: An interval is too short for a joint's limits: which, which joint, and by how
-            much; or an option can't be honoured.
+            much; or an option is not supported.
     """
     options = checked_options(NAME, options)
     t, y = waypoints.time, waypoints.position

@@ -261,7 +261,7 @@ class Scenario:
     document: Document | None = field(default=None, repr=False, compare=False)
 
     @contextmanager
-    def blaming(self, *location: str | int) -> Iterator[None]:
+    def error_context(self, *location: str | int) -> Iterator[None]:
         """Have errors of the input say which field of the file is at fault.
 
         Args:

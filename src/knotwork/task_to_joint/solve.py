@@ -87,7 +87,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:
     robot = space.robot
     if scenario.pull_to_middle and robot is not None and robot.dof <= 6:
-        with scenario.blaming("pull_to_middle"):
+        with scenario.error_context("pull_to_middle"):
             raise RobotError(
                 robot.name,
                 f"has {robot.dof} joints, and none to spare beside the motion of the tool; leave "

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.verification.motion import LIMIT_SLACK
 from knotwork.view.curves import Strokes
 from knotwork.view.notes import nearest
 from knotwork.view.series import Series
 from knotwork.view.style import DARK, LIMIT_DASHES, WRONG, colour
 from knotwork.waypoints import FloatArray
-from knotwork.witness.motion import LIMIT_SLACK
 
 if TYPE_CHECKING:
     from knotwork.view.panels import Panel

@@ -11,11 +11,11 @@ import pinocchio as pin
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.verification import Report, Requirement
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.solids import rod, sphere, triad
 from knotwork.view.speed_arrows import round_arrows, straight_arrows
 from knotwork.view.targets import Target, spacings
-from knotwork.witness import Report, Requirement
 
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)

@@ -13,9 +13,9 @@ from knotwork.joint_space import JointSpace, joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.trajectory import QUANTITIES, JointTrajectory
+from knotwork.verification import LimitUse, Report
+from knotwork.verification.motion import limit_use
 from knotwork.waypoints import FloatArray, JointWaypoints
-from knotwork.witness import LimitUse, Report
-from knotwork.witness.motion import limit_use
 
 
 class PlanLike(Protocol):

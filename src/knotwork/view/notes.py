@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.verification import LimitUse
 from knotwork.view.series import Series
 from knotwork.view.style import rounded
-from knotwork.witness import LimitUse
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Report
 from knotwork.waypoints import FloatArray
-from knotwork.witness import Report
 
 SAMPLES = 1200
 ORDERS = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}

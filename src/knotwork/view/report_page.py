@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from knotwork.documents import read_text
+from knotwork.verification import LimitUse, Report, Requirement
 from knotwork.view.motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
 from knotwork.view.plots import plot_joints
 from knotwork.view.show import view_plan
 from knotwork.view.style import settings
 from knotwork.view.tool_plots import plot_tool
-from knotwork.witness import LimitUse, Report, Requirement
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,6 +17,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Report, check
 from knotwork.view.animation import frames, joint_tree
 from knotwork.view.camera import first_view
 from knotwork.view.images import image_addresses
@@ -29,7 +30,6 @@ from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshe
 from knotwork.view.stops import Stops, arm_triangles, find_stops
 from knotwork.view.targets import Target, targets
 from knotwork.waypoints import FloatArray
-from knotwork.witness import Report, check
 
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
 GHOST_DETAIL = 0.007

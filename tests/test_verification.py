@@ -1,4 +1,4 @@
-"""The check as an independent witness: trajectories tampered with, and Pinocchio used directly."""
+"""Verification is independent: trajectories tampered with, and Pinocchio used directly."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot.load import example_robot_data
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Defect, Jump, LimitUse, Report, Requirement, check
 from knotwork.waypoints import CartesianWaypoint
-from knotwork.witness import Defect, Jump, LimitUse, Report, Requirement, check
 
 Array = NDArray[np.float64]
 TURN, SLIDE = "turn", "lift"

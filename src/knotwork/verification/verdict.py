@@ -1,4 +1,4 @@
-"""The independent witness: does a trajectory do what its scenario asks for?
+"""The check: does a trajectory do what its scenario asks for?
 
 It knows nothing of how the trajectory was made. From the trajectory and the scenario alone it
 recomputes the tool's pose and velocity at each waypoint, the joint limits over all time, and
@@ -16,9 +16,9 @@ from knotwork.joint_space import JointSpace, joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification.motion import QUANTITIES, continuity, limit_use, rate_unit
+from knotwork.verification.report import Defect, LimitUse, Report, Requirement, Singularity
 from knotwork.waypoints import FloatArray
-from knotwork.witness.motion import QUANTITIES, continuity, limit_use, rate_unit
-from knotwork.witness.report import Defect, LimitUse, Report, Requirement, Singularity
 
 # Torque and nearness to singularities are looked at this often, and at every break.
 SAMPLES = 500
@@ -54,7 +54,7 @@ def check(
     limits: list[LimitUse] = list(limit_use(space, curve))
     singularity: Singularity | None = None
     if space.robot is not None:
-        from knotwork.witness.tool import effort_use, smallest_singular_value
+        from knotwork.verification.tool import effort_use, smallest_singular_value
 
         regular = np.linspace(trajectory.start_time, trajectory.end_time, SAMPLES)
         time = np.sort(np.concatenate([regular, curve.x]))
@@ -120,7 +120,7 @@ def _requirements(
         if isinstance(waypoint, JointTarget):
             requirements += _joint_requirements(waypoint, q, v, space, scenario)
         elif space.robot is not None:
-            from knotwork.witness.tool import tool_requirements
+            from knotwork.verification.tool import tool_requirements
 
             requirements += tool_requirements(waypoint, space.robot, q, v, scenario.tolerances)
     first, last = scenario.waypoints[0], scenario.waypoints[-1]

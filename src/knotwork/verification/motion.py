@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
-from knotwork.witness.report import Jump, LimitUse
+from knotwork.verification.report import Jump, LimitUse
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 # A limit counts as kept if the excess is within rounding, relative to the limit (or to 1 in SI).

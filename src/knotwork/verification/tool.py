@@ -10,8 +10,8 @@ import pinocchio as pin
 from knotwork.joint_space import JointSpace
 from knotwork.robot import Robot
 from knotwork.scenario import ToleranceSet
+from knotwork.verification.report import LimitUse, Requirement, Singularity
 from knotwork.waypoints import CartesianWaypoint, FloatArray
-from knotwork.witness.report import LimitUse, Requirement, Singularity
 
 EFFORT_UNIT = {"rad": "N m", "m": "N"}
 

@@ -1,6 +1,6 @@
-"""What each planner guarantees, what it can't do, and which options it honours.
+"""What each planner guarantees, what it can't do, and which options it supports.
 
-Only words: nothing here loads a planner, so that names and records cost next to nothing.
+Only words: nothing here loads a planner, so that names and specs cost next to nothing.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from knotwork.interpolation.options import PlannerOptions
 
 
 @dataclass(frozen=True)
-class PlannerRecord:
+class PlannerSpec:
     """One planner in words.
 
     Attributes:
@@ -24,7 +24,7 @@ class PlannerRecord:
         degree: Largest degree of its polynomials.
         guarantees: What the motion meets.
         cannot: What it can not do.
-        honours: Names of the `PlannerOptions` that it honours; limits only where they shape the
+        supports: Names of the `PlannerOptions` that it supports; limits only where they shape the
             motion.
         module: Module of `knotwork.interpolation` that it is in.
         function: Name of the planner in that module.
@@ -36,131 +36,131 @@ class PlannerRecord:
     degree: int
     guarantees: str
     cannot: str
-    honours: tuple[str, ...]
+    supports: tuple[str, ...]
     module: str
     function: str = "plan"
 
 
 _ALL = (
-    PlannerRecord(
+    PlannerSpec(
         "modified-hermite",
         "the paper's: modified cubic Hermite interpolation on rebuilt knots",
         continuity=2,
         degree=3,
         guarantees="positions and velocities at all waypoints; end accelerations if asked for",
         cannot="choose the accelerations at inner waypoints",
-        honours=("knots", "end_acceleration"),
+        supports=("knots", "end_acceleration"),
         module="modified_hermite",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "cubic",
         "one cubic polynomial an interval, Eqs. (5), (6)",
         continuity=1,
         degree=3,
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
-        honours=(),
+        supports=(),
         module="cubic",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "quintic",
         "one quintic polynomial an interval, Eqs. (7), (8)",
         continuity=2,
         degree=5,
         guarantees="positions, velocities and preset accelerations at all waypoints",
         cannot="find good accelerations: with bad presets the velocity fluctuates",
-        honours=("accelerations", "end_acceleration"),
+        supports=("accelerations", "end_acceleration"),
         module="high_degree",
         function="plan_quintic",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "septic",
         "one polynomial of degree seven an interval",
         continuity=3,
         degree=7,
         guarantees="positions, velocities, preset accelerations and jerks at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
-        honours=("accelerations", "end_acceleration", "jerks"),
+        supports=("accelerations", "end_acceleration", "jerks"),
         module="high_degree",
         function="plan_septic",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "nonic",
         "one polynomial of degree nine an interval",
         continuity=4,
         degree=9,
         guarantees="positions, velocities, preset accelerations, jerks and snaps at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
-        honours=("accelerations", "end_acceleration", "jerks", "snaps"),
+        supports=("accelerations", "end_acceleration", "jerks", "snaps"),
         module="high_degree",
         function="plan_nonic",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "parabolic-blend",
         "straight lines with parabolic transitions at the waypoints (LSPB)",
         continuity=1,
         degree=2,
         guarantees="positions and velocities at both ends; constant acceleration in transitions",
         cannot="meet inner waypoints: it cuts their corners; acceleration jumps",
-        honours=("transition_time", "acceleration_limit"),
+        supports=("transition_time", "acceleration_limit"),
         module="parabolic_blend",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "bspline",
         "cubic B-spline through the positions, clamped at both ends",
         continuity=2,
         degree=3,
         guarantees="positions at all waypoints, velocities at both ends",
         cannot="meet velocities at inner waypoints",
-        honours=(),
+        supports=(),
         module="bspline",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "bspline-velocity",
         "cubic B-spline on double knots; the same curve as 'cubic'",
         continuity=1,
         degree=3,
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
-        honours=(),
+        supports=(),
         module="bspline",
         function="plan_with_velocities",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "3-5-3",
         "cubic in the first and last interval, quintics between",
         continuity=2,
         degree=5,
         guarantees="positions and velocities at all waypoints",
         cannot="serve three waypoints; find good inner accelerations where there are over four",
-        honours=("accelerations",),
+        supports=("accelerations",),
         module="splice",
         function="plan_353",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "4-3-4",
         "quartic in the first and last interval, cubics between",
         continuity=2,
         degree=5,
         guarantees="positions at all waypoints, velocities and accelerations at both ends",
         cannot="meet velocities at inner waypoints",
-        honours=("end_acceleration",),
+        supports=("end_acceleration",),
         module="splice",
         function="plan_434",
     ),
-    PlannerRecord(
+    PlannerSpec(
         "trapezoidal",
         "trapezoidal velocity in each interval, a stop at each waypoint (vendors' PTP)",
         continuity=1,
         degree=2,
         guarantees="positions at all waypoints; joints in phase, so straight in joint space",
         cannot="pass a waypoint at speed; acceleration jumps",
-        honours=("velocity_limit", "acceleration_limit"),
+        supports=("velocity_limit", "acceleration_limit"),
         module="trapezoidal",
     ),
 )
 
-RECORDS: Mapping[str, PlannerRecord] = MappingProxyType({record.name: record for record in _ALL})
+PLANNER_SPECS: Mapping[str, PlannerSpec] = MappingProxyType({spec.name: spec for spec in _ALL})
 """All planners in words, by name."""
 
 _WORDS = {
@@ -174,21 +174,21 @@ _WORDS = {
 
 
 def checked_options(planner: str, options: PlannerOptions | None) -> PlannerOptions:
-    """Return the options, the defaults for `None`, if the planner can honour them.
+    """Return the options, the defaults for `None`, if the planner can support them.
 
     Raises:
-        OptionError: One is asked for that the planner can't honour.
+        OptionError: One is asked for that the planner does not support.
     """
     if options is None:
         return PlannerOptions()
     for option in options.requested:
-        if option not in RECORDS[planner].honours:
-            others = [name for name, record in RECORDS.items() if option in record.honours]
-            own = ", ".join(RECORDS[planner].honours) or "none"
+        if option not in PLANNER_SPECS[planner].supports:
+            others = [name for name, spec in PLANNER_SPECS.items() if option in spec.supports]
+            own = ", ".join(PLANNER_SPECS[planner].supports) or "none"
             raise OptionError(
                 option,
-                f"asks for {_WORDS[option]}, which this planner can't honour (its options: {own}); "
-                f"leave it out, or use a planner that honours it: {', '.join(others)}",
+                f"asks for {_WORDS[option]}, which this planner does not support (its options: "
+                f"{own}); leave it out, or use a planner that supports it: {', '.join(others)}",
                 planner=planner,
             )
     return options
