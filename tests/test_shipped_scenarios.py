@@ -182,7 +182,7 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     plan = kw.plan(name)
     assert plan.report.ok
     assert plan.solution is not None
-    assert not plan.solution.obstacles
+    assert not plan.solution.infeasibilities
     # The poses are the same, and so are the branches all the way: the arm does not change over.
     assert len({choice.branch for choice in plan.solution.choices}) == 1
 
@@ -218,7 +218,7 @@ def test_it_reports_the_branches_it_takes(path: Path, knotwork: Command, tmp_pat
         if not posed:
             assert "solutions" not in report
             continue
-        assert report["solutions"]["obstacles"] == []
+        assert report["solutions"]["infeasibilities"] == []
         choices = report["solutions"]["choices"]
         assert [choice["waypoint"] for choice in choices] == posed
         for choice in choices:

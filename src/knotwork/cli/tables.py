@@ -109,8 +109,8 @@ def print_report(
             out.print()
     out.print(_limit_table(report.limits))
     out.print()
-    for obstacle in solution.obstacles if solution is not None else ():
-        out.print(f"[bold red]too fast[/] {escape(obstacle)}", soft_wrap=True)
+    for infeasible in solution.infeasibilities if solution is not None else ():
+        out.print(f"[bold red]too fast[/] {escape(str(infeasible))}", soft_wrap=True)
     for jump in report.jumps:
         size = f"{jump.relative:.1e} of its peak" if jump.relative else "within rounding"
         state = "" if jump.required else " (not required)"

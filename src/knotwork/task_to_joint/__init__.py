@@ -1,6 +1,13 @@
 """A scenario's waypoints at the joints: inverse kinematics, position (eq 3) and velocity (eq 4)."""
 
-from knotwork.task_to_joint.solution import Alternative, Choice, TaskSolution
+from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility, TaskSolution
 from knotwork.task_to_joint.solve import solve_task, task_to_joint
 
-__all__ = ["Alternative", "Choice", "TaskSolution", "solve_task", "task_to_joint"]
+__all__ = [
+    "Alternative",
+    "Choice",
+    "Infeasibility",
+    "TaskSolution",
+    "solve_task",
+    "task_to_joint",
+]

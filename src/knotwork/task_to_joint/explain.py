@@ -12,7 +12,7 @@ from knotwork.kinematics.sequence import positions_of
 from knotwork.kinematics.steps import AT_LIMIT, changes
 from knotwork.kinematics.words import branch_signs, describe_branch
 from knotwork.task_to_joint.search import Found, Search
-from knotwork.task_to_joint.solution import Alternative, Choice
+from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility
 from knotwork.waypoints import FloatArray
 
 
@@ -52,19 +52,19 @@ class Explanation:
             )
         return tuple(result)
 
-    def obstacles(self) -> tuple[str, ...]:
-        """Intervals and waypoints that ask for more than a limit whatever is chosen."""
+    def infeasibilities(self) -> tuple[Infeasibility, ...]:
+        """Intervals and waypoints that exceed a velocity limit whatever is chosen."""
         faults: dict[int, list[tuple[int, float]]] = {}
         for i, j, move in self._too_fast(self.found.positions):
             faults.setdefault(i, []).append((j, move / float(self.search.durations[i])))
-        said = [self._interval(i, speeds) for i, speeds in faults.items()]
+        found = [self._interval(i, speeds) for i, speeds in faults.items()]
         for i, candidates in enumerate(self.search.candidates):
             if candidates is not None:
                 v = np.abs(self.found.velocities[i])
                 fast = np.flatnonzero(v > self.robot.velocity_limit * AT_LIMIT)
                 if fast.size:
-                    said.append(self._waypoint(i, [(int(j), float(v[j])) for j in fast]))
-        return tuple(said)
+                    found.append(self._waypoint(i, [(int(j), float(v[j])) for j in fast]))
+        return tuple(found)
 
     def _too_fast(self, positions: FloatArray) -> list[tuple[int, int, float]]:
         """Interval, joint and distance where a mean speed is beyond its limit."""
@@ -72,20 +72,39 @@ class Explanation:
         most = self.robot.velocity_limit * self.search.durations[:, None] * AT_LIMIT
         return [(int(i), int(j), float(move[i, j])) for i, j in np.argwhere(move > most)]
 
-    def _interval(self, i: int, speeds: list[tuple[int, float]]) -> str:
+    def _interval(self, i: int, speeds: list[tuple[int, float]]) -> Infeasibility:
         duration = self.search.durations[i]
         longest = duration * max(v / self.robot.velocity_limit[j] for j, v in speeds)
-        return (
+        sentence = (
             f"from {self.names[i]!r} to {self.names[i + 1]!r} {self._needs(speeds)} on average; "
             f"{self._others}; {longest:.4g} s or more would do for the mean, and they have "
             f"{duration:.4g} s"
         )
+        return self._infeasibility(i, i + 1, speeds, sentence)
 
-    def _waypoint(self, i: int, speeds: list[tuple[int, float]]) -> str:
+    def _waypoint(self, i: int, speeds: list[tuple[int, float]]) -> Infeasibility:
         part = min(self.robot.velocity_limit[j] / v for j, v in speeds)
-        return (
+        sentence = (
             f"at {self.names[i]!r} {self._needs(speeds)} for the tool's velocity; "
             f"{self._others}; at {part:.3g} of that velocity it could be done"
+        )
+        return self._infeasibility(i, i, speeds, sentence)
+
+    def _infeasibility(
+        self, first: int, last: int, speeds: list[tuple[int, float]], sentence: str
+    ) -> Infeasibility:
+        limit, times = self.robot.velocity_limit, self.scenario.times
+        joint, velocity = max(speeds, key=lambda fault: fault[1] / limit[fault[0]])
+        return Infeasibility(
+            waypoint=self.names[first],
+            until=self.names[last] if last > first else "",
+            start=float(times[first]),
+            end=float(times[last]),
+            joint=self.robot.joint_names[joint],
+            velocity=velocity,
+            limit=float(limit[joint]),
+            unit=f"{self.robot.joint_units[joint]}/s",
+            sentence=sentence,
         )
 
     @cached_property

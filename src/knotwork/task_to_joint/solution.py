@@ -56,18 +56,54 @@ class Choice:
     alternative: Alternative | None = None
 
 
+@dataclass(frozen=True)
+class Infeasibility:
+    """A velocity limit that is exceeded however the solutions are chosen.
+
+    At a waypoint the tool's velocity is too high; in an interval the mean velocity of a joint.
+
+    Attributes:
+        waypoint: Name of the waypoint, or of the one where the interval begins.
+        until: Name of the waypoint where the interval ends; empty at a waypoint.
+        start: Time of the waypoint, or where the interval begins [s].
+        end: Where the interval ends [s]; at a waypoint the same as `start`.
+        joint: Of the joints beyond their limits the one that is farthest beyond.
+        velocity: The speed it needs [rad/s or m/s].
+        limit: Its velocity limit [rad/s or m/s].
+        unit: `rad/s` or `m/s`.
+        sentence: All of it in words, with every joint beyond its limit and what would be feasible.
+    """
+
+    waypoint: str
+    until: str
+    start: float
+    end: float
+    joint: str
+    velocity: float
+    limit: float
+    unit: str
+    sentence: str
+
+    @property
+    def fraction(self) -> float:
+        """The part of the velocity that is feasible."""
+        return self.limit / self.velocity
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
 @dataclass(frozen=True, eq=False)
 class TaskSolution:
     """Waypoints at the joints, and how they were chosen.
 
     Attributes:
         waypoints: Joint positions and velocities.
-        obstacles: What can't be done within the velocity limits however the solutions are chosen:
-            the interval or waypoint, the joint, the speed it needs and the time that would do.
+        infeasibilities: Velocity limits that are exceeded however the solutions are chosen.
     """
 
     waypoints: JointWaypoints
-    obstacles: tuple[str, ...] = ()
+    infeasibilities: tuple[Infeasibility, ...] = ()
     _explain: Callable[[], tuple[Choice, ...]] | None = field(default=None, repr=False)
 
     @cached_property
@@ -80,7 +116,7 @@ class TaskSolution:
         return {**self.__dict__, "choices": self.choices, "_explain": None}
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the choices and obstacles as plain data, ready for JSON."""
+        """Give the choices and infeasibilities as plain data, ready for JSON."""
         choices = []
         for choice in self.choices:
             data = asdict(choice)
@@ -88,4 +124,5 @@ class TaskSolution:
             if choice.alternative is not None:
                 data["alternative"]["turns"] = dict(choice.alternative.turns)
             choices.append(data)
-        return {"choices": choices, "obstacles": list(self.obstacles)}
+        infeasible = [{**asdict(one), "fraction": one.fraction} for one in self.infeasibilities]
+        return {"choices": choices, "infeasibilities": infeasible}

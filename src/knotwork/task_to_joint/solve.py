@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import JointTarget, Scenario
-from knotwork.task_to_joint.solution import Choice, TaskSolution
+from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
@@ -34,7 +34,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     With `near` in the scenario, the nearest to that instead of least travel, whole turns aside:
     these are the nearest at the first waypoint, and then follow the motion. With `branch`, only
     what that allows. Where nothing is feasible, the sequence that exceeds the velocity limits
-    least is taken, and what exceeds them is named in `obstacles`.
+    least is taken, and what exceeds them is named in `infeasibilities`.
 
     An arm with joints to spare moves freely at a pose. Samples of that motion take the place of the
     branches, and those chosen are then moved along it to where the way through is best. There the
@@ -58,7 +58,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     near = space.values(scenario.near, missing=None) if scenario.near is not None else None
     speeds = [_given_velocity(t, space) if isinstance(t, JointTarget) else None for t in targets]
     explain: Callable[[], tuple[Choice, ...]] | None = None
-    obstacles: tuple[str, ...] = ()
+    infeasibilities: tuple[Infeasibility, ...] = ()
     _check_pull(scenario, space)
     if any(q is None for q in given):
         if space.robot is None:
@@ -69,7 +69,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
         search = Search(scenario, space, space.robot, given, speeds, near)
         found = search.solve()
         explanation = Explanation(search, found)
-        explain, obstacles = explanation.choices, explanation.obstacles()
+        explain, infeasibilities = explanation.choices, explanation.infeasibilities()
         positions, velocities = found.positions, found.velocities
     else:
         positions, velocities = np.array(given, float), np.array(speeds, float)
@@ -81,7 +81,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
         names=tuple(waypoint.name for waypoint in targets),
         joint_units=space.joint_units,
     )
-    return TaskSolution(waypoints, obstacles, explain)
+    return TaskSolution(waypoints, infeasibilities, explain)
 
 
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:
