@@ -1,5 +1,6 @@
-# Two commands: `make demo` runs the main job, `make test` runs lint, types and all tests.
-# Both make their own virtual environment first; it needs Python >= 3.10 and a package index.
+# `make demo` runs the main job, `make test` runs lint, types and the tests, and `make test-all` runs
+# these and the exhaustive tests, which take minutes more. Each makes its own virtual environment
+# first; it needs Python >= 3.10 and a package index.
 
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python3.10 python; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info[:2])' 2>/dev/null && echo "$$p" && break; done)
@@ -10,12 +11,14 @@ INSTALL := $(PIP) install --quiet --constraint constraints.txt --no-build-isolat
 # Tests are spread over the processors there are; `make test JOBS=0` runs them in one process.
 JOBS ?= auto
 
-.PHONY: demo test lint types suite docs picture scene clean
+.PHONY: demo test test-all lint types suite exhaustive docs picture scene clean
 
 demo: $(VENV)/run
 	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
 
 test: lint types suite
+
+test-all: test exhaustive
 
 lint: $(VENV)/dev
 	$(BIN)/ruff check
@@ -25,7 +28,10 @@ types: $(VENV)/dev
 	$(BIN)/mypy
 
 suite: $(VENV)/dev
-	$(BIN)/pytest --numprocesses $(JOBS)
+	$(BIN)/pytest --numprocesses $(JOBS) -m "not exhaustive"
+
+exhaustive: $(VENV)/dev
+	$(BIN)/pytest --numprocesses $(JOBS) -m exhaustive
 
 # The tests build the documentation too; this puts it where it can be read: build/docs/index.html.
 docs: $(VENV)/dev

@@ -29,6 +29,10 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
 
     The interface is that of `scipy.interpolate.CubicHermiteSpline`, without extrapolation.
 
+    >>> spline = kw.ModifiedHermiteSpline([0, 5, 15, 25], [0, 30, 90, 180], [0, 6, 9, 0])
+    >>> spline([5, 15]), spline([5, 15], nu=1)  # positions and velocities are met
+    (array([30., 90.]), array([6., 9.]))
+
     Args:
         x: Waypoint times [s], shape (n,), n >= 2, strictly increasing.
         y: Values, n along `axis`, any shape, finite.
