@@ -11,7 +11,7 @@ INSTALL := $(PIP) install --quiet --constraint constraints.txt --no-build-isolat
 # Tests are spread over the processors there are; `make test JOBS=0` runs them in one process.
 JOBS ?= auto
 
-.PHONY: demo test test-all lint types suite exhaustive docs picture scene clean
+.PHONY: demo test test-all lint types suite exhaustive docs figures picture scene clean
 
 demo: $(VENV)/run
 	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
@@ -37,6 +37,10 @@ exhaustive: $(VENV)/dev
 docs: $(VENV)/dev
 	@$(BIN)/python -c 'import sphinx' || { echo "the documentation needs Python 3.11 or newer" >&2; exit 2; }
 	$(BIN)/python -m sphinx --fail-on-warning --nitpicky --keep-going --fresh-env --quiet docs build/docs
+
+# Tables and figures of the pages on benchmarks, from benchmarks/results.
+figures: $(VENV)/dev
+	$(BIN)/python benchmarks/pages.py
 
 picture: $(VENV)/dev
 	$(BIN)/python docs/picture.py

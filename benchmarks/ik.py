@@ -4,6 +4,9 @@
     python benchmarks/ik.py branches  # all solutions against closed forms
     python benchmarks/ik.py speed     # one solution, beside whatever else is installed
 
+With `--save benchmarks/results` the results are saved there, and `make figures` renders
+docs/ik_benchmarks.md from them.
+
 Run it on one thread (OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1). The other solvers are no
 dependencies; for `speed` put them into an environment of their own beside Knotwork:
 
@@ -19,40 +22,33 @@ pose, so that a noisy machine disturbs all alike.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 from rich.console import Console
-from rich.table import Table
 
+import ik_tables
+import results
 from ik_branches import branches
 from ik_speed import speed
-from ik_success import singular, success
+from ik_success import success
+
+MEASURE = {"success": success, "branches": branches, "speed": speed}
 
 
 @click.command()
-@click.argument("what", type=click.Choice(["success", "branches", "speed"]))
+@click.argument("what", type=click.Choice(list(MEASURE)))
 @click.option("--poses", default=1000, show_default=True)
-@click.option("--markdown", is_flag=True, help="Print Markdown tables.")
-def main(what: str, poses: int, markdown: bool) -> None:
+@click.option(
+    "--save", type=click.Path(file_okay=False, path_type=Path), help="Folder for the results."
+)
+def main(what: str, poses: int, save: Path | None) -> None:
     """Measure inverse kinematics and print a table."""
-    if what == "success":
-        tables = [success(poses), singular(max(1, poses // 10))]
-    else:
-        tables = [branches(poses) if what == "branches" else speed(poses)]
-    console = Console(width=120)
-    for table in tables:
-        if markdown:
-            print(in_markdown(table))
-        else:
-            console.print(table)
-
-
-def in_markdown(table: Table) -> str:
-    """Write a table in Markdown."""
-    names = [str(column.header) for column in table.columns]
-    rows = zip(*(column.cells for column in table.columns), strict=True)
-    lines = [f"**{table.title}**", "", f"| {' | '.join(names)} |", "|---" * len(names) + "|"]
-    lines += [f"| {' | '.join(str(cell) for cell in row)} |" for row in rows]
-    return "\n".join([*lines, ""])
+    data = MEASURE[what](poses)
+    for table in ik_tables.tables(f"ik_{what}", data):
+        table.show(Console(width=120))
+    if save is not None:
+        print(results.save(save, f"ik_{what}", data))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from rich.table import Table
 
 import knotwork as kw
 from ik_arms import arm
@@ -23,13 +22,10 @@ BENT = (1e-2, 1e-4, 1e-6)
 """How far from straight the wrist is [rad]."""
 
 
-def branches(poses: int) -> Table:
+def branches(poses: int) -> dict[str, Any]:
     """All solutions of a UR5 and a spherical wrist against their closed forms."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "kinematics"))
     closed_form: Any = importlib.import_module("closed_form")
-    table = Table(title=f"Branches found, {poses} poses", title_justify="left")
-    for column in ("arm", "wrist", "closed form", "found", "share", "beside these", "ms a pose"):
-        table.add_column(column)
     turn = pin.SE3(pin.utils.rotate("z", np.pi), np.zeros(3))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "spherical.urdf"
@@ -39,13 +35,13 @@ def branches(poses: int) -> Table:
         (arm("ur5"), lambda pose: list(closed_form.ur5((turn * pose).homogeneous))),
         (spherical, lambda pose: list(closed_form.spherical_wrist(pose.homogeneous))),
     ]
+    rows = []
     for robot, truth in truths:
         for bent in (None, *BENT):
             count = poses if bent is None else max(poses // 10, 1)
-            row, seconds = _row(robot, truth, count, bent, closed_form.turned)
-            anywhere = "anywhere" if bent is None else f"{bent:.0e} rad from straight"
-            table.add_row(robot.name, anywhere, *row, f"{1e3 * seconds / count:.1f}")
-    return table
+            row = {"arm": robot.name, "from_straight": bent}
+            rows.append(row | _row(robot, truth, count, bent, closed_form.turned))
+    return {"poses": poses, "rows": rows}
 
 
 def _row(
@@ -54,8 +50,8 @@ def _row(
     poses: int,
     bent: float | None,
     turned: Callable[[FloatArray], FloatArray],
-) -> tuple[list[str], float]:
-    """Solutions of the closed form, those found of them, their share, others; and seconds."""
+) -> dict[str, Any]:
+    """Solutions of the closed form, those found of them, others; and ms a pose."""
     generator = np.random.default_rng(45)
     wanted = found = extra = 0
     seconds = 0.0
@@ -73,4 +69,5 @@ def _row(
         hits = sum(bool((np.abs(turned(answers - x)).max(axis=1) < same).any()) for x in expected)
         wanted, found = wanted + len(expected), found + hits
         extra += len(answers) - hits
-    return [str(wanted), str(found), f"{found / wanted:.3%}", str(extra)], seconds
+    ms = round(1e3 * seconds / poses, 1)
+    return {"closed_form": wanted, "found": found, "beside": extra, "ms": ms}

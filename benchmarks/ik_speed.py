@@ -6,7 +6,6 @@ import time
 from typing import Any
 
 import numpy as np
-from rich.table import Table
 
 import knotwork as kw
 from ik_arms import LOOSE, TOLERANCE, Solver, arm, box, misses
@@ -15,12 +14,9 @@ from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
 
-def speed(poses: int) -> Table:
+def speed(poses: int) -> dict[str, Any]:
     """Time of one solution, solvers in turn."""
-    table = Table(title=f"One solution, {poses} poses, one thread [µs]", title_justify="left")
-    columns = ("arm", "start", "solver", "mean", "/ tuned", "median", "p99", "to 1e-8", "to 1e-4")
-    for column in columns:
-        table.add_column(column)
+    rows: list[dict[str, Any]] = []
     for name in ("ur5", "panda"):
         robot, generator = arm(name), np.random.default_rng(46)
         lower, upper = box(robot)
@@ -37,31 +33,33 @@ def speed(poses: int) -> Table:
         random = generator.uniform(lower, upper, q.shape)
         near = np.clip(q + generator.uniform(-0.1, 0.1, q.shape), lower, upper)
         for label, starts in (("random", random), ("near", near)):
-            tuned = _speed_rows(table, robot, label, solvers, targets, starts)
+            found, tuned = _speed_rows(solvers, robot, targets, starts)
             start = time.perf_counter()
             answer = kw.solve_many(robot, targets, starts)
             mean = 1e6 * (time.perf_counter() - start) / poses
-            relative = f"{mean / tuned:.2f}"
             off = [misses(robot, p, one) for p, one in zip(targets, answer.q, strict=True)]
-            cells = (f"{mean:.1f}", relative, "-", "-", *_shares(off))
-            table.add_row(name, label, "knotwork, solve_many", *cells)
-    return table
+            batch: dict[str, Any] = {"mean_us": round(mean, 1), "to_tuned": round(mean / tuned, 2)}
+            batch |= {"median_us": None, "p99_us": None, **_shares(off)}
+            found["knotwork, solve_many"] = batch
+            rows += [
+                {"arm": name, "start": label, "solver": solver, **row}
+                for solver, row in found.items()
+            ]
+    return {"poses": poses, "rows": rows}
 
 
-def _shares(off: list[float]) -> tuple[str, str]:
+def _shares(off: list[float]) -> dict[str, float]:
     values = np.array(off)
-    return f"{np.mean(values <= TOLERANCE):.1%}", f"{np.mean(values <= LOOSE):.1%}"
+    return {
+        "percent_1e-8": round(100 * float(np.mean(values <= TOLERANCE)), 1),
+        "percent_1e-4": round(100 * float(np.mean(values <= LOOSE)), 1),
+    }
 
 
 def _speed_rows(
-    table: Table,
-    robot: Robot,
-    label: str,
-    solvers: dict[str, Solver | str],
-    targets: list[Any],
-    starts: FloatArray,
-) -> float:
-    """Add a row for each solver; mean time of the tuned loop [µs]."""
+    solvers: dict[str, Solver | str], robot: Robot, targets: list[Any], starts: FloatArray
+) -> tuple[dict[str, dict[str, Any]], float]:
+    """Figures of each solver; mean time of the tuned loop [µs]."""
     took: dict[str, list[float]] = {peer: [] for peer in solvers}
     off: dict[str, list[float]] = {peer: [] for peer in solvers}
     generator, names = np.random.default_rng(47), list(solvers)
@@ -80,12 +78,17 @@ def _speed_rows(
             took[peer].append(time.perf_counter() - begin)
             off[peer].append(misses(robot, pose, answer))
     tuned = 1e6 * float(np.mean(took["tuned loop"]))
+    found: dict[str, dict[str, Any]] = {}
     for peer, solve in solvers.items():
         if isinstance(solve, str):
-            table.add_row(robot.name, label, peer, solve)
+            found[peer] = {"refused": solve}
             continue
         values = 1e6 * np.array(took[peer])
-        mean, median, last = values.mean(), np.median(values), np.percentile(values, 99)
-        cells = (f"{mean:.0f}", f"{mean / tuned:.2f}", f"{median:.0f}", f"{last:.0f}")
-        table.add_row(robot.name, label, peer, *cells, *_shares(off[peer]))
-    return tuned
+        found[peer] = {
+            "mean_us": round(float(values.mean())),
+            "to_tuned": round(float(values.mean()) / tuned, 2),
+            "median_us": round(float(np.median(values))),
+            "p99_us": round(float(np.percentile(values, 99))),
+            **_shares(off[peer]),
+        }
+    return found, tuned

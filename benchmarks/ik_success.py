@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from rich.table import Table
 
 import knotwork as kw
 from ik_arms import ARMS, TOLERANCE, arm, box, misses
@@ -16,16 +15,14 @@ from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
 
-def success(poses: int) -> Table:
+def success(poses: int) -> dict[str, Any]:
     """Solved poses of each arm, from anywhere and from 0.1 rad away."""
-    table = Table(title=f"Solved of {poses} reachable poses, and at the edge", title_justify="left")
-    for column in ("arm", "from anywhere", "from 0.1 rad", "of these kept near", "at limits"):
-        table.add_column(column)
+    arms: list[dict[str, Any]] = []
+    edge = max(1, poses // 10)
     for name in ARMS:
         robot, generator = arm(name), np.random.default_rng(42)
         lower, upper = box(robot)
         counts = [0, 0, 0, 0]
-        edge = max(1, poses // 10)
         for i in range(poses):
             q = generator.uniform(lower, upper)
             pose = robot.forward(q)
@@ -41,9 +38,10 @@ def success(poses: int) -> Table:
                 side = generator.integers(0, 3, robot.dof)
                 q = np.select([side == 0, side == 1], [lower, upper], q)
                 counts[3] += _solved(robot, robot.forward(q), start) is not None
-        cells = [f"{counts[0]}/{poses}", f"{counts[1]}/{poses}", f"{counts[2]}/{counts[1]}"]
-        table.add_row(name, *cells, f"{counts[3]}/{edge}")
-    return table
+        keys = ("from_anywhere", "from_near", "kept_near", "at_limits")
+        row = {"arm": name, "poses": poses, **dict(zip(keys, counts, strict=True))}
+        arms.append({**row, "poses_at_limits": edge})
+    return {"poses": poses, "beyond": _beyond(edge), "arms": arms, "singular": singular(edge)}
 
 
 def _solved(robot: Robot, pose: Any, start: FloatArray) -> FloatArray | None:
@@ -66,11 +64,9 @@ SINGULAR: dict[str, dict[str, dict[int, float]]] = {
 }
 
 
-def singular(poses: int) -> Table:
-    """Solved poses at singularities, and a pose a micrometre out of reach."""
-    table = Table(title="At singularities, from anywhere", title_justify="left")
-    for column in ("arm", "where", "solved"):
-        table.add_column(column)
+def singular(poses: int) -> list[dict[str, Any]]:
+    """Solved poses at singularities, from anywhere."""
+    rows: list[dict[str, Any]] = []
     for name, places in SINGULAR.items():
         robot, generator = arm(name), np.random.default_rng(43)
         lower, upper = box(robot)
@@ -81,7 +77,7 @@ def singular(poses: int) -> Table:
                 q[list(fixed)] = list(fixed.values())
                 pose = robot.forward(q)
                 solved += _solved(robot, pose, generator.uniform(lower, upper)) is not None
-            table.add_row(name, where, f"{solved}/{poses}")
+            rows.append({"arm": name, "where": where, "solved": solved, "poses": poses})
     solved = 0
     robot, generator = arm("ur5"), np.random.default_rng(44)
     lower, upper = box(robot)
@@ -89,11 +85,14 @@ def singular(poses: int) -> Table:
         q = _shoulder_singular(robot, generator.uniform(lower, upper))
         pose = robot.forward(q)
         solved += _solved(robot, pose, generator.uniform(lower, upper)) is not None
-    table.add_row("ur5", "shoulder", f"{solved}/{poses}")
+    return [*rows, {"arm": "ur5", "where": "shoulder", "solved": solved, "poses": poses}]
+
+
+def _beyond(poses: int) -> dict[str, Any]:
+    """How many poses a micrometre out of reach are refused, and by how much they are short."""
     short = _micrometre_short(poses)
-    said = f"refused {len(short)}/{poses}, {min(short):.2f} to {max(short):.2f} µm short"
-    table.add_row("ur5", "1 µm beyond full stretch", said)
-    return table
+    span = [round(min(short), 2), round(max(short), 2)]
+    return {"arm": "ur5", "refused": len(short), "poses": poses, "shortfall_um": span}
 
 
 def _micrometre_short(poses: int) -> list[float]:

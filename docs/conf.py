@@ -28,7 +28,7 @@ extensions = [
     "schema_tables",
     "shown",
 ]
-exclude_patterns = ["extensions"]
+exclude_patterns = ["extensions", "templates"]
 templates_path: list[str] = []
 
 # The notebook is run while its page is built. Sphinx reads nothing outside this folder.
