@@ -15,7 +15,7 @@ import pinocchio as pin
 
 import knotwork as kw
 from ik_arms import TOLERANCE, Solver, box
-from knotwork.kinematics.joint_axes import JointAxes
+from knotwork.kinematics.chain.joint_axes import JointAxes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 

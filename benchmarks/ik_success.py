@@ -10,7 +10,7 @@ import pinocchio as pin
 import knotwork as kw
 from ik_arms import ARMS, TOLERANCE, arm, box, misses
 from knotwork.errors import KnotworkError, UnreachablePoseError
-from knotwork.kinematics.joint_axes import JointAxes
+from knotwork.kinematics.chain.joint_axes import JointAxes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -120,7 +120,7 @@ def _micrometre_short(poses: int) -> list[float]:
 
 def _shoulder_singular(robot: Robot, q: FloatArray) -> FloatArray:
     """Turn joint 2 of a UR arm until the wrist is above its shoulder axis."""
-    from knotwork.kinematics.words import _functions, geometry
+    from knotwork.kinematics.solutions.configuration_flags import _functions, geometry
 
     found, chain = geometry(robot), JointAxes(robot)
     if found is None:

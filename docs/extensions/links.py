@@ -55,7 +55,7 @@ MODULES = {
     ),
     "knotwork.comparison": ("Refusal", "Score"),
     "knotwork.export.ros2": ("replay_bound",),
-    "knotwork.kinematics.batch": ("BatchSolution",),
+    "knotwork.kinematics.chain.batch": ("BatchSolution",),
     "knotwork.metrics": (
         "Peak",
         "acceleration_jump",

@@ -9,9 +9,9 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import BranchError, DocumentError, RobotError
-from knotwork.kinematics.passage import passage_nearness, weights
-from knotwork.kinematics.settling import Way, settle_sequence
-from knotwork.kinematics.velocity import solve_velocities
+from knotwork.kinematics.chain.velocity import solve_velocities
+from knotwork.kinematics.sequence.nearness import passage_nearness, weights
+from knotwork.kinematics.sequence.null_space_refinement import Way, settle_sequence
 from knotwork.waypoints import CartesianWaypoint
 
 PANDA = kw.load_robot("panda")

@@ -13,7 +13,7 @@ from knotwork.errors import (
     WaypointDataError,
 )
 from knotwork.kinematics import solve_pose_ik
-from knotwork.kinematics.restarts import low_discrepancy, nearest_turns
+from knotwork.kinematics.chain.joint_ranges import low_discrepancy, nearest_turns
 from knotwork.robot import Robot, load_robot, robot_names
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}

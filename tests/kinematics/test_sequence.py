@@ -12,15 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from knotwork.kinematics.between import choose_with_passages
-from knotwork.kinematics.runners_up import runners_up
-from knotwork.kinematics.sequence import choose_sequence, first_least
-from knotwork.kinematics.steps import (
+from knotwork.kinematics.sequence.alternatives import runners_up
+from knotwork.kinematics.sequence.choice import choose_sequence, first_least
+from knotwork.kinematics.sequence.costs import (
     Layer,
     Prices,
     Rules,
     most_travel,
 )
+from knotwork.kinematics.sequence.lazy_choice import choose_with_passages
 
 SPEED = np.array([3.0, 2.0])
 PRICES = Prices(infeasible=1e6, strained=1e5, change=50.0)

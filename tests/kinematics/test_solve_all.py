@@ -11,10 +11,10 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
-from knotwork.kinematics.candidates import find_candidates
-from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.joint_axes import pose_errors
-from knotwork.kinematics.words import all_branches, branch_signs, geometry
+from knotwork.kinematics.chain.joint_axes import pose_errors
+from knotwork.kinematics.sequence.candidates import find_candidates
+from knotwork.kinematics.solutions.configuration_flags import all_branches, branch_signs, geometry
+from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.waypoints import CartesianWaypoint
 

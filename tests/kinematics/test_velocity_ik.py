@@ -15,7 +15,7 @@ from knotwork.kinematics import (
     smallest_singular_value,
     solve_velocity_ik,
 )
-from knotwork.kinematics.velocity import describe_direction
+from knotwork.kinematics.chain.velocity import describe_direction
 from knotwork.robot import Robot, load_robot, robot_names
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}

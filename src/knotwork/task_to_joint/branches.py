@@ -7,8 +7,13 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import BranchError
-from knotwork.kinematics.candidates import Candidates
-from knotwork.kinematics.words import WORDS, branch_signs, describe_branch, geometry
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.kinematics.solutions.configuration_flags import (
+    WORDS,
+    branch_signs,
+    describe_branch,
+    geometry,
+)
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint

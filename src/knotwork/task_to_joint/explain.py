@@ -6,11 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from knotwork.kinematics.candidates import Candidates
-from knotwork.kinematics.runners_up import RunnerUp, runners_up
-from knotwork.kinematics.sequence import positions_of
-from knotwork.kinematics.steps import AT_LIMIT, changes
-from knotwork.kinematics.words import branch_signs, describe_branch
+from knotwork.kinematics.sequence.alternatives import RunnerUp, runners_up
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.kinematics.sequence.choice import positions_of
+from knotwork.kinematics.sequence.costs import AT_LIMIT, changes
+from knotwork.kinematics.solutions.configuration_flags import branch_signs, describe_branch
 from knotwork.task_to_joint.search import Found, Search
 from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility
 from knotwork.waypoints import FloatArray

@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 
 from knotwork.joint_space import JointSpace
-from knotwork.kinematics.between import choose_with_passages
-from knotwork.kinematics.candidates import Candidates, find_candidates
-from knotwork.kinematics.passage import SAMPLES, between_nearness, weights
-from knotwork.kinematics.restarts import FULL_TURN
-from knotwork.kinematics.sequence import Sequence, choose_sequence
-from knotwork.kinematics.settling import Way, settle_sequence
-from knotwork.kinematics.steps import (
+from knotwork.kinematics.chain.joint_ranges import FULL_TURN
+from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
+from knotwork.kinematics.sequence.candidates import Candidates, find_candidates
+from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
+from knotwork.kinematics.sequence.costs import (
     Layer,
     Prices,
     Rules,
     most_travel,
 )
-from knotwork.kinematics.velocity import pull_to_middle, solve_velocity_ik
-from knotwork.kinematics.words import branch_signs
+from knotwork.kinematics.sequence.lazy_choice import choose_with_passages
+from knotwork.kinematics.sequence.nearness import SAMPLES, between_nearness, weights
+from knotwork.kinematics.sequence.null_space_refinement import Way, settle_sequence
+from knotwork.kinematics.solutions.configuration_flags import branch_signs
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.kinematics.restarts import FULL_TURN
-from knotwork.kinematics.steps import Layer, Reached, Rules, changes, step_costs
+from knotwork.kinematics.chain.joint_ranges import FULL_TURN
+from knotwork.kinematics.sequence.costs import Layer, Reached, Rules, changes, step_costs
 from knotwork.waypoints import FloatArray
 
 # Costs that differ by less, [s] and relative, are equal: then the first candidate wins, on every

@@ -18,10 +18,10 @@ from knotwork.kinematics.arguments import (
     check_poses,
     check_tolerance,
 )
-from knotwork.kinematics.batch import BatchSolution, Targets, solve_batch
-from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.restarts import low_discrepancy, search_box
-from knotwork.kinematics.seeds import seeds
+from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
+from knotwork.kinematics.chain.joint_ranges import low_discrepancy, search_box
+from knotwork.kinematics.solutions.enumeration import joint_axes
+from knotwork.kinematics.solutions.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 

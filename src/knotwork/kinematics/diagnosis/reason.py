@@ -9,7 +9,9 @@ from typing import NoReturn
 import numpy as np
 
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
-from knotwork.kinematics.closest import (
+from knotwork.kinematics.chain.joint_ranges import nearest_turns
+from knotwork.kinematics.chain.levenberg_marquardt import LocalSolution, PoseSearch
+from knotwork.kinematics.diagnosis.closest import (
     FINEST_TOLERANCE,
     ROUNDING,
     apart,
@@ -23,9 +25,7 @@ from knotwork.kinematics.closest import (
     turned_inside,
     turning_limits,
 )
-from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.levenberg_marquardt import LocalSolution, PoseSearch
-from knotwork.kinematics.restarts import nearest_turns
+from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.waypoints import FloatArray
 
 # How much more a metre counts than a radian when the point is to be kept and the tool turned.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import SingularityError, WaypointDataError
 from knotwork.kinematics.arguments import check_tolerance
-from knotwork.kinematics.enumeration import joint_axes
+from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 

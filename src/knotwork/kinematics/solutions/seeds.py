@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from knotwork.kinematics.restarts import low_discrepancy, search_box
+from knotwork.kinematics.chain.joint_ranges import low_discrepancy, search_box
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 

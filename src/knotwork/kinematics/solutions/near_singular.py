@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.kinematics.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.restarts import BoolArray, difference
+from knotwork.kinematics.chain.joint_ranges import BoolArray, difference
+from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.waypoints import FloatArray
 
 # Errors on the floor of a valley are below this [m, rad]: farther from a singularity searches

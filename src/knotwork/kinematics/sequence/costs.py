@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.kinematics.restarts import FULL_TURN
+from knotwork.kinematics.chain.joint_ranges import FULL_TURN
 from knotwork.waypoints import FloatArray
 
 # A mean speed is too fast beyond this part of the limit: at the limit itself rounding must not

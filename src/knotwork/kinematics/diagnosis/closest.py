@@ -6,16 +6,16 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.levenberg_marquardt import MAX_STEP, LocalSolution, PoseSearch
-from knotwork.kinematics.restarts import (
+from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_ranges import (
     FULL_TURN,
     BoolArray,
     difference,
     low_discrepancy,
     nearest_turns,
 )
+from knotwork.kinematics.chain.levenberg_marquardt import MAX_STEP, LocalSolution, PoseSearch
+from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
-from knotwork.kinematics.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.waypoints import FloatArray
 
 MAX_STEPS = 30

@@ -7,11 +7,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.joint_axes import JointAxes, pose_errors
-from knotwork.kinematics.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.restarts import BoolArray, difference, low_discrepancy
-from knotwork.kinematics.valleys import (
+from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_axes import JointAxes, pose_errors
+from knotwork.kinematics.chain.joint_ranges import BoolArray, difference, low_discrepancy
+from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.solutions.near_singular import (
     DEEP,
     VALLEY_RESIDUAL,
     floors_of_valleys,

@@ -9,26 +9,26 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.enumeration import (
-    MOST_BRANCHES,
-    find_branches,
-    joint_axes,
-    told_apart,
-)
-from knotwork.kinematics.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.passage import limit_nearness, singular_nearness
-from knotwork.kinematics.pose import IKSolution, solve_pose_ik
-from knotwork.kinematics.solutions import (
+from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.chain.velocity import solve_velocities
+from knotwork.kinematics.sequence.costs import AT_LIMIT
+from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
+from knotwork.kinematics.solutions.branches import (
     farthest_apart,
     in_order,
     inside_limits,
     spread_free_motion,
     turns_inside,
 )
-from knotwork.kinematics.steps import AT_LIMIT
-from knotwork.kinematics.velocity import solve_velocities
-from knotwork.kinematics.words import all_branches, branch_signs
+from knotwork.kinematics.solutions.configuration_flags import all_branches, branch_signs
+from knotwork.kinematics.solutions.enumeration import (
+    MOST_BRANCHES,
+    find_branches,
+    joint_axes,
+    told_apart,
+)
+from knotwork.kinematics.solutions.pose import IKSolution, solve_pose_ik
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.kinematics.sequence import (
+from knotwork.kinematics.sequence.choice import (
     Sequence,
     choose_sequence,
     first_least,
@@ -17,7 +17,7 @@ from knotwork.kinematics.sequence import (
     reach,
     widened,
 )
-from knotwork.kinematics.steps import (
+from knotwork.kinematics.sequence.costs import (
     Layer,
     Reached,
     Rules,

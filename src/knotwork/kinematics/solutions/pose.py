@@ -17,19 +17,19 @@ from knotwork.kinematics.arguments import (
     check_pose,
     check_tolerance,
 )
-from knotwork.kinematics.diagnosis import solution_or_reason
-from knotwork.kinematics.levenberg_marquardt import (
+from knotwork.kinematics.chain.joint_ranges import low_discrepancy, nearest_turns
+from knotwork.kinematics.chain.levenberg_marquardt import (
     PATIENT,
     PATIENT_ITERATIONS,
     POLISH_ITERATIONS,
     LocalSolution,
     PoseSearch,
 )
-from knotwork.kinematics.nearest import settle_near
-from knotwork.kinematics.pulled_inside import pulled_inside
-from knotwork.kinematics.restarts import low_discrepancy, nearest_turns
-from knotwork.kinematics.starts import NEARBY_RESTARTS, in_valleys, spread, starts_after
-from knotwork.kinematics.valleys import DEEP, STEP
+from knotwork.kinematics.chain.null_space import settle_near
+from knotwork.kinematics.diagnosis.reason import solution_or_reason
+from knotwork.kinematics.solutions.near_singular import DEEP, STEP
+from knotwork.kinematics.solutions.pulled_inside import pulled_inside
+from knotwork.kinematics.solutions.starts import NEARBY_RESTARTS, in_valleys, spread, starts_after
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 

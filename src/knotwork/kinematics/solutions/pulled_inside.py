@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.nearest import free_motion
-from knotwork.kinematics.restarts import FULL_TURN, low_discrepancy, nearest_turns
+from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_ranges import FULL_TURN, low_discrepancy, nearest_turns
+from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.chain.null_space import free_motion
+from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.waypoints import FloatArray
 
 # Searches that ignore the limits, made at once, and how many of what they find is pulled inside.

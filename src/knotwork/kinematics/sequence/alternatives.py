@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.kinematics.sequence import (
+from knotwork.kinematics.sequence.choice import (
     Sequence,
     first_least,
     reach,
     way_to,
     widened,
 )
-from knotwork.kinematics.steps import (
+from knotwork.kinematics.sequence.costs import (
     Layer,
     Reached,
     Rules,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.kinematics.enumeration import joint_axes
+from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 

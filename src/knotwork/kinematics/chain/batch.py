@@ -9,15 +9,15 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.kinematics.joint_axes import JointAxes, pose_errors
-from knotwork.kinematics.levenberg_marquardt import (
+from knotwork.kinematics.chain.joint_axes import JointAxes, pose_errors
+from knotwork.kinematics.chain.joint_ranges import BoolArray
+from knotwork.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
     HASTY_MIN_FACTOR,
     MAX_FACTOR,
     MAX_STEP,
     MIN_FACTOR,
 )
-from knotwork.kinematics.restarts import BoolArray
 from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]

@@ -20,9 +20,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.joint_axes import JointAxes
-from knotwork.kinematics.restarts import low_discrepancy
+from knotwork.kinematics.chain.joint_axes import JointAxes
+from knotwork.kinematics.chain.joint_ranges import low_discrepancy
+from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 

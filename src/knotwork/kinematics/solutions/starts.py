@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.kinematics.levenberg_marquardt import LocalSolution, PoseSearch
-from knotwork.kinematics.restarts import nearest_turns, search_box
-from knotwork.kinematics.seeds import seeds
-from knotwork.kinematics.valleys import (
+from knotwork.kinematics.chain.joint_ranges import nearest_turns, search_box
+from knotwork.kinematics.chain.levenberg_marquardt import LocalSolution, PoseSearch
+from knotwork.kinematics.solutions.near_singular import (
     DEEP,
     MOST_STEPS,
     VALLEY_RESIDUAL,
     solutions_outward,
 )
+from knotwork.kinematics.solutions.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 

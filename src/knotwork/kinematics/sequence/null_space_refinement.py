@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.enumeration import joint_axes
-from knotwork.kinematics.passage import SAMPLES, passage_nearness, weights
-from knotwork.kinematics.steps import AT_LIMIT
-from knotwork.kinematics.velocity import solve_velocities
+from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.velocity import solve_velocities
+from knotwork.kinematics.sequence.costs import AT_LIMIT
+from knotwork.kinematics.sequence.nearness import SAMPLES, passage_nearness, weights
+from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 

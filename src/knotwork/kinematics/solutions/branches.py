@@ -13,15 +13,19 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.kinematics.arguments import check_count, check_distance, check_pose, check_tolerance
-from knotwork.kinematics.batch import Targets, solve_batch
-from knotwork.kinematics.enumeration import (
+from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_ranges import FULL_TURN, difference, low_discrepancy
+from knotwork.kinematics.solutions.configuration_flags import (
+    all_branches,
+    branch_signs,
+    describe_branch,
+)
+from knotwork.kinematics.solutions.enumeration import (
     MOST_BRANCHES,
     find_branches,
     joint_axes,
 )
-from knotwork.kinematics.pose import solve_pose_ik
-from knotwork.kinematics.restarts import FULL_TURN, difference, low_discrepancy
-from knotwork.kinematics.words import all_branches, branch_signs, describe_branch
+from knotwork.kinematics.solutions.pose import solve_pose_ik
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -44,7 +48,7 @@ class Branch:
         turns: All copies inside the limits, joints whole turns apart, shape (k, d), read-only. A
             joint without limits is within half a turn of zero in all of them. Of more than
             1024 those are left out that are farthest from the middle of the limits.
-        words: What the branch is called: see `knotwork.kinematics.words`; empty where it has no
+        words: What the branch is called: see `knotwork.kinematics.solutions.configuration_flags`; empty where it has no
             name.
         smallest_singular_value: Of the Jacobian: zero at a singularity.
         position_error: Distance of the TCP from the pose, by `Robot.forward` [m].

@@ -1,0 +1,1 @@
+"""The arm itself: joint axes, ranges of joints, local searches, joint velocities."""

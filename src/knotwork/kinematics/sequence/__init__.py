@@ -1,0 +1,1 @@
+"""The choice of one solution at each waypoint of a sequence."""
