@@ -13,6 +13,7 @@ from typing import Any
 import jinja2
 
 import ik_tables
+import planner_tables
 import results
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -30,7 +31,18 @@ def ik_benchmarks() -> dict[str, Any]:
     }
 
 
-PAGES: dict[str, Callable[[], dict[str, Any]]] = {"ik_benchmarks": ik_benchmarks}
+def planners() -> dict[str, Any]:
+    """What the page on planners shows."""
+    data = results.load("planners")
+    tables, figures = planner_tables.tables(data), planner_tables.Figures(data)
+    kinds, ratios = len(planner_tables.KINDS), len(planner_tables.RATIOS)
+    return {"tasks": data["tasks"], "cases": kinds * ratios, "tables": tables, "f": figures}
+
+
+PAGES: dict[str, Callable[[], dict[str, Any]]] = {
+    "ik_benchmarks": ik_benchmarks,
+    "planners": planners,
+}
 
 
 def render(page: str) -> str:
@@ -38,9 +50,9 @@ def render(page: str) -> str:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(DOCS / "templates"),
         undefined=jinja2.StrictUndefined,
-        keep_trailing_newline=True,
     )
-    return environment.get_template(f"{page}.md.jinja").render(PAGES[page]())
+    text = environment.get_template(f"{page}.md.jinja").render(PAGES[page]())
+    return text.rstrip() + "\n"
 
 
 if __name__ == "__main__":

@@ -8,28 +8,29 @@ Three kinds of task, from kind to hostile:
 
 Each with times whose longest interval is exactly 1, 10 or 100 times the shortest. One joint, 3 to
 50 waypoints, mean velocities of size 1, so that all figures compare. The seed makes a run
-repeatable, but for the times that planning takes.
+repeatable, but for the times that planning takes. With `--save benchmarks/results` the results are
+saved there, and `make figures` renders docs/planners.md from them.
 """
 
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
+import results
 from knotwork import metrics
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
+from planner_tables import KINDS, RATIOS, rounded, tables
 
-KINDS = ("smooth", "near", "arbitrary")
-RATIOS = (1, 10, 100)
 CONTENDERS: dict[str, tuple[str, PlannerOptions]] = {
     "modified-hermite, paper": ("modified-hermite", PlannerOptions()),
     "modified-hermite, balanced 0.1": (
@@ -103,7 +104,11 @@ def task(rng: np.random.Generator, kind: str, ratio: int) -> JointWaypoints:
     return JointWaypoints(("joint",), time, position[:, None], velocity[:, None])
 
 
-def measure(waypoints: JointWaypoints) -> dict[str, dict[str, float]]:
+Result = dict[str, dict[str, float]]
+"""Figures of each contender that can do a task."""
+
+
+def measure(waypoints: JointWaypoints) -> Result:
     """Figures of each contender that can do the task."""
     found: dict[str, dict[str, float]] = {}
     for name, (planner, options) in CONTENDERS.items():
@@ -128,64 +133,42 @@ def measure(waypoints: JointWaypoints) -> dict[str, dict[str, float]]:
     }
 
 
-def cell(figure: str, done: list[dict[str, float]]) -> str:
-    """Median and worst, rounding shown as zero; the jerk only where the acceleration is whole."""
-    if "jerk" in figure and max(values["accel. jump"] for values in done) > 1e-9:
-        return "unbounded"
-    values = np.array([found[figure] for found in done])
-    shown = (float(np.median(values)), float(values.max()))
-    return " / ".join(short(value) for value in shown)
-
-
-def short(value: float) -> str:
-    """Two digits after the point, none where there are three before it; rounding is zero."""
-    if value < 1e-9:
-        return "0"
-    return f"{value:.2f}" if value < 100 else f"{value:.0f}" if value < 1e5 else f"{value:.0e}"
-
-
-def rows(results: list[dict[str, dict[str, float]]]) -> Iterator[list[str]]:
-    """Table rows: a contender, how many tasks it could do, median and worst of each figure."""
-    for name in CONTENDERS:
-        done = [result[name] for result in results if name in result]
-        if done:
-            yield [
-                name,
-                f"{100 * len(done) / len(results):.0f} %",
-                *(cell(figure, done) for figure in done[0]),
-            ]
+def row(kind: str, ratio: int, name: str, results: list[Result]) -> dict[str, Any]:
+    """Median and worst of each figure of a contender; no jerk where the acceleration jumps."""
+    done = [result[name] for result in results if name in result]
+    jumps = max(values["accel. jump"] for values in done) > 1e-9
+    figures: dict[str, list[float] | None] = {}
+    for figure in done[0]:
+        values = [found[figure] for found in done]
+        shown = (float(np.median(values)), float(np.max(values)))
+        unbounded = jumps and "jerk" in figure
+        figures[figure] = None if unbounded else [rounded(value) for value in shown]
+    share = round(100 * len(done) / len(results))
+    return {"kind": kind, "ratio": ratio, "planner": name, "done": share, "figures": figures}
 
 
 @click.command()
 @click.option("--tasks", default=300, show_default=True, help="Tasks of each kind and ratio.")
 @click.option("--seed", default=1, show_default=True)
-@click.option("--markdown", is_flag=True, help="Print Markdown tables.")
-def main(tasks: int, seed: int, markdown: bool) -> None:
+@click.option(
+    "--save", type=click.Path(file_okay=False, path_type=Path), help="Folder for the results."
+)
+def main(tasks: int, seed: int, save: Path | None) -> None:
     """Compare planners over random tasks: median / worst of each figure."""
-    console = Console(width=230)
+    rows = []
     for kind in KINDS:
         for ratio in RATIOS:
             rng = np.random.default_rng([seed, KINDS.index(kind), ratio])
             label = f"{kind} tasks, longest : shortest interval {ratio}"
-            work = range(tasks)
-            results = [
-                measure(task(rng, kind, ratio))
-                for _ in track(work, label, console=Console(stderr=True), transient=True)
-            ]
-            headings = ["planner", "done", *results[0]["cubic"]]
-            if markdown:
-                print(f"\n**{label[0].upper()}{label[1:]}** (median / worst of {tasks})\n")
-                print("| " + " | ".join(headings) + " |")
-                print("|---" + "|---:" * (len(headings) - 1) + "|")
-                for row in rows(results):
-                    print("| " + " | ".join(row) + " |")
-                continue
-            table = Table(title=f"{label} (median / worst of {tasks})", title_justify="left")
-            for i, heading in enumerate(headings):
-                table.add_column(heading, justify="right" if i else "left")
-            for row in rows(results):
-                table.add_row(*row)
-            console.print(table)
+            work = track(range(tasks), label, console=Console(stderr=True), transient=True)
+            found = [measure(task(rng, kind, ratio)) for _ in work]
+            done = [name for name in CONTENDERS if any(name in result for result in found)]
+            rows += [row(kind, ratio, name, found) for name in done]
+    data = {"tasks": tasks, "rows": rows}
+    for table in tables(data):
+        table.show(Console(width=230))
+    if save is not None:
+        print(results.save(save, "planners", data))
 
 
 if __name__ == "__main__":
