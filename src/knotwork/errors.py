@@ -5,6 +5,7 @@ The command line turns `InputError` into exit code 2 and `CheckFailedError` into
 
 from __future__ import annotations
 
+import copyreg
 import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,10 @@ from typing import Any
 
 class KnotworkError(Exception):
     """Base class of all errors that Knotwork raises on purpose."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # By default a copy would be made with the message as the only argument.
+        return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
 class InputError(KnotworkError, ValueError):

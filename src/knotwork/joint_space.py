@@ -78,7 +78,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
         robot.lower_position_limit,
         robot.upper_position_limit,
         limits,
-        robot.configurations,
+        dict(robot.configurations),
         robot,
     )
 

@@ -15,7 +15,7 @@ from knotwork.polynomial import Extrema, PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
 from knotwork.sampling import Samples, sample_times
-from knotwork.waypoints import FloatArray, checked_times, read_only
+from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times, read_only
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 """Names of the derivatives of order 0 … 3."""
@@ -76,7 +76,7 @@ class Continuity:
 
 
 @dataclass(frozen=True, eq=False)
-class JointTrajectory(Exportable):
+class JointTrajectory(ReadOnlyArrays, Exportable):
     """Motion of named joints over time (as smooth as its planner made it; see `continuity`).
 
     Defined on [start_time, end_time] and nowhere else, not even one rounding outside.

@@ -70,8 +70,18 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
     return array
 
 
+class ReadOnlyArrays:
+    """Base of what holds read-only arrays: those of a copy are read-only, too."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        self.__dict__.update(state)
+
+
 @dataclass(frozen=True, eq=False)
-class CartesianWaypoint:
+class CartesianWaypoint(ReadOnlyArrays):
     """A pose the tool must reach at a time, with the velocity it must have there.
 
     Everything is in the axes of the robot's base frame, at the tool centre point (TCP).
@@ -126,7 +136,7 @@ class CartesianWaypoint:
 
 
 @dataclass(frozen=True, eq=False)
-class JointWaypoints:
+class JointWaypoints(ReadOnlyArrays):
     """Joint positions and velocities to be met at given times.
 
     Attributes:

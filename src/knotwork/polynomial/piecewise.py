@@ -14,7 +14,7 @@ from knotwork.errors import InputError, TimeRangeError
 from knotwork.polynomial.critical_points import horner
 from knotwork.polynomial.evaluation import evaluate, falling_factorials, first_outside
 from knotwork.polynomial.extrema import Extrema, piecewise_extrema
-from knotwork.waypoints import FloatArray, checked_times
+from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -35,7 +35,7 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
     return order
 
 
-class PiecewisePolynomial:
+class PiecewisePolynomial(ReadOnlyArrays):
     """Piecewise polynomial in the local power basis (as smooth as its coefficients make it).
 
     Between breaks x[i] and x[i+1] the curve is sum(c[r, i] * (t - x[i])**(k - r), r = 0…k), as in

@@ -151,6 +151,9 @@ class Robot(Solvable):
             str(frame.name) for frame in self.model.frames if frame.type == pin.FrameType.BODY
         )
 
+    def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
+        return type(self), (self._given,)  # made anew: each copy has working memory of its own
+
     def __repr__(self) -> str:
         return (
             f"<Robot {self.name!r}: {self.dof} joints from {self.base_frame!r} "
