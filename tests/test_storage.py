@@ -179,6 +179,23 @@ def test_samples_come_at_their_rate_and_end_at_the_end(
         np.testing.assert_array_equal(columns, trajectory(time, order))
 
 
+def test_samples_have_a_column_for_a_joint_of_any_name(tmp_path: Path) -> None:
+    names = ["a,b", 'c "d"', "#e", "f\ng"]
+    waypoints = [
+        {"joints": dict.fromkeys(names, 0.0)},
+        {"joints": {name: i + 1.0 for i, name in enumerate(names)}, "after": 1},
+    ]
+    plan = kw.plan({"waypoints": waypoints})
+    plan.save(tmp_path)
+    with (tmp_path / "samples.csv").open(newline="") as file:
+        header, *rows = list(csv.reader(file))
+    assert header[:5] == ["time_s", *(f"{name}.position_rad" for name in names)]
+    assert {len(row) for row in rows} == {len(header)} == {1 + 4 * len(names)}
+    np.testing.assert_array_equal(
+        np.array(rows[-1][1:5], dtype=float), plan.trajectory.position(plan.trajectory.end_time)
+    )
+
+
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e9])
 def test_an_impossible_rate_writes_nothing(rate: float, deburring: Plan, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="rate"):

@@ -12,8 +12,9 @@ Everything is loaded when it is first used, so that importing `knotwork` costs n
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
     from knotwork.comparison import Comparison, compare
@@ -36,28 +37,6 @@ if TYPE_CHECKING:
     from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
 __version__ = "0.1.0"
-
-_HOME = {
-    "comparison": ("Comparison", "compare"),
-    "errors": ("CheckFailedError", "InputError", "KnotworkError"),
-    "interpolation": (
-        "PLANNERS",
-        "BalancedKnots",
-        "ModifiedHermiteSpline",
-        "PlannerOptions",
-        "get_planner",
-    ),
-    "kinematics": ("solve_all", "solve_many", "solve_pose_ik", "solve_velocity_ik"),
-    "pipeline": ("Plan", "plan"),
-    "polynomial": ("PiecewisePolynomial",),
-    "robot": ("Robot", "load_robot", "robot_names"),
-    "scenario": ("Scenario", "load_scenario"),
-    "storage": ("load_trajectory",),
-    "trajectory": ("JointTrajectory",),
-    "waypoints": ("CartesianWaypoint", "JointWaypoints"),
-    "verification": ("Report", "check"),
-}
-_MODULE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "PLANNERS",
@@ -90,16 +69,26 @@ __all__ = [
     "solve_velocity_ik",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Load a public name from its module when it is first asked for."""
-    if name not in _MODULE:
-        raise AttributeError(f"module 'knotwork' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"knotwork.{_MODULE[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    """List the public names."""
-    return sorted((*__all__, "__version__"))
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "comparison": ("Comparison", "compare"),
+        "errors": ("CheckFailedError", "InputError", "KnotworkError"),
+        "interpolation": (
+            "PLANNERS",
+            "BalancedKnots",
+            "ModifiedHermiteSpline",
+            "PlannerOptions",
+            "get_planner",
+        ),
+        "kinematics": ("solve_all", "solve_many", "solve_pose_ik", "solve_velocity_ik"),
+        "pipeline": ("Plan", "plan"),
+        "polynomial": ("PiecewisePolynomial",),
+        "robot": ("Robot", "load_robot", "robot_names"),
+        "scenario": ("Scenario", "load_scenario"),
+        "storage": ("load_trajectory",),
+        "trajectory": ("JointTrajectory",),
+        "waypoints": ("CartesianWaypoint", "JointWaypoints"),
+        "verification": ("Report", "check"),
+    },
+)

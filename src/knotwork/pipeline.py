@@ -89,12 +89,14 @@ class Plan:
         Raises:
             InputError: The folder can't be written to, or the rate makes too many samples.
         """
+        from knotwork.export import to_csv
+
         rate = rate if rate is not None else self.scenario.rate
         return storage.write_files(
             folder,
             {
                 "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
-                "samples.csv": storage.samples_to_csv(self.trajectory, rate),
+                "samples.csv": to_csv(self.trajectory, rate=rate),
                 "report.json": storage.to_json(self.report_to_dict()),
             },
         )

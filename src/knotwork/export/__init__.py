@@ -8,8 +8,9 @@ save(plan.trajectory, "pvt", "axis_table.csv", degrees=True)
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
     from knotwork.export.carrying import Points, carry
@@ -22,20 +23,6 @@ if TYPE_CHECKING:
     from knotwork.export.samples import to_csv, to_json, to_npz, to_parquet
     from knotwork.export.scipy_ppoly import to_scipy, to_scipy_npz
     from knotwork.export.table import MotionTable, motion_table
-
-_HOME = {
-    "carrying": ("Points", "carry"),
-    "drake": ("to_drake",),
-    "formats": ("checked_target", "content", "export", "save", "write"),
-    "mat": ("to_mat",),
-    "pvt": ("to_pvt",),
-    "registry": ("FORMATS", "Format", "checked_options", "get_format"),
-    "ros2": ("ros2_dict", "to_ros2", "to_ros2_message"),
-    "samples": ("to_csv", "to_json", "to_npz", "to_parquet"),
-    "scipy_ppoly": ("to_scipy", "to_scipy_npz"),
-    "table": ("MotionTable", "motion_table"),
-}
-_MODULE = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "FORMATS",
@@ -65,11 +52,18 @@ __all__ = [
     "write",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Load a public name from its module when it is first asked for."""
-    if name not in _MODULE:
-        raise AttributeError(f"module 'knotwork.export' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"knotwork.export.{_MODULE[name]}"), name)
-    globals()[name] = value
-    return value
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "carrying": ("Points", "carry"),
+        "drake": ("to_drake",),
+        "formats": ("checked_target", "content", "export", "save", "write"),
+        "mat": ("to_mat",),
+        "pvt": ("to_pvt",),
+        "registry": ("FORMATS", "Format", "checked_options", "get_format"),
+        "ros2": ("ros2_dict", "to_ros2", "to_ros2_message"),
+        "samples": ("to_csv", "to_json", "to_npz", "to_parquet"),
+        "scipy_ppoly": ("to_scipy", "to_scipy_npz"),
+        "table": ("MotionTable", "motion_table"),
+    },
+)

@@ -11,7 +11,7 @@ from knotwork.errors import InputError
 from knotwork.export.carrying import Points
 from knotwork.export.registry import Format, checked_options, get_format
 from knotwork.export.table import MotionTable
-from knotwork.storage import write_files
+from knotwork.storage import write_file
 from knotwork.trajectory import JointTrajectory
 
 
@@ -134,13 +134,4 @@ def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
     Raises:
         InputError: The file exists or can't be written.
     """
-    target = checked_target(path, force=force)
-    try:
-        (written,) = write_files(target.parent, {target.name: made})
-    except InputError as error:
-        reason = getattr(error.__cause__, "strerror", None) or error.__cause__ or error
-        raise InputError(
-            f"can't write to {path}: {reason}; give a file in a folder that can be made and "
-            "written to"
-        ) from error
-    return written
+    return write_file(checked_target(path, force=force), made)

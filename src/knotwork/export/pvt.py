@@ -5,7 +5,6 @@ A drive in PVT mode joins positions and velocities by cubics, so the knots carry
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping, Sequence
 
@@ -14,6 +13,7 @@ import numpy as np
 from knotwork.errors import ExportError, InputError, UnknownNameError
 from knotwork.export.carrying import LOSSLESS, Points, carry
 from knotwork.export.numbers import finite_number, flag
+from knotwork.storage import to_csv
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -68,8 +68,11 @@ def to_pvt(
     ratio = np.array([DEGREES if unit == "deg" else 1.0 for unit in shown])
     room = HELD if fit is None else max(HELD, fit - points.error)
     position, velocity = _in_drive_units(trajectory, shown, ratio, factors, shifts, room)
-    header, columns = ["time_step_s" if incremental else "time_from_start_s"], []
-    columns.append((increments(time) if incremental else time)[:, None])
+    columns = {
+        "time_step_s" if incremental else "time_from_start_s": increments(time)
+        if incremental
+        else time
+    }
     about = [
         "Position-velocity-time table: join the rows by cubics in each joint.",
         f"{points.describe()}.",
@@ -78,19 +81,16 @@ def to_pvt(
     for i, (name, unit) in enumerate(zip(names, shown, strict=True)):
         own = factors[i] == 1.0 and shifts[i] == 0.0
         label = unit if own else "drive"
-        header += [f"{name}.position_{label}", f"{name}.velocity_{label}_per_s"]
-        columns += [position[:, i : i + 1], velocity[:, i : i + 1]]
-        text = f"joint {_one_line(name)} [{unit}], velocity [{unit}/s]"
+        columns[f"{name}.position_{label}"] = position[:, i]
+        columns[f"{name}.velocity_{label}_per_s"] = velocity[:, i]
+        text = f"joint {name!r} [{unit}], velocity [{unit}/s]"
         if not own:
             text += (
                 f", each in drive units: {float(factors[i])!r} a {unit}, position "
                 f"{'' if shifts[i] < 0.0 else '+'}{float(shifts[i])!r} drive units"
             )
         about.append(f"Columns {2 * i + 2}, {2 * i + 3}: position of {text}.")
-    table = io.StringIO()
-    np.savetxt(table, np.hstack(columns), fmt="%.17g", delimiter=",")
-    head = "".join(f"# {line}\n" for line in about)
-    return head + ",".join(quoted(cell) for cell in header) + "\n" + table.getvalue()
+    return "".join(f"# {line}\n" for line in about) + to_csv(columns)
 
 
 def _in_drive_units(
@@ -177,15 +177,6 @@ def increments(time: FloatArray) -> FloatArray:
         steps[i] = end - total
         total += steps[i]
     return steps
-
-
-def quoted(cell: str) -> str:
-    """A cell of CSV, in quotes where it has to be."""
-    return '"' + cell.replace('"', '""') + '"' if set(cell) & set(',"\r\n#') else cell
-
-
-def _one_line(text: str) -> str:
-    return repr(text)
 
 
 def _by_joint(

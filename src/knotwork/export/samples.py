@@ -14,8 +14,8 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.export.carrying import Points
 from knotwork.export.packages import needed
-from knotwork.export.pvt import quoted
 from knotwork.export.table import MotionTable, motion_table
+from knotwork.storage import to_csv as columns_to_csv
 from knotwork.storage import to_json as json_text
 from knotwork.trajectory import JointTrajectory
 
@@ -48,11 +48,7 @@ def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Tab
 
     Options and errors are those of `knotwork.export.motion_table`.
     """
-    table = _table(motion, **options)
-    columns = table.columns()
-    text = io.StringIO()
-    np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
-    return ",".join(quoted(name) for name in columns) + "\n" + text.getvalue()
+    return columns_to_csv(_table(motion, **options).columns())
 
 
 def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:

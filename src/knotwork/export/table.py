@@ -11,7 +11,6 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.export.carrying import Points, carry
 from knotwork.export.numbers import finite_number, flag
-from knotwork.storage.writing import refuse_too_many
 from knotwork.trajectory import QUANTITIES, JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -20,6 +19,10 @@ if TYPE_CHECKING:
 
 DEFAULT_RATE = 100.0
 """Samples a second where none are asked for [Hz]."""
+
+MOST_VALUES = 20_000_000
+"""More numbers than this in a table, some 400 MB of text, are a mistake in the rate rather than a
+file anybody reads."""
 
 PER_TIME = ("", "_per_s", "_per_s2", "_per_s3")
 TOOL = {
@@ -143,16 +146,31 @@ def _sampled(
     columns = 1 + len(QUANTITIES) * len(trajectory.joint_names)
     if with_tool:
         columns += sum(len(components) for _, components, _ in TOOL.values())
-    refuse_too_many(trajectory, rate, columns)
+    _refuse_too_many(trajectory, rate, columns)
     samples = trajectory.sample(rate)
     joints = {name: getattr(samples, name) for name in QUANTITIES}
     return samples.time, joints, f"{samples.time.size} samples at {rate:g} Hz"
+
+
+def _refuse_too_many(trajectory: JointTrajectory, rate: float, columns: int) -> None:
+    """Refuse a table of too many numbers before any of it is made."""
+    rows = MOST_VALUES // columns
+    samples = rate * trajectory.duration
+    if samples > rows - 2:  # the start counts, too, and perhaps a shorter step
+        accepted = 0.999 * rows / trajectory.duration
+        raise InputError(
+            f"rate {rate:.9g} Hz over {trajectory.duration:.9g} s makes {samples:.3g} samples of "
+            f"{columns} numbers, more than the {MOST_VALUES} that a table may have; a rate up to "
+            f"{accepted:.4g} Hz is accepted"
+        )
 
 
 def _tool(
     trajectory: JointTrajectory, robot: Robot, q: FloatArray, v: FloatArray
 ) -> dict[str, FloatArray]:
     """Pose and twist of the tool centre point at joint positions and velocities, (s, d) each."""
+    import pinocchio as pin
+
     if not hasattr(robot, "forward_and_jacobian"):
         raise InputError(
             f"robot is {robot!r}; it must be a Robot, as knotwork.load_robot gives it, or None"
@@ -168,7 +186,7 @@ def _tool(
     for i, (position, velocity) in enumerate(zip(q[:, order], v[:, order], strict=True)):
         pose, jacobian = robot.forward_and_jacobian(position)
         twist = jacobian @ velocity
-        quaternion = _quaternion(pose.rotation)
+        quaternion = pin.SE3ToXYZQUAT(pose)[3:]
         # q and -q are the same rotation: take the one next to the sample before
         last = quaternion if quaternion @ last >= 0.0 else -quaternion
         rows["tool_position"][i] = pose.translation
@@ -176,17 +194,3 @@ def _tool(
         rows["tool_linear_velocity"][i] = twist[:3]
         rows["tool_angular_velocity"][i] = twist[3:]
     return rows
-
-
-def _quaternion(rotation: FloatArray) -> FloatArray:
-    """Unit quaternion (x, y, z, w) of a rotation matrix (Bar-Itzhack's eigenvector method)."""
-    m = np.asarray(rotation)
-    k = np.array(
-        [
-            [m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
-            [m[0, 1] + m[1, 0], m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
-            [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], m[2, 2] - m[0, 0] - m[1, 1], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m.trace()],
-        ]
-    )
-    return np.asarray(np.linalg.eigh(k)[1][:, -1])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
     from knotwork.robot.load import load_robot, robot_names
@@ -11,12 +13,6 @@ if TYPE_CHECKING:
 __all__ = ["Robot", "load_robot", "robot_names"]
 
 # Looked up when first used, so that the schema of a robot file can be had without Pinocchio.
-_HOMES = {"Robot": "model", "load_robot": "load", "robot_names": "load"}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    import importlib
-
-    return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__, __dir__ = lazy_names(
+    __name__, {"model": ("Robot",), "load": ("load_robot", "robot_names")}
+)

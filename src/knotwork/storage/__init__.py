@@ -5,10 +5,16 @@ Reading needs more than writing does, so it is loaded only when something is rea
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from knotwork.storage.writing import samples_to_csv, to_json, trajectory_to_dict, write_files
+from knotwork.lazy import lazy_names
+from knotwork.storage.writing import (
+    to_csv,
+    to_json,
+    trajectory_to_dict,
+    write_file,
+    write_files,
+)
 
 if TYPE_CHECKING:
     from knotwork.storage.reading import (
@@ -22,16 +28,22 @@ __all__ = [
     "knot_disagreement",
     "load_trajectory",
     "read_trajectory_document",
-    "samples_to_csv",
+    "to_csv",
     "to_json",
     "trajectory_from_dict",
     "trajectory_to_dict",
+    "write_file",
     "write_files",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Load what reads files when it is first asked for."""
-    if name not in __all__:
-        raise AttributeError(f"module 'knotwork.storage' has no attribute {name!r}")
-    return getattr(importlib.import_module("knotwork.storage.reading"), name)
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "reading": (
+            "knot_disagreement",
+            "load_trajectory",
+            "read_trajectory_document",
+            "trajectory_from_dict",
+        )
+    },
+)

@@ -1,4 +1,4 @@
-"""Trajectories, samples and reports to files; each file is written whole or not at all."""
+"""Trajectories, tables and reports to files; each file is written whole or not at all."""
 
 from __future__ import annotations
 
@@ -16,13 +16,10 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
 
 FORMAT = "knotwork.trajectory"
 KNOT_FIELDS = ("time", "position", "velocity", "acceleration")
-# More numbers than this in a table, some 400 MB of text, are a mistake in the rate rather than a
-# file anybody reads.
-MOST_VALUES = 20_000_000
-
 _NUMBERS = re.compile(r"\[\n\s*-?\d[-+\d.eE,\s]*\]")
 
 
@@ -30,7 +27,7 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     """Give a trajectory as plain data, ready for JSON, in SI with its units named.
 
     `coefficients` have SciPy's `PPoly` order and the shape (degree + 1, pieces, joints). A curve
-    of cubics also states its `knots`, which carry all of it.
+    of cubics also states its `knots`, which define all of it.
     """
     data: dict[str, Any] = {
         "format": FORMAT,
@@ -49,58 +46,16 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
     return data
 
 
-def refuse_too_many(trajectory: JointTrajectory, rate: float, columns: int) -> None:
-    """Refuse a table of more than 20 million numbers before any of it is made.
-
-    Args:
-        trajectory: What is sampled.
-        rate: Samples per second [Hz].
-        columns: Numbers a sample.
-
-    Raises:
-        InputError: It would have more.
-    """
-    rows = MOST_VALUES // columns
-    samples = rate * trajectory.duration
-    if samples > rows - 2:  # the start counts, too, and perhaps a shorter step
-        accepted = 0.999 * rows / trajectory.duration
-        raise InputError(
-            f"rate {rate:.9g} Hz over {trajectory.duration:.9g} s makes {samples:.3g} samples of "
-            f"{columns} numbers, more than the {MOST_VALUES} that a table may have; a rate up to "
-            f"{accepted:.4g} Hz is accepted"
-        )
-
-
-def samples_to_csv(trajectory: JointTrajectory, rate: float) -> str:
-    """Write samples of position, velocity, acceleration and jerk as CSV with a header.
-
-    Args:
-        trajectory: The curve.
-        rate: Samples per second [Hz]; the last sample is at the end whatever the rate.
-
-    Raises:
-        InputError: The rate makes more than 20 million numbers.
-    """
-    refuse_too_many(trajectory, rate, 1 + 4 * len(trajectory.joint_names))
-    samples = trajectory.sample(rate)
-    header = ["time_s"]
-    columns = [samples.time[:, np.newaxis]]
-    for quantity, power in (
-        ("position", ""),
-        ("velocity", "_per_s"),
-        ("acceleration", "_per_s2"),
-        ("jerk", "_per_s3"),
-    ):
-        columns.append(getattr(samples, quantity))
-        header += [
-            f"{name}.{quantity}_{unit}{power}"
-            for name, unit in zip(trajectory.joint_names, trajectory.joint_units, strict=True)
-        ]
+def to_csv(columns: Mapping[str, FloatArray]) -> str:
+    """Write columns of numbers, each of shape (n,), as CSV with one header row."""
     text = io.StringIO()
-    np.savetxt(
-        text, np.hstack(columns), fmt="%.17g", delimiter=",", header=",".join(header), comments=""
-    )
-    return text.getvalue()
+    np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
+    return ",".join(map(_quoted, columns)) + "\n" + text.getvalue()
+
+
+def _quoted(cell: str) -> str:
+    """A cell of CSV, in quotes where it has to be."""
+    return '"' + cell.replace('"', '""') + '"' if set(cell) & set(',"\r\n#') else cell
 
 
 def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:
@@ -117,25 +72,60 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
         InputError: The folder can't be made or written to.
     """
     folder = Path(folder)
+    try:
+        return _write({folder / name: content for name, content in contents.items()})
+    except (OSError, ValueError) as error:  # ValueError: a name or text that no file can have
+        raise InputError(
+            f"can't write to {folder}: {_reason(error)}; give a folder that can be made and "
+            "written to"
+        ) from error
+
+
+def write_file(path: Path | str, content: str | bytes, *, what: str = "") -> Path:
+    """Write one file, whole or not at all; an existing one is replaced.
+
+    Args:
+        path: Of the file; its folder is made if it does not exist.
+        content: Text, written in UTF-8, or bytes.
+        what: What it holds, for the error, such as `"a picture"`.
+
+    Raises:
+        InputError: It can't be written.
+    """
+    try:
+        return _write({Path(path): content})[0]
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"can't write {what + ' ' if what else ''}to {path}: {_reason(error)}; give a file in "
+            "a folder that can be made and written to"
+        ) from error
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return getattr(error, "strerror", None) or str(error)
+
+
+def _write(contents: Mapping[Path, str | bytes]) -> list[Path]:
+    """Write files, all of them or none.
+
+    Raises:
+        OSError: One could not be written.
+        ValueError: A name or text that no file can have.
+    """
     written: list[tuple[Path, Path]] = []
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in contents.items():
-            handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
-            written.append((Path(temporary), folder / name))
+        for path, content in contents.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+            written.append((Path(temporary), path))
             with os.fdopen(handle, "wb") as file:
                 file.write(content if isinstance(content, bytes) else content.encode())
-            Path(temporary).chmod(_mode(folder / name))
+            Path(temporary).chmod(_mode(path))
         _replace_all(written)
-    except (OSError, ValueError) as error:  # ValueError: a name or text that no file can have
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            f"can't write to {folder}: {reason}; give a folder that can be made and written to"
-        ) from error
     finally:
         for temporary_path, _ in written:
             temporary_path.unlink(missing_ok=True)
-    return [path for _, path in written]
+    return list(contents)
 
 
 def _replace_all(files: list[tuple[Path, Path]]) -> None:

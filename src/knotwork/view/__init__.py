@@ -5,8 +5,9 @@ No function here touches Matplotlib's global state: figures are made without `py
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
     from knotwork.view.files import save_figure
@@ -15,11 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_joints", "plot_tool", "save_figure"]
 
-_HOME = {"plot_joints": "plots", "plot_tool": "tool_plots", "save_figure": "files"}
-
-
-def __getattr__(name: str) -> Any:
-    """Load a public name from its module when it is first asked for."""
-    if name not in _HOME:
-        raise AttributeError(f"module 'knotwork.view' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"knotwork.view.{_HOME[name]}"), name)
+__getattr__, __dir__ = lazy_names(
+    __name__, {"files": ("save_figure",), "plots": ("plot_joints",), "tool_plots": ("plot_tool",)}
+)

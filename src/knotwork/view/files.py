@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
+from knotwork.storage import write_file
 from knotwork.view.style import settings
 
 if TYPE_CHECKING:
@@ -80,27 +79,4 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     picture = io.BytesIO()
     with settings():
         figure.savefig(picture, format=suffix[1:], metadata=_UNDATED[suffix])
-    temporary: Path | None = None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".knotwork-", suffix=suffix)
-        temporary = Path(name)
-        with os.fdopen(handle, "wb") as file:
-            file.write(picture.getvalue())
-        temporary.chmod(0o666 & ~_umask())
-        os.replace(temporary, path)
-    except (OSError, ValueError) as error:  # ValueError: a name that no file can have
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            f"can't write a picture to {path}: {reason}; give a file that can be written"
-        ) from error
-    finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
-    return path
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    return write_file(path, picture.getvalue(), what="a picture")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
-from knotwork.storage import write_files
+from knotwork.storage import write_file
 from knotwork.view.files import checked_page_path
 from knotwork.view.scene import Scene
 
@@ -44,8 +44,7 @@ class Page:
         Raises:
             InputError: The file can't be written, is a folder, or has another suffix.
         """
-        path = checked_page_path(path)
-        return write_files(path.parent, {path.name: self.html})[0]
+        return write_file(checked_page_path(path), self.html, what="a page")
 
     def _repr_html_(self) -> str:
         return frame(self.html, height="520px")
