@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.errors import UnknownNameError
+from knotwork.joint_quantities import MAGNITUDES
 from knotwork.scenario import JointValues, LimitOverrides, Scenario
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-
-LIMITED = ("velocity", "acceleration", "jerk", "effort")
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     names, units = robot.joint_names, robot.joint_units
     position = _position_overrides(scenario.limits, names, units)
     robot = robot.with_limits(position, **_overrides(scenario.limits, names, units))
-    limits = {kind: getattr(robot, f"{kind}_limit") for kind in LIMITED}
+    limits = {kind: getattr(robot, f"{kind}_limit") for kind in MAGNITUDES}
     return JointSpace(
         robot.joint_names,
         robot.joint_units,
@@ -114,7 +113,7 @@ def _position_overrides(
 def _overrides(
     limits: LimitOverrides, names: tuple[str, ...], units: tuple[str, ...]
 ) -> dict[str, dict[str, float]]:
-    given: dict[str, JointValues | None] = {kind: getattr(limits, kind) for kind in LIMITED}
+    given: dict[str, JointValues | None] = {kind: getattr(limits, kind) for kind in MAGNITUDES}
     return {
         kind: values.by_joint(names, units, si=kind == "effort") if values is not None else {}
         for kind, values in given.items()

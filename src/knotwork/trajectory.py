@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.exportable import Exportable
+from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import Extrema, PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
 from knotwork.sampling import Samples, sample_times
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times, read_only
 
-QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 """Names of the derivatives of order 0 … 3."""
 
 
@@ -254,14 +254,14 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             InputError: The order is no integer or negative.
         """
         if isinstance(quantity, str):
-            if quantity not in QUANTITIES:
-                raise UnknownNameError("quantity", quantity, QUANTITIES)
-            return self.polynomial.extrema(QUANTITIES.index(quantity))
+            if quantity not in DERIVATIVES:
+                raise UnknownNameError("quantity", quantity, DERIVATIVES)
+            return self.polynomial.extrema(DERIVATIVES.index(quantity))
         return self.polynomial.extrema(quantity)
 
     def all_extrema(self) -> dict[str, Extrema]:
         """Extrema of position, velocity, acceleration and jerk, by these names."""
-        return {name: self.extrema(name) for name in QUANTITIES}
+        return {name: self.extrema(name) for name in DERIVATIVES}
 
     @property
     def knots(self) -> Knots:

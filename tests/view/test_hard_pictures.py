@@ -10,8 +10,8 @@ from figures import legend_words, lines, outside, overlaps, waypoint_names
 
 import knotwork as kw
 from knotwork import resources
+from knotwork.joint_quantities import DERIVATIVES
 from knotwork.pipeline import Plan
-from knotwork.trajectory import QUANTITIES
 from knotwork.verification import LimitUse
 from knotwork.view import plot_joints, plot_tool
 
@@ -67,7 +67,7 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
     assert names[0].get_position()[0] == 0.0
     assert all(len(name.get_text()) <= 16 for name in names)
     broken = [failure for failure in plan.report.failures if isinstance(failure, LimitUse)]
-    for axis, quantity in zip(figure.axes, QUANTITIES, strict=True):
+    for axis, quantity in zip(figure.axes, DERIVATIVES, strict=True):
         expected = sum(failure.quantity == quantity for failure in broken)
         assert len(lines(axis, "broken")) == expected
     assert lines(figure.axes[1], "broken")

@@ -14,8 +14,8 @@ from figures import collections, data, heading, legend_words, lines, notes, wayp
 import knotwork as kw
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.interpolation import PLANNERS
+from knotwork.joint_quantities import DERIVATIVES
 from knotwork.pipeline import Plan
-from knotwork.trajectory import QUANTITIES
 from knotwork.view import plot_joints
 from knotwork.view.style import COLOURS, DASHES
 
@@ -36,7 +36,7 @@ def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
     figure = plot_joints(deburring)
     assert len(figure.axes) == 4
     units = ("rad", "rad/s", "rad/s²", "rad/s³")
-    for axis, quantity, unit in zip(figure.axes, QUANTITIES, units, strict=True):
+    for axis, quantity, unit in zip(figure.axes, DERIVATIVES, units, strict=True):
         assert axis.get_ylabel() == f"{quantity} [{unit}]"
         drawn = [str(line.get_gid()).split(":")[2] for line in lines(axis, "curve")]
         assert drawn == list(deburring.trajectory.joint_names)
@@ -123,7 +123,7 @@ def test_what_a_planner_misses_is_seen_at_the_waypoints() -> None:
 
 def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: Plan) -> None:
     figure = plot_joints(broken)
-    for axis, quantity in zip(figure.axes, QUANTITIES, strict=True):
+    for axis, quantity in zip(figure.axes, DERIVATIVES, strict=True):
         found = [str(line.get_gid()) for line in lines(axis, "broken")]
         only = "broken:modified-hermite:shoulder_pan_joint:velocity"
         assert found == ([only] if quantity == "velocity" else [])

@@ -15,8 +15,9 @@ from knotwork.errors import ExportError, InputError
 from knotwork.export.difference import largest_difference
 from knotwork.export.numbers import finite_number, flag
 from knotwork.interpolation.pieces import two_point_coefficients
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import QUANTITIES, JointTrajectory
+from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 LOSSLESS = 1e-12
@@ -146,10 +147,10 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
     smooth = trajectory.continuity
     if smooth.order >= order - 1:
         return
-    quantity = QUANTITIES[smooth.order + 1]
+    quantity = DERIVATIVES[smooth.order + 1]
     jump = getattr(smooth, quantity)
-    unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
-    unit += ("", "/s", "/s²")[smooth.order + 1]
+    joint_unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
+    unit = rate_unit(joint_unit, smooth.order + 1)
     instead = (
         "leave the accelerations out" if quantity == "acceleration" else "choose another planner"
     )

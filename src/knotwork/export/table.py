@@ -11,7 +11,8 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.export.carrying import Points, carry
 from knotwork.export.numbers import finite_number, flag
-from knotwork.trajectory import QUANTITIES, JointTrajectory
+from knotwork.joint_quantities import DERIVATIVES
+from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ class MotionTable:
         Names end in the units of their values: `time_s` [s], `elbow.velocity_rad_per_s` [rad/s].
         """
         columns = {"time_s": self.time}
-        for order, quantity in enumerate(QUANTITIES):
+        for order, quantity in enumerate(DERIVATIVES):
             if quantity in self.joints:
                 for i, (name, unit) in enumerate(
                     zip(self.joint_names, self.joint_units, strict=True)
@@ -143,12 +144,12 @@ def _sampled(
 ) -> tuple[FloatArray, dict[str, FloatArray], str]:
     """Times, the joints' quantities at them, and what they are."""
     rate = DEFAULT_RATE if rate is None else finite_number(rate, "rate", "Hz", positive=True)
-    columns = 1 + len(QUANTITIES) * len(trajectory.joint_names)
+    columns = 1 + len(DERIVATIVES) * len(trajectory.joint_names)
     if with_tool:
         columns += sum(len(components) for _, components, _ in TOOL.values())
     _refuse_too_many(trajectory, rate, columns)
     samples = trajectory.sample(rate)
-    joints = {name: getattr(samples, name) for name in QUANTITIES}
+    joints = {name: getattr(samples, name) for name in DERIVATIVES}
     return samples.time, joints, f"{samples.time.size} samples at {rate:g} Hz"
 
 

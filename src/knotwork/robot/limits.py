@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import RobotError, UnknownNameError
+from knotwork.joint_quantities import MAGNITUDES
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
-
-RATE_LIMITS = ("velocity", "acceleration", "jerk", "effort")
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +21,7 @@ class LimitTables:
 
     Attributes:
         position: Lower and upper limit of a joint [rad or m].
-        rates: For each of `RATE_LIMITS`, joint to magnitude; a plain number is for all joints.
+        rates: For each of `MAGNITUDES`, joint to magnitude; a plain number is for all joints.
     """
 
     position: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -114,7 +113,7 @@ def chain_limits(
     """
     full = urdf.model
     lower, upper = np.full(len(joints), -np.inf), np.full(len(joints), np.inf)
-    rates = {kind: np.full(len(joints), np.inf) for kind in RATE_LIMITS}
+    rates = {kind: np.full(len(joints), np.inf) for kind in MAGNITUDES}
     for i, name in enumerate(joints):
         joint = full.joints[full.getJointId(name)]
         if name in tables.position:

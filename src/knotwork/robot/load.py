@@ -12,8 +12,9 @@ from typing import Any
 from knotwork import resources
 from knotwork.documents import Document, read, validate
 from knotwork.errors import InputError, RobotError, UnknownNameError
+from knotwork.joint_quantities import MAGNITUDES
 from knotwork.robot.file import LimitsFile, RobotFile
-from knotwork.robot.limits import RATE_LIMITS, LimitTables, check_tables
+from knotwork.robot.limits import LimitTables, check_tables
 from knotwork.robot.model import Description, Robot
 from knotwork.robot.urdf import Urdf, read_urdf
 
@@ -102,7 +103,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
 
 
 def _tables(limits: LimitsFile) -> LimitTables:
-    return LimitTables(limits.position, {kind: getattr(limits, kind) for kind in RATE_LIMITS})
+    return LimitTables(limits.position, {kind: getattr(limits, kind) for kind in MAGNITUDES})
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf, robot: str) -> None:
@@ -116,7 +117,7 @@ def _check_names(content: RobotFile, document: Document, urdf: Urdf, robot: str)
     places += [(("configurations", k), v) for k, v in content.configurations.items()]
     places += [
         (("limits", kind), table)
-        for kind in ("position", *RATE_LIMITS)
+        for kind in ("position", *MAGNITUDES)
         if isinstance(table := getattr(content.limits, kind), Mapping)
     ]
     for place, table in places:

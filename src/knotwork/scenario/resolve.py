@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork import documents, resources
 from knotwork.documents import Document, Location
+from knotwork.joint_quantities import MAGNITUDES
 from knotwork.scenario.model import (
     JointValues,
     LimitOverrides,
@@ -194,7 +195,7 @@ class _Resolver:
         limits = self.file.limits
         values: dict[str, JointValues] = {
             kind: self.reader.joint_values(given, ("limits", kind))
-            for kind in ("velocity", "acceleration", "jerk", "effort")
+            for kind in MAGNITUDES
             if (given := getattr(limits, kind)) is not None
         }
         for side, name in enumerate(("position_lower", "position_upper")):

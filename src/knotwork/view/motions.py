@@ -9,10 +9,11 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from knotwork.errors import InputError, UnknownNameError
+from knotwork.joint_quantities import DERIVATIVES
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import JointTarget, Scenario
-from knotwork.trajectory import QUANTITIES, JointTrajectory
+from knotwork.trajectory import JointTrajectory
 from knotwork.verification import LimitUse, Report
 from knotwork.verification.motion import limit_use
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -235,4 +236,4 @@ def chosen(kind: str, given: Sequence[str] | None, available: Sequence[str]) -> 
 
 def chosen_quantities(given: Sequence[str] | None) -> list[str]:
     """Quantities chosen; see `chosen`."""
-    return chosen("quantity", given, QUANTITIES)
+    return chosen("quantity", given, DERIVATIVES)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.trajectory import QUANTITIES
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.view.curves import Strokes, strokes
 from knotwork.view.limits import draw_bands, draw_broken, draw_limits
 from knotwork.view.notes import limit_note
@@ -20,7 +20,6 @@ from knotwork.view.style import (
     dashes,
     dress,
     mark_waypoints,
-    rate_unit,
     shown_unit,
     wrap,
 )
@@ -71,7 +70,7 @@ class Panel:
     @property
     def order(self) -> int:
         """Order of the derivative."""
-        return QUANTITIES.index(self.quantity)
+        return DERIVATIVES.index(self.quantity)
 
     @property
     def factor(self) -> float:

@@ -83,11 +83,6 @@ def dashes(index: int) -> str | tuple[float, tuple[float, ...]]:
     return DASHES[index % len(DASHES)]
 
 
-def rate_unit(unit: str, order: int) -> str:
-    """Unit of the derivative of some order, for example `rad/s²`."""
-    return unit + ("", "/s", "/s²", "/s³")[order]
-
-
 def shown_unit(unit: str, degrees: bool) -> tuple[str, float]:
     """Unit that a joint's values are shown in, and the factor from its SI unit to it."""
     return ("deg", math.degrees(1.0)) if unit == "rad" and degrees else (unit, 1.0)

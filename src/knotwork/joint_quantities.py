@@ -1,0 +1,58 @@
+"""What a joint has over time: position and its derivatives, and effort, with units and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class JointQuantity:
+    """One quantity of a joint.
+
+    Attributes:
+        name: As in scenario files and reports, for example `"velocity"`.
+        plural: As in tables of many joints, for example `"velocities"`.
+        order: Order of the derivative of position; `None` if it is no derivative.
+        units: SI unit for a turning (`"rad"`) and for a sliding (`"m"`) joint.
+        limit: `"range"` has a lower and an upper limit, `"magnitude"` the same on both sides.
+    """
+
+    name: str
+    plural: str
+    order: int | None
+    units: Mapping[str, str]
+    limit: str
+
+
+def _derivative(name: str, plural: str, order: int, limit: str = "magnitude") -> JointQuantity:
+    units = {unit: rate_unit(unit, order) for unit in ("rad", "m")}
+    return JointQuantity(name, plural, order, units, limit)
+
+
+def rate_unit(unit: str, order: int) -> str:
+    """Unit of a derivative with respect to time.
+
+    >>> rate_unit("rad", 2)
+    'rad/s²'
+    """
+    return unit + ("", "/s", "/s²", "/s³")[order]
+
+
+_ALL = (
+    _derivative("position", "positions", 0, "range"),
+    _derivative("velocity", "velocities", 1),
+    _derivative("acceleration", "accelerations", 2),
+    _derivative("jerk", "jerks", 3),
+    JointQuantity("effort", "efforts", None, {"rad": "N m", "m": "N"}, "magnitude"),
+)
+
+JOINT_QUANTITIES: Mapping[str, JointQuantity] = MappingProxyType({one.name: one for one in _ALL})
+"""All quantities by name."""
+
+DERIVATIVES = tuple(one.name for one in _ALL if one.order is not None)
+"""Names of position and its derivatives; the index is the order."""
+
+MAGNITUDES = tuple(one.name for one in _ALL if one.limit == "magnitude")
+"""Names of the quantities that are limited to the same magnitude on both sides."""
