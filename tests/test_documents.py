@@ -219,12 +219,12 @@ def test_an_empty_file_says_so(text: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "found"), [("- a\n- b\n", "list"), ("just words", "str"), ("3", "int")]
+    ("text", "found"), [("- a\n- b\n", r"\['a', 'b'\]"), ("just words", "'just w"), ("3", "3")]
 )
 def test_a_file_that_is_no_mapping_says_what_it_is(text: str, found: str, tmp_path: Path) -> None:
     path = tmp_path / "task.yaml"
     path.write_text(text)
-    with pytest.raises(DocumentError, match=rf"line 1: .*{found}.*mapping"):
+    with pytest.raises(DocumentError, match=rf"line 1: {found}.*must be a mapping"):
         load_scenario(path)
 
 
@@ -357,8 +357,8 @@ nmae: x
     assert "did you mean 'size'?" in text
     assert "did you mean 'name'?" in text
     assert "-1: must be greater than 0" in text
-    assert "'big': must be a valid number" in text
-    assert "True: must be a valid number" in text
+    assert "'big': must be a number" in text
+    assert "true: must be a number" in text
 
 
 def test_unknown_keys_inside_a_union_offer_only_the_keys_of_the_kind_meant() -> None:

@@ -351,7 +351,7 @@ def without(key: str, data: dict[str, Any]) -> dict[str, Any]:
         (lambda d: {**d, "version": 2}, "version"),
         (lambda d: {**d, "breaks": d["breaks"][::-1]}, "breaks[1]"),
         (lambda d: {**d, "breaks": d["breaks"][:-1]}, "coefficients: has shape"),
-        (lambda d: {**d, "breaks": ["0", *d["breaks"][1:]]}, "breaks[0]: '0': must be a valid"),
+        (lambda d: {**d, "breaks": ["0", *d["breaks"][1:]]}, "breaks[0]: '0': must be a number"),
         (lambda d: {**d, "coefficients": [[[1]]]}, "coefficients: has shape (1, 1, 1)"),
         (lambda d: {**d, "coefficients": [[[1, 2], [1]]]}, "rows of different lengths"),
         (lambda d: {**d, "coefficients": 3}, "coefficients"),

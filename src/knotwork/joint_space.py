@@ -67,6 +67,8 @@ def joint_space(scenario: Scenario) -> JointSpace:
         robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
+    with scenario.error_context("robot"):
+        robot.require_tool()
     names, units = robot.joint_names, robot.joint_units
     position = _position_overrides(scenario.limits, names, units)
     robot = robot.with_limits(position, **_overrides(scenario.limits, names, units))

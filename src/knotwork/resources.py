@@ -25,22 +25,24 @@ def names(kind: str) -> list[str]:
     return sorted(path.stem for path in folder(kind).glob("*.yaml"))
 
 
-def find(kind: str, reference: str | Path, suffixes: tuple[str, ...] = (".yaml", ".yml")) -> Path:
-    """Find a file by the name it is shipped under, or by its path.
+def is_path(reference: str | Path) -> bool:
+    """Whether a reference is a path: it holds a dot or a path separator, as no name does."""
+    return isinstance(reference, Path) or any(mark in reference for mark in "./\\")
 
-    What ends in one of the suffixes or holds a path separator is a path, all else a name.
+
+def find(kind: str, reference: str | Path) -> Path:
+    """Find a file by the name it is shipped under, or by its path.
 
     Args:
         kind: `"robots"` or `"scenarios"`.
         reference: Name or path.
-        suffixes: What the path of such a file ends in.
 
     Raises:
         UnknownNameError: No file of this name is shipped.
         InputError: There is no file at the path.
     """
     text = str(reference)
-    if isinstance(reference, Path) or text.endswith(suffixes) or "/" in text or "\\" in text:
+    if is_path(reference):
         path = Path(os.path.expanduser(text))
         if os.path.isdir(path):
             raise InputError(f"{text} is a folder; give the path of one {kind[:-1]} file in it")

@@ -5,16 +5,19 @@ error.
 """
 
 from knotwork.documents.document import Document, Location, field_path
-from knotwork.documents.validation import Number, Positive, StrictModel, Text, validate
+from knotwork.documents.validation import validate
+from knotwork.documents.values import Finite, Number, Positive, StrictModel, Text, by_kind
 from knotwork.documents.yaml_text import parse, read, read_text
 
 __all__ = [
     "Document",
+    "Finite",
     "Location",
     "Number",
     "Positive",
     "StrictModel",
     "Text",
+    "by_kind",
     "field_path",
     "parse",
     "read",

@@ -5,27 +5,17 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Iterable
-from typing import Annotated, Any, TypeVar
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from knotwork.documents.document import Document, Location, shown
+from knotwork.documents.values import StrictModel
+from knotwork.documents.words import SAY_WHAT_IS_ACCEPTED, hint, problem_words
 from knotwork.errors import DocumentError, Problem, did_you_mean
 
-ModelT = TypeVar("ModelT", bound="StrictModel")
-
-# Fields take what they say and convert nothing: text is no number, `true` is no 1.
-Number = Annotated[float, Field(strict=True)]
-Positive = Annotated[float, Field(strict=True, gt=0)]
-Text = Annotated[str, Field(strict=True, min_length=1)]
-
-
-class StrictModel(BaseModel):
-    """A part of a document: unknown keys are errors, and values are frozen once read."""
-
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, allow_inf_nan=False, arbitrary_types_allowed=True
-    )
+ModelT = TypeVar("ModelT", bound=StrictModel)
 
 
 def validate(model: type[ModelT], document: Document) -> ModelT:
@@ -35,8 +25,7 @@ def validate(model: type[ModelT], document: Document) -> ModelT:
         DocumentError: With every problem found.
     """
     if not isinstance(document.data, dict):
-        kind = type(document.data).__name__
-        raise document.error((), f"holds a single {kind}", "a mapping of keys to values")
+        raise document.error((), f"{shown(document.data)}: must be a mapping of keys to values")
     try:
         return model.model_validate(document.data)
     except ValidationError as error:
@@ -45,86 +34,97 @@ def validate(model: type[ModelT], document: Document) -> ModelT:
         raise DocumentError(document.file, list(dict.fromkeys(problems))) from None
 
 
-def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
-    location, owners = _resolve(model, document.data, item["loc"])
-    line, path = document.line(location), document.path(location)
-    if item["type"] == "extra_forbidden":
-        keys = sorted({key for owner in owners for key in _keys(owner)})
-        return Problem(line, path, "unknown key", did_you_mean(location[-1], keys))
-    if item["type"] == "missing":
-        return Problem(line, path, "is missing and must be given")
-    message = str(item["msg"]).removeprefix("Value error, ")
-    message = message.replace("Input should be", "must be").replace("Input should", "must")
-    value = item["input"]
-    given = "" if isinstance(value, (dict, list, BaseModel)) else f"{shown(value)}: "
-    return Problem(line, path, f"{given}{message[:1].lower()}{message[1:]}")
+@dataclass(frozen=True)
+class _Place:
+    """Where in the data an error is, and which models are there.
 
-
-def _resolve(
-    model: type[BaseModel], data: Any, loc: tuple[str | int, ...]
-) -> tuple[Location, list[type[BaseModel]]]:
-    """Find the location that pydantic means, without the names it gives to parts of a union.
-
-    Returns:
-        The location in the data, and the models that may own its last key.
+    Attributes:
+        location: Keys and indices.
+        owners: Models that may own the last key.
+        inner: Models that may stand at the place itself.
+        description: Of the last field on the way, or `None`.
     """
+
+    location: Location
+    owners: list[type[BaseModel]]
+    inner: list[type[BaseModel]]
+    description: str | None
+
+
+def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
+    place = _resolve(model, document.data, item["loc"])
+    kind, value = item["type"], item["input"]
+    accepted = "" if kind in SAY_WHAT_IS_ACCEPTED else hint(place.description)
+    if item["loc"][-1:] == ("[key]",):
+        words, accepted = f"the key {shown(value)} must be text", ""
+    elif kind == "extra_forbidden":
+        words = "unknown key"
+        accepted = did_you_mean(place.location[-1], sorted(_keys(place.owners)))
+    elif kind == "missing":
+        words = "is missing and must be given"
+    else:
+        words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
+        if kind == "model_type":
+            accepted = f"accepted: {', '.join(_keys(place.inner))}"
+    location = place.location
+    return Problem(document.line(location), document.path(location), words, accepted)
+
+
+def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _Place:
+    """Find the place that pydantic means, without the names it gives to parts of a union."""
     location: list[str | int] = []
-    candidates: list[Any] = [model]
+    inner: list[Any] = [model]
     owners: list[type[BaseModel]] = [model]
+    description: str | None = None
     for position, part in enumerate(loc):
         inside = (isinstance(data, dict) and part in data) or (
             isinstance(data, list) and isinstance(part, int) and part < len(data)
         )
-        models = [owner for owner in _flatten(candidates) if _is_model(owner)]
-        known = isinstance(data, dict) and any(part in _keys(owner) for owner in models)
+        models = [kind for kind in inner if _is_model(kind)]
+        known = isinstance(data, dict) and part in _keys(models)
         if not inside and not (known and position == len(loc) - 1):
-            tagged = [owner for owner in models if owner.__name__ == part]
-            candidates = tagged or candidates
+            inner = [kind for kind in models if kind.__name__ == part] or inner
             continue
         location.append(part)
         owners = models or owners
-        candidates = _children(candidates, part)
+        for owner in models:
+            description = _fields(owner).get(part, (None, description))[1]
+        inner = _children(inner, part)
         data = data[part] if inside else None
-    return tuple(location), owners
+    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], description)
 
 
 def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def _keys(model: type[BaseModel]) -> list[str]:
-    return [info.alias or name for name, info in model.model_fields.items()]
+def _fields(model: type[BaseModel]) -> dict[str | int, tuple[Any, str | None]]:
+    """Type and description by key."""
+    fields = model.model_fields.items()
+    return {info.alias or name: (info.annotation, info.description) for name, info in fields}
 
 
-def _flatten(candidates: Iterable[Any]) -> list[Any]:
+def _keys(models: Iterable[type[BaseModel]]) -> list[str]:
+    return list(dict.fromkeys(str(key) for model in models for key in _fields(model)))
+
+
+def _flatten(kind: Any) -> list[Any]:
     """Open up unions and annotations."""
-    flat: list[Any] = []
-    for kind in candidates:
-        origin = typing.get_origin(kind)
-        if origin is typing.Annotated:
-            inner: Iterable[Any] = typing.get_args(kind)
-            flat += _flatten([next(iter(inner))])
-        elif origin in (typing.Union, types.UnionType):
-            flat += _flatten(typing.get_args(kind))
-        else:
-            flat.append(kind)
-    return flat
+    if typing.get_origin(kind) is typing.Annotated:
+        return _flatten(typing.get_args(kind)[0])
+    if typing.get_origin(kind) in (typing.Union, types.UnionType):
+        return [one for part in typing.get_args(kind) for one in _flatten(part)]
+    return [kind]
 
 
-def _children(candidates: Iterable[Any], part: str | int) -> list[Any]:
-    """Types of what lies under a key or index of any of the candidate types."""
+def _children(kinds: Iterable[Any], part: str | int) -> list[Any]:
+    """Types of what lies under a key or index of any of some types."""
     children: list[Any] = []
-    for kind in _flatten(candidates):
+    for kind in kinds:
         if _is_model(kind):
-            children += [
-                info.annotation
-                for name, info in kind.model_fields.items()
-                if (info.alias or name) == part
-            ]
+            children += [_fields(kind)[part][0]] if part in _fields(kind) else []
+        elif typing.get_origin(kind) is dict:
+            children.append(typing.get_args(kind)[1])
         else:
-            arguments = [item for item in typing.get_args(kind) if item is not Ellipsis]
-            if typing.get_origin(kind) is dict and len(arguments) == 2:
-                children.append(arguments[1])
-            elif arguments:
-                children += arguments if typing.get_origin(kind) is tuple else arguments[:1]
-    return _flatten(children)
+            children += [item for item in typing.get_args(kind) if item is not Ellipsis]
+    return [one for child in children for one in _flatten(child)]

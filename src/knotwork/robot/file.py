@@ -2,46 +2,42 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 from pydantic import Field
 
-from knotwork.documents import StrictModel
-
-Text = Annotated[str, Field(strict=True, min_length=1)]
-Number = Annotated[float, Field(strict=True)]
-Positive = Annotated[float, Field(strict=True, gt=0)]
-PerJoint = Positive | dict[str, Positive]
+from knotwork.documents import Number, StrictModel, Text
+from knotwork.documents.values import Interval, JointLimits
 
 
 class LimitsFile(StrictModel):
     """Limits that the URDF lacks, or that replace its own."""
 
-    position: dict[str, tuple[Number, Number]] = Field(
-        default_factory=dict, description="Lower and upper limit by joint [rad or m]"
+    position: dict[str, Interval] | None = Field(
+        default=None, description="Lower and upper limit by joint [rad or m]"
     )
-    velocity: PerJoint = Field(
-        default_factory=dict, description="By joint, or one number for all [rad/s or m/s]"
+    velocity: JointLimits | None = Field(
+        default=None, description="By joint, or one number for all [rad/s or m/s]"
     )
-    acceleration: PerJoint = Field(default_factory=dict, description="Likewise [rad/s² or m/s²]")
-    jerk: PerJoint = Field(default_factory=dict, description="Likewise [rad/s³ or m/s³]")
-    effort: PerJoint = Field(default_factory=dict, description="Likewise [N m or N]")
+    acceleration: JointLimits | None = Field(default=None, description="Likewise [rad/s² or m/s²]")
+    jerk: JointLimits | None = Field(default=None, description="Likewise [rad/s³ or m/s³]")
+    effort: JointLimits | None = Field(default=None, description="Likewise [N m or N]")
 
 
 class RobotFile(StrictModel):
     """A robot: its URDF, which chain of it is the arm, and what the URDF doesn't say. SI units."""
 
-    name: Text | None = Field(None, description="Name of the robot; left out: that of the file")
+    name: Text | None = Field(
+        default=None, description="Name of the robot; left out: that of the file"
+    )
     description: str = Field("", description="What it is, in a sentence")
     urdf: Text = Field(
         description="Path relative to the file, or `example-robot-data:` and a path below its "
         "folder `robots`"
     )
     base_frame: Text | None = Field(
-        None, description="Link that poses are given in; left out: the root of the URDF"
+        default=None, description="Link that poses are given in; left out: the root of the URDF"
     )
     tool_frame: Text | None = Field(
-        None, description="Link that carries the TCP; left out: the scenario names it"
+        default=None, description="Link that carries the TCP; left out: the scenario names it"
     )
     locked: dict[str, Number] = Field(
         default_factory=dict,

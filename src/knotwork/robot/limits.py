@@ -24,7 +24,7 @@ class LimitTables:
         rates: For each of `MAGNITUDES`, joint to magnitude; a plain number is for all joints.
     """
 
-    position: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    position: Mapping[str, Sequence[float]] = field(default_factory=dict)
     rates: Mapping[str, float | Mapping[str, float]] = field(default_factory=dict)
 
     def merged(self, position: Mapping[str, Any], rates: Mapping[str, Any]) -> LimitTables:

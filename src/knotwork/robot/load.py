@@ -19,7 +19,7 @@ from knotwork.robot.model import Description, Robot
 from knotwork.robot.urdf import Urdf, read_urdf
 
 EXAMPLE_ROBOT_DATA = "example-robot-data:"
-_SUFFIXES = (".yaml", ".yml", ".urdf")
+_SUFFIXES = (".yaml", ".yml", ".json", "")
 _DATA_FOLDER = "share/example-robot-data/robots"
 
 
@@ -58,7 +58,7 @@ def load_robot(
             f"a robot is given by name, path or mapping, not by a {type(reference).__name__}"
         )
     path = _find(reference, relative_to)
-    if path.suffix == ".urdf":
+    if path.suffix not in _SUFFIXES:
         name = path.stem
         return Robot(Description(name=name, source=path, urdf=read_urdf(path, name)))
     return _from_document(read(path), path.parent)
@@ -68,10 +68,9 @@ def _find(reference: str | Path, relative_to: Path | None) -> Path:
     text = str(reference)
     if text.startswith(EXAMPLE_ROBOT_DATA):
         return _urdf_path(text, Path(), text)
-    is_path = isinstance(reference, Path) or "/" in text or text.endswith(_SUFFIXES)
-    if is_path and relative_to is not None:
+    if relative_to is not None and resources.is_path(reference):
         reference = relative_to / os.path.expanduser(reference)
-    return resources.find("robots", reference, _SUFFIXES)
+    return resources.find("robots", reference)
 
 
 def _from_document(document: Document, folder: Path) -> Robot:
@@ -103,7 +102,9 @@ def _from_document(document: Document, folder: Path) -> Robot:
 
 
 def _tables(limits: LimitsFile) -> LimitTables:
-    return LimitTables(limits.position, {kind: getattr(limits, kind) for kind in MAGNITUDES})
+    given = {kind: getattr(limits, kind) for kind in MAGNITUDES}
+    rates = {kind: table for kind, table in given.items() if table is not None}
+    return LimitTables(limits.position or {}, rates)
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf, robot: str) -> None:

@@ -160,6 +160,23 @@ class Robot(Solvable):
             f"to {self.tool_frame!r}>"
         )
 
+    def require_tool(self) -> int:
+        """Return the index of the TCP's frame in `model`.
+
+        Raises:
+            RobotError: No tool frame has been chosen.
+        """
+        if self.tcp_frame_id is None:
+            leaves = self.tool_candidates
+            others = ", ".join(name for name in self.frame_names if name not in leaves)
+            raise RobotError(
+                self.name,
+                "needs a tool frame; name the link that carries the tool with `tool: {frame: "
+                "NAME}` in the scenario or `tool_frame: NAME` in a robot file "
+                f"(links: {others}; links at the end of a chain: {', '.join(leaves)})",
+            )
+        return self.tcp_frame_id
+
     def with_tool(self, frame: str | None = None, offset: Any = None) -> Robot:
         """Choose the tool, which decides which joints are planned for.
 
@@ -240,7 +257,7 @@ class Robot(Solvable):
             WaypointDataError: `q` is not finite or of another shape.
             RobotError: No tool frame has been chosen.
         """
-        frame = self._tool("forward kinematics")
+        frame = self.require_tool()
         pin.forwardKinematics(self.model, self.data, self._checked(q, "q"))
         return self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
 
@@ -261,7 +278,7 @@ class Robot(Solvable):
 
     def forward_and_jacobian(self, q: ArrayLike) -> tuple[Any, FloatArray]:
         """Pose and Jacobian of the TCP (eqs 1 and 2) at once: see `forward` and `jacobian`."""
-        frame = self._tool("the Jacobian")
+        frame = self.require_tool()
         pin.computeJointJacobians(self.model, self.data, self._checked(q, "q"))
         pose = self._in_base(pin.updateFramePlacement(self.model, self.data, frame))
         J = pin.getFrameJacobian(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
@@ -282,7 +299,7 @@ class Robot(Solvable):
             WaypointDataError: A value is not finite, or an array is of another shape.
             RobotError: No tool frame has been chosen.
         """
-        frame = self._tool("the velocity of the tool")
+        frame = self.require_tool()
         q, v = self._checked(q, "q"), self._checked(v, "v")
         pin.forwardKinematics(self.model, self.data, q, v)
         pin.updateFramePlacement(self.model, self.data, frame)
@@ -316,15 +333,6 @@ class Robot(Solvable):
         if fine and np.isfinite(array.dot(array)):
             return array
         return read_only(values, (self.dof,), what)
-
-    def _tool(self, what: str) -> int:
-        if self.tool_frame is None or self.tcp_frame_id is None:
-            raise RobotError(
-                self.name,
-                f"{what} needs a tool frame; give one, for example one of the links at the "
-                f"end of a chain: {', '.join(self.tool_candidates)}",
-            )
-        return self.tcp_frame_id
 
     def _in_base(self, placement: Any) -> Any:
         if self._world_from_base is None:

@@ -25,6 +25,8 @@ from knotwork.errors import RobotError
 
 # Wide enough to be no limit while the URDF is parsed; replaced by infinity in the arrays.
 _WIDE = "1e9"
+# Other descriptions of robots in XML, by their outermost element.
+_OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 
 
 @dataclass(frozen=True)
@@ -70,17 +72,15 @@ def read_urdf(path: Path, robot: str) -> Urdf:
 
     Raises:
         DocumentError: The file can't be read.
-        RobotError: It is no valid URDF; the message says what the parser said.
+        RobotError: It is no valid URDF; the message says what the parser said, or what the file is
+            instead.
     """
     text = read_text(path)
     try:
         document = expatbuilder.parseString(text.encode(), namespaces=False)
     except ExpatError as error:
-        raise RobotError(robot, f"{path} is not XML: {error}") from error
-    root = document.documentElement
-    if root is None or root.tagName != "robot":
-        found = "nothing" if root is None else f"<{root.tagName}>"
-        raise RobotError(robot, f"{path} is no URDF: its outermost element is {found}, not <robot>")
+        raise RobotError(robot, f"{path} is not XML, so it is not a URDF: {error}") from error
+    root = _root(document, text, path, robot)
     joints = {e.getAttribute("name"): e for e in _children(root, "joint")}
     types = {name: element.getAttribute("type") for name, element in joints.items()}
     unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
@@ -100,6 +100,26 @@ def read_urdf(path: Path, robot: str) -> Urdf:
         unbounded=unbounded,
         mimics={name: mimic for name, e in joints.items() if (mimic := _mimic(e)) is not None},
     )
+
+
+def _root(document: Document, text: str, path: Path, robot: str) -> Element:
+    """Outermost element of a URDF; for a file of another format, an error that says what to do."""
+    root = document.documentElement
+    name = "" if root is None else root.tagName
+    if name in _OTHER_FORMATS:
+        message = f"is {_OTHER_FORMATS[name]}, which is not supported; give a URDF"
+        raise RobotError(robot, f"{path} {message}")
+    if root is None or name != "robot":
+        message = f"is not a URDF: its outermost element is <{name}>, not <robot>"
+        raise RobotError(robot, f"{path} {message}")
+    if "<xacro:" in re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL):
+        name = path.name.partition(".")[0]
+        raise RobotError(
+            robot,
+            f"{path} is xacro, not yet a URDF; expand it with `xacro {path.name} > {name}.urdf` "
+            "(the command comes with ROS) and give the result",
+        )
+    return root
 
 
 def _children(element: Element, tag: str) -> list[Element]:

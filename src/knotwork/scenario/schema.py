@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, Tag, model_validator
+from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import StrictModel, Text
-from knotwork.scenario.value_schema import JointMap, Number, Positive, by_kind
+from knotwork.documents.values import Interval, JointLimits, JointMap, Number, Positive, by_kind
 from knotwork.scenario.waypoint_schema import Frame, Tool, Waypoint
 
 
@@ -109,29 +109,12 @@ class PlannerOptionsFile(StrictModel):
     )
 
 
-def _range(values: list[float]) -> list[float]:
-    if values[0] >= values[1]:
-        raise ValueError(f"lower limit {values[0]:g} must be less than upper limit {values[1]:g}")
-    return values
-
-
-JointLimits = Annotated[
-    Annotated[Positive, Tag("number")]
-    | Annotated[Annotated[dict[str, Positive], Field(min_length=1)], Tag("mapping")],
-    by_kind("a positive number for every joint or a mapping of joint names to positive numbers"),
-]
-
-
 class Limits(StrictModel):
     """Limits that take the place of the robot's."""
 
-    position: (
-        dict[
-            str,
-            Annotated[list[Number], Field(min_length=2, max_length=2), AfterValidator(_range)],
-        ]
-        | None
-    ) = Field(default=None, description="Lower and upper limit by joint [angle or length]")
+    position: dict[str, Interval] | None = Field(
+        default=None, description="Lower and upper limit by joint [angle or length]"
+    )
     velocity: JointLimits | None = Field(
         default=None, description="Largest speed, for all joints or by joint [angle/s or length/s]"
     )

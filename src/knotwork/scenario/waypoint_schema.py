@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from knotwork.documents import StrictModel, Text
-from knotwork.scenario.value_schema import (
+from knotwork.documents.values import (
     JointMap,
     Number,
     Positive,
@@ -189,6 +189,6 @@ Waypoint = Annotated[
     Discriminator(
         _waypoint_kind,
         custom_error_type="waypoint_kind",
-        custom_error_message="Input should be a mapping with either pose or joints, not both",
+        custom_error_message="must be a mapping with either pose or joints, not both",
     ),
 ]

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from knotwork import documents
-from knotwork.documents import Document, Number, StrictModel, Text
+from knotwork.documents import Document, Finite, StrictModel, Text
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import KNOT_FIELDS
@@ -21,7 +21,7 @@ from knotwork.trajectory import JointTrajectory, Knots
 # of the values: both are written with all their digits.
 KNOT_AGREEMENT = 1e-9
 
-_Row = list[Number]
+_Row = list[Finite]
 _Table = list[_Row]
 
 

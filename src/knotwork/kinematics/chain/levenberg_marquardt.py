@@ -10,7 +10,6 @@ import numpy as np
 import pinocchio as pin
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
-from knotwork.errors import RobotError
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -75,10 +74,7 @@ class _Workspace:
     """
 
     def __init__(self, robot: Robot) -> None:
-        if robot.tcp_frame_id is None:
-            robot.forward(robot.lower_position_limit)  # raises, naming the tool frames there are
-            raise RobotError(robot.name, "has no tool frame")
-        self.model, self.data, self.frame = robot.model, robot.data, robot.tcp_frame_id
+        self.model, self.data, self.frame = robot.model, robot.data, robot.require_tool()
         base, d = robot.base_placement, robot.dof
         self.base = None if base.isIdentity(0.0) else base
         self.H, self.ldlt = np.empty((d, d)), LDLT(d)

@@ -1,0 +1,63 @@
+"""Kinds of values in a file: numbers, vectors, text, and telling forms of a value apart.
+
+Fields take what they say and convert nothing: text is no number, `true` is no 1.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
+
+# No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
+# this size leaves the range of floats.
+LARGEST = 1e12
+Text = Annotated[str, Field(strict=True, min_length=1)]
+Finite = Annotated[float, Field(strict=True)]
+Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST)]
+Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Vector4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
+JointMap = Annotated[dict[str, Number], Field(min_length=1)]
+
+
+class StrictModel(BaseModel):
+    """A part of a document: unknown keys are errors, and values are frozen once read."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, arbitrary_types_allowed=True
+    )
+
+
+def _kind(value: Any) -> str | None:
+    """Tell text, a mapping, a list and a number apart, so that only one of them is tried."""
+    if isinstance(value, str):
+        return "text"
+    if isinstance(value, dict | StrictModel):
+        return "mapping"
+    if isinstance(value, list | tuple):
+        return "list"
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return "number"
+    return None
+
+
+def by_kind(accepted: str) -> Discriminator:
+    """Tell the forms of a value apart by their kind; the error says which are accepted."""
+    return Discriminator(
+        _kind, custom_error_type="kind", custom_error_message=f"must be {accepted}"
+    )
+
+
+def _range(values: list[float]) -> list[float]:
+    if values[0] >= values[1]:
+        raise ValueError(f"lower limit {values[0]:g} must be less than upper limit {values[1]:g}")
+    return values
+
+
+Interval = Annotated[list[Number], Field(min_length=2, max_length=2), AfterValidator(_range)]
+JointLimits = Annotated[
+    Annotated[Positive, Tag("number")]
+    | Annotated[Annotated[dict[str, Positive], Field(min_length=1)], Tag("mapping")],
+    by_kind("a positive number for every joint or a mapping of joint names to positive numbers"),
+]

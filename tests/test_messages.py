@@ -1,0 +1,350 @@
+"""What is wrong in a file is said in our own words: every key with every kind of wrong value."""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from command_line import Command
+from knotwork import resources
+from knotwork.errors import DocumentError, KnotworkError
+from knotwork.pipeline import plan
+from knotwork.robot import load_robot
+from knotwork.robot.file import RobotFile
+from knotwork.scenario import load_scenario
+from knotwork.scenario.schema import ScenarioFile
+
+POSE = {"position": [0.4, 0.1, 0.4], "rpy": [0, 0, 0]}
+AHEAD = {"position": [0.4, 0.2, 0.4], "rpy": [0, 0, 0]}
+TURNED = {"position": [0.5, 0.2, 0.4], "euler": {"order": "ZYX", "angles": [0, 0, 0]}}
+# Together they hold every key that a scenario file may have.
+SCENARIOS: dict[str, dict[str, Any]] = {
+    "poses": {
+        "name": "task",
+        "description": "a task",
+        "units": {"length": "m", "angle": "rad"},
+        "robot": "ur5",
+        "tool": {"frame": "tool0", "offset": {"position": [0, 0, 0.1], "rpy": [0, 0, 0]}},
+        "frames": {
+            "a": {"position": [0, 0, 0], "rotation_vector": [0, 0, 0.1]},
+            "b": {"in": "a", "position": [0, 0, 0], "quaternion_xyzw": [0, 0, 0, 1]},
+        },
+        "frame": "a",
+        "start": "home",
+        "near": "home",
+        "branch": {"shoulder": "left", "elbow": "up", "wrist": "flip"},
+        "pull_to_middle": 1.0,
+        "planner": "modified-hermite",
+        "knots": {"balanced": 0.3},
+        "end_acceleration": {"start": {"elbow_joint": 0}, "end": {"elbow_joint": 0}},
+        "limits": {
+            "velocity": 3.0,
+            "jerk": {"elbow_joint": 9},
+            "position": {"elbow_joint": [0, 1]},
+        },
+        "tolerances": dict.fromkeys(
+            [
+                *("position", "orientation", "linear_velocity", "angular_velocity"),
+                *("joint_position", "joint_velocity", "joint_acceleration"),
+            ],
+            1e-5,
+        ),
+        "continuity": 2,
+        "rate": 100,
+        "waypoints": [
+            {"name": "a", "time": 1, "pose": POSE, "stop": True},
+            {"after": 1, "frame": "b", "pose": AHEAD, "speed": 0.1},
+            {
+                "after": 1,
+                "pose": TURNED,
+                "velocity": {"linear": [0, 0.1, 0], "angular": [0, 0, 0], "in": "base"},
+            },
+            {
+                "after": 1,
+                "pose": {
+                    "position": [0.5, 0.2, 0.4],
+                    "rotation_matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+                },
+                "stop": True,
+            },
+            {
+                "after": 1,
+                "pose": {"position": [0.4, 0.2, 0.4], "quaternion_wxyz": [1, 0, 0, 0]},
+            },
+        ],
+    },
+    "joints": {
+        "joint_units": {"j": "rad", "k": "m"},
+        "start": {"j": 0, "k": 0},
+        "knots": [0.1, 0.5],
+        "planner_options": {
+            "accelerations": [{"j": 0, "k": 0}, {"j": 0, "k": 0}],
+            "jerks": [{"j": 0, "k": 0}],
+            "snaps": [{"j": 0, "k": 0}],
+            "transition_time": [0.1, 0.1],
+        },
+        "limits": {"acceleration": {"j": 3}, "effort": 3},
+        "waypoints": [{"joints": {"j": 1, "k": 0.1}, "velocity": {"j": 0}, "time": 1}],
+    },
+}
+ROBOTS: dict[str, dict[str, Any]] = {
+    "planar2": {
+        "name": "arm",
+        "description": "an arm",
+        "urdf": str(resources.folder("robots") / "planar2.urdf"),
+        "base_frame": "base",
+        "tool_frame": "tip",
+        "locked": {},
+        "configurations": {"home": {"shoulder": 0.1, "elbow": 0.2}},
+        "limits": {
+            "position": {"elbow": [-1, 1]},
+            "velocity": 2.0,
+            "acceleration": {"elbow": 2.0},
+            "jerk": 50,
+            "effort": {"elbow": 2.0},
+        },
+    },
+}
+WRONG: tuple[Any, ...] = (
+    *(None, True, "yes", "", "1 m", 3, -1, 0, 1.5, math.nan, math.inf, 1e300, 10**400),
+    *([], [0], [0, 60, 0], [1, 2, 3, 4, 5], ["a", None], [[1, 2], [3]], [{}]),
+    *({}, {"x": 1}, {1: 2}, {"position": 3}, {"a": {"b": []}}),
+)
+PYDANTIC = re.compile(
+    r"valid (dictionary|list|string|number|integer|tuple|boolean)|after validation|instance of"
+    r"|[Ii]nput|[Ss]hould\b|[Vv]alue error|unable to|discriminator|union|pydantic|\btag\b|NoneType"
+    r"|dict\b|\bTrue\b|\bFalse\b|\bNone\b|traceback|_error|_type",
+)
+
+Place = tuple[str | int, ...]
+
+
+def places(data: Any, place: Place = ()) -> Iterator[Place]:
+    """Every key and index below some data."""
+    inner = data.items() if isinstance(data, dict) else enumerate(data)
+    for key, value in inner:
+        yield (*place, key)
+        if isinstance(value, dict | list):
+            yield from places(value, (*place, key))
+
+
+def changed(data: Any, place: Place, value: Any) -> Any:
+    whole = copy.deepcopy(data)
+    inner = whole
+    for key in place[:-1]:
+        inner = inner[key]
+    inner[place[-1]] = value
+    return whole
+
+
+def field(place: Place) -> str:
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
+    return text.removeprefix(".")
+
+
+def said(kind: str, mapping: Any) -> KnotworkError | None:
+    """The error that a scenario or robot gives, if it gives one."""
+    try:
+        if kind == "scenario":
+            load_scenario(mapping)
+        else:
+            load_robot(mapping)
+    except KnotworkError as error:
+        return error
+    return None
+
+
+CASES = [
+    (kind, name, place)
+    for kind, files in (("scenario", SCENARIOS), ("robot", ROBOTS))
+    for name, file in files.items()
+    for place in places(file)
+]
+
+
+@pytest.mark.parametrize(
+    ("kind", "files", "model"),
+    [("scenario", SCENARIOS, ScenarioFile), ("robot", ROBOTS, RobotFile)],
+)
+def test_the_files_are_right_and_hold_every_key_of_the_schema(kind, files, model) -> None:
+    for mapping in files.values():
+        assert said(kind, mapping) is None
+    schema = model.model_json_schema()
+    parts = [schema, *schema["$defs"].values()]
+    keys = {key for part in parts for key in part.get("properties", {})}
+    assert keys <= {key for file in files.values() for place in places(file) for key in place}
+
+
+def check_words(kind: str, data: dict[str, Any], place: Place, wrong: Any) -> bool:
+    """Whether one wrong value is refused; if it is, what is said must be right."""
+    error = said(kind, changed(data, place, wrong))
+    if error is None:
+        return False
+    text = str(error)
+    own = text.replace("[True]", "")
+    assert not PYDANTIC.search(own), text
+    text.encode("utf-8")
+    if isinstance(error, DocumentError):
+        for problem in error.problems:
+            assert problem.field
+            assert problem.message
+            assert len(str(problem)) < 700
+    return True
+
+
+def sweep(cases: list[tuple[str, str, Place]]) -> int:
+    files = {"scenario": SCENARIOS, "robot": ROBOTS}
+    return sum(
+        check_words(kind, files[kind][name], place, wrong)
+        for kind, name, place in cases
+        for wrong in WRONG
+    )
+
+
+def test_wrong_values_are_refused_in_our_own_words() -> None:
+    sample = CASES[::9]
+    assert sweep(sample) > 10 * len(sample)
+
+
+@pytest.mark.exhaustive
+def test_every_wrong_value_of_every_key_is_refused_in_our_own_words() -> None:
+    assert sweep(CASES) > 10 * len(CASES)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "says"),
+    [
+        (
+            ("waypoints", 2, "velocity"),
+            [0, 60, 0],
+            "waypoints[2].velocity: [0, 60, 0]: must be a mapping (accepted: linear, angular, in)",
+        ),
+        (
+            ("waypoints", 0, "pose", "position"),
+            [450, 80],
+            "waypoints[0].pose.position: [450, 80]: has 2 values, fewer than 3 "
+            "(origin: x, y, z [length])",
+        ),
+        (
+            ("waypoints", 0, "pose", "position"),
+            [450, 80, 1, 2],
+            "[450, 80, 1, 2]: has 4 values, more than 3 (origin: x, y, z [length])",
+        ),
+        (
+            ("waypoints", 0, "stop"),
+            "yes",
+            "waypoints[0].stop: 'yes' is text in YAML 1.2: must be true, or left out",
+        ),
+        (("waypoints", 0, "stop"), False, "waypoints[0].stop: false: must be true, or left out"),
+        (("waypoints", 0, "time"), "2 s", "waypoints[0].time: '2 s': must be a number"),
+        (("rate",), None, "rate: has no value: must be a number (samples per second"),
+        (("rate",), -3, "rate: -3: must be greater than 0"),
+        (("units", "length"), "cm", "units.length: 'cm': must be 'm' or 'mm'"),
+        (("units",), "mm", "units: 'mm': must be a mapping (accepted: length, angle)"),
+        (("name",), 3, "name: 3: must be text; put it in quotes"),
+        (("robot",), "", "robot: '': must not be empty"),
+        (("frames",), ["a"], "frames: ['a']: must be a mapping (named frames,"),
+        (
+            ("limits", "position", "elbow_joint"),
+            [1, 0],
+            "limits.position.elbow_joint: [1, 0]: lower limit 1 must be less than upper limit 0",
+        ),
+        (
+            ("planner_options",),
+            {"accelerations": []},
+            "planner_options.accelerations: []: is empty (zero, estimated, or a mapping by joint",
+        ),
+        (("waypoints", 1), {"after": 1}, "waypoints[1]: must be a mapping with either pose or"),
+        (("waypoints", 1), 5, "waypoints[1]: 5: must be a mapping with either pose or joints"),
+    ],
+)
+def test_a_slip_is_named_with_what_is_accepted(place: Place, value: Any, says: str) -> None:
+    error = said("scenario", changed(SCENARIOS["poses"], place, value))
+    assert isinstance(error, DocumentError)
+    assert says in str(error)
+
+
+def test_one_wrong_value_is_one_problem() -> None:
+    for value in ("fast", [1], {"elbow": "fast"}):
+        error = said("robot", changed(ROBOTS["planar2"], ("limits", "velocity"), value))
+        assert isinstance(error, DocumentError)
+        assert len(error.problems) == 1
+        assert error.problems[0].field.startswith("limits.velocity")
+
+
+XACRO = (
+    '<?xml version="1.0"?>\n<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    '<xacro:property name="l" value="1"/><link name="base"/></robot>'
+)
+SDF = '<?xml version="1.0"?>\n<sdf version="1.9"><model name="a"/></sdf>'
+MJCF = '<mujoco model="a"><worldbody/></mujoco>'
+
+
+@pytest.mark.parametrize("inline", [False, True])
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("arm.urdf.xacro", XACRO, "is xacro, not yet a URDF; expand it with `xacro"),
+        ("arm.xacro", XACRO, "arm.xacro > arm.urdf`"),
+        ("arm.urdf", XACRO, "is xacro"),
+        ("arm.sdf", SDF, "is SDF, which is not supported"),
+        ("arm.xml", MJCF, "is MJCF (MuJoCo), which is not supported"),
+        ("arm.xml", "<html/>", "outermost element is <html>"),
+        ("arm.usd", "PXR-USDC", "a URDF"),
+    ],
+)
+def test_other_robot_formats_are_named_with_what_to_do(
+    name: str, text: str, says: str, inline: bool, tmp_path, knotwork: Command
+) -> None:
+    (tmp_path / name).write_text(text)
+    robot = f"{{urdf: {name}, tool_frame: tip}}" if inline else name
+    task = tmp_path / "task.yaml"
+    task.write_text(
+        f"robot: {robot}\nwaypoints:\n- pose: {{position: [0, 0, 0], rpy: [0, 0, 0]}}\n"
+        "- pose: {position: [0, 0, 1], rpy: [0, 0, 0]}\n  after: 1\n"
+    )
+    ran = knotwork("plan", task)
+    assert ran.code == 2
+    assert says in ran.err
+    assert "URDF" in ran.err
+    assert "task.yaml: line 1: robot" in ran.err
+    assert "not valid YAML" not in ran.err
+
+
+def test_any_file_with_a_robot_element_is_a_urdf(tmp_path) -> None:
+    path = tmp_path / "arm.xml"
+    path.write_bytes((resources.folder("robots") / "planar2.urdf").read_bytes())
+    assert load_robot(path).joint_names == ("shoulder", "elbow")
+
+
+def test_a_robot_without_tool_frame_is_named_with_file_key_and_frames(
+    tmp_path, knotwork: Command
+) -> None:
+    urdf = resources.folder("robots") / "planar2.urdf"
+    for waypoints in (
+        "[{pose: {position: [0.5, 0, 0], rpy: [0, 0, 0]}, time: 0},"
+        " {pose: {position: [0.6, 0, 0], rpy: [0, 0, 0]}, time: 1}]",
+        "[{joints: {shoulder: 0, elbow: 1}, time: 0}, {joints: {shoulder: 1, elbow: 1}, time: 1}]",
+    ):
+        task = tmp_path / "task.yaml"
+        task.write_text(f"units: {{length: m}}\nrobot: {urdf}\nwaypoints: {waypoints}\n")
+        ran = knotwork("plan", task)
+        assert ran.code == 2
+        assert "task.yaml: line 2: robot" in ran.err
+        assert "tool: {frame: " in ran.err
+        assert "tool_frame" in ran.err
+        assert "tip" in ran.err
+        assert "forearm" in ran.err
+        assert "the Jacobian needs" not in ran.err
+
+
+def test_a_robot_without_tool_frame_has_one_once_the_scenario_names_it(tmp_path) -> None:
+    urdf = resources.folder("robots") / "planar2.urdf"
+    ends = [{"joints": {"shoulder": 0, "elbow": 1}, "time": t} for t in (0, 1)]
+    ends[1]["joints"] = {"shoulder": 1, "elbow": 1}
+    assert plan({"robot": str(urdf), "tool": {"frame": "tip"}, "waypoints": ends}).report.ok
