@@ -31,7 +31,7 @@ suite: $(VENV)/dev
 	$(BIN)/pytest --numprocesses $(JOBS) -m "not exhaustive"
 
 exhaustive: $(VENV)/dev
-	$(BIN)/pytest --numprocesses $(JOBS) -m exhaustive
+	$(BIN)/pytest --numprocesses $(JOBS) -m "exhaustive or hypothesis" --hypothesis-profile exhaustive
 
 # The tests build the documentation too; this puts it where it can be read: build/docs/index.html.
 docs: $(VENV)/dev

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import pytest
 import yaml
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from pydantic import Discriminator, Field, Tag
 
@@ -18,6 +18,7 @@ from knotwork import documents
 from knotwork.documents import Document, Number, Positive, StrictModel, Text
 from knotwork.errors import DocumentError, KnotworkError
 from knotwork.scenario import Scenario, load_scenario
+from sweeps import examples
 
 
 def problems(caught: pytest.ExceptionInfo[DocumentError]) -> list[tuple[int | None, str]]:
@@ -442,7 +443,7 @@ def scenario_or_error(reference: Any) -> None:
         assert np.isfinite(scenario.times).all()
 
 
-@settings(max_examples=300, deadline=None)
+@examples(75)
 @given(st.dictionaries(ODD_KEYS, VALUES, max_size=6))
 def test_any_mapping_gives_a_scenario_or_an_error(mapping: dict[Any, Any]) -> None:
     scenario_or_error(mapping)
@@ -517,7 +518,7 @@ TASKS = st.fixed_dictionaries(
 HUGE, FAR = [1e200, 0, 0], [1e12, 0, 0]
 
 
-@settings(max_examples=400, deadline=None)
+@examples(100)
 @given(TASKS)
 @example(
     {"waypoints": [{"joints": {"j": 0}, "time": 1.7e308}, {"joints": {"j": 1}, "after": 1.7e308}]}
@@ -588,7 +589,7 @@ def test_a_long_chain_of_frames_is_resolved() -> None:
     assert position[0] == pytest.approx(3.0, rel=1e-12)
 
 
-@settings(max_examples=300, deadline=None)
+@examples(75)
 @given(st.text(max_size=60))
 @example("&a [*a]")
 @example("? {a: 1}\n: b")
@@ -608,7 +609,7 @@ def test_any_text_gives_a_document_or_an_error(text: str) -> None:
         scenario_or_error(document.data if isinstance(document.data, dict) else {})
 
 
-@settings(max_examples=150, deadline=None)
+@examples(40)
 @given(VALUES)
 def test_yaml_written_by_another_library_reads_back_or_is_an_error(value: Any) -> None:
     text = yaml.safe_dump({"key": value}, allow_unicode=True)

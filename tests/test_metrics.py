@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork import metrics
@@ -12,6 +12,7 @@ from knotwork.interpolation import PLANNERS, PlannerOptions
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
+from sweeps import examples
 
 
 def motion(times: list[float], velocity_pieces: list[list[float]]) -> JointTrajectory:
@@ -76,7 +77,7 @@ class TestFluctuation:
         # 0 to 2 at once, and back to the 0 asked for; the mean 1 forces 2
         np.testing.assert_allclose(metrics.velocity_fluctuation(jump, waypoints), 2.0, rtol=1e-12)
 
-    @settings(max_examples=60, deadline=None)
+    @examples(60)
     @given(st.integers(0, 10**6), st.integers(2, 6), st.sampled_from(sorted(PLANNERS)))
     def test_it_is_the_sampled_variation_beyond_the_least_and_never_negative(
         self, seed: int, n: int, planner: str
@@ -118,7 +119,7 @@ def test_integrals_of_squares_are_those_of_a_fine_sum(planner: str) -> None:
         assert metrics.integral_of_square(trajectory, order) == pytest.approx(total, rel=1e-5)
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @given(st.integers(0, 10**6), st.integers(0, 7), st.integers(1, 6))
 def test_a_refined_curve_is_the_same_curve(seed: int, degree: int, pieces: int) -> None:
     rng = np.random.default_rng(seed)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from scipy.interpolate import PPoly
@@ -10,6 +10,7 @@ from scipy.interpolate import PPoly
 from knotwork.errors import InputError, TimeRangeError, WaypointDataError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.evaluation import evaluate
+from sweeps import examples
 
 EPS = np.finfo(float).eps
 
@@ -303,7 +304,7 @@ def test_peak_is_the_larger_of_both_extrema():
     assert (found.peak, found.peak_time) == (2.0, 1.0)
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(
     c=st.lists(
         st.floats(-1e3, 1e3).map(lambda v: v if abs(v) > 1e-6 else 0.0), min_size=1, max_size=9

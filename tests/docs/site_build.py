@@ -24,10 +24,10 @@ class Site:
         return sorted(p for p in self.folder.rglob("*.html") if "_static" not in p.parts)
 
 
-def build(source: Path, folder: Path) -> Site:
+def build(source: Path, folder: Path, *options: str) -> Site:
     command = [sys.executable, "-m", "sphinx", "-W", "-n", "--keep-going", "-E", "-q"]
     done = subprocess.run(
-        [*command, "-d", f"{folder}-trees", str(source), str(folder)],
+        [*command, *options, "-d", f"{folder}-trees", str(source), str(folder)],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

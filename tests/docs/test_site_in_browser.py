@@ -7,6 +7,8 @@ from typing import Any
 import pytest
 from site_build import Site
 
+pytestmark = pytest.mark.exhaustive
+
 SCROLLS_SIDEWAYS = "document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"
 SIZES = """
 [...document.querySelectorAll('math')].map(m => m.getBoundingClientRect())
@@ -15,7 +17,9 @@ SIZES = """
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
-def test_pages_fit_and_do_not_complain(site: Site, chromium: Any, width: int, scheme: str) -> None:
+def test_pages_fit_and_do_not_complain(
+    whole_site: Site, chromium: Any, width: int, scheme: str
+) -> None:
     context = chromium.new_context(
         viewport={"width": width, "height": 900}, offline=True, color_scheme=scheme
     )
@@ -23,7 +27,7 @@ def test_pages_fit_and_do_not_complain(site: Site, chromium: Any, width: int, sc
     complaints: list[str] = []
     tab.on("pageerror", lambda error: complaints.append(str(error)))
     tab.on("requestfailed", lambda request: complaints.append(request.url))
-    for page in site.pages:
+    for page in whole_site.pages:
         if page.name in ("genindex.html", "py-modindex.html", "search.html"):
             continue
         tab.goto(page.as_uri())
@@ -32,10 +36,10 @@ def test_pages_fit_and_do_not_complain(site: Site, chromium: Any, width: int, sc
     context.close()
 
 
-def test_equations_are_drawn(site: Site, chromium: Any) -> None:
+def test_equations_are_drawn(whole_site: Site, chromium: Any) -> None:
     context = chromium.new_context(viewport={"width": 1280, "height": 900}, offline=True)
     tab = context.new_page()
-    tab.goto((site.folder / "method.html").as_uri())
+    tab.goto((whole_site.folder / "method.html").as_uri())
     sizes = tab.evaluate(SIZES)
     assert len(sizes) > 30
     assert all(width > 4 and height > 4 for width, height in sizes)

@@ -53,6 +53,7 @@ def test_a_test_of_ones_own(tmp_path: Path) -> None:
     assert "4 passed" in run("test_my_task.py", tmp_path)
 
 
+@pytest.mark.exhaustive
 def test_a_sweep(tmp_path: Path) -> None:
     said = run("sweep_approach_angle.py", tmp_path, "out")
     refused = re.findall(r"^ *(-?\d+\.\d) deg: .*not in this orientation", said, re.MULTILINE)
@@ -87,6 +88,20 @@ def test_the_sweep_measures_the_edge(sweep: ModuleType, angle: float) -> None:
     across, along, up = at_peak.translation - block
     assert -0.001 < along < 0.151
     assert np.hypot(across, up) < 0.001
+
+
+def test_a_shorter_sweep(
+    sweep: ModuleType,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(sweep, "ANGLES", np.array([-30.0, -20.0, 0.0, 45.0]))
+    sweep.main(tmp_path / "out")
+    said = capsys.readouterr().out
+    assert re.search(r"^ *-30\.0 deg: .*not in this orientation", said, re.MULTILINE)
+    assert "1 of 4 angles can't be done" in said
+    assert (tmp_path / "out" / "sweep.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_sweep_that_finds_nothing_says_so(

@@ -2,12 +2,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.errors import InputError, KnotError, UnknownNameError
 from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline
 from knotwork.interpolation.knots import place_knots
+from sweeps import examples
 
 X = np.array([0.0, 5.0, 15.0, 25.0])
 
@@ -61,7 +62,7 @@ def test_balanced_knots_must_not_coincide():
 
 @pytest.mark.parametrize("doubled_ends", [False, True])
 @pytest.mark.parametrize("rule", ["paper", BalancedKnots(0.49), BalancedKnots(1e-6)], ids=str)
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(h=st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=12))
 def test_each_waypoint_lies_between_its_knots(rule, doubled_ends, h):
     x = np.concatenate(([0.0], np.cumsum(h)))

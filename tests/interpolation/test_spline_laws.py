@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline
+from sweeps import examples
 
 RULES = [
     ("paper", None),
@@ -46,7 +47,7 @@ def same(a, b, scale, tolerance=1e-11):
 
 
 @rules
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(data=waypoints(), seed=st.integers(0, 1000))
 def test_is_linear_in_the_data(rule, ends, data, seed):
     x, y, v = data
@@ -67,7 +68,7 @@ def test_is_linear_in_the_data(rule, ends, data, seed):
 
 
 @rules
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(data=waypoints(), shift=st.floats(-100, 100))
 def test_shifting_time_shifts_the_curve(rule, ends, data, shift):
     x, y, v = data
@@ -79,7 +80,7 @@ def test_shifting_time_shifts_the_curve(rule, ends, data, shift):
 
 
 @rules
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(data=waypoints(), factor=st.sampled_from([0.125, 0.5, 4.0, 1024.0]))
 def test_scaling_time_scales_velocities_and_accelerations(rule, ends, data, factor):
     x, y, v = data
@@ -92,7 +93,7 @@ def test_scaling_time_scales_velocities_and_accelerations(rule, ends, data, fact
 
 
 @rules
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(data=waypoints())
 def test_time_reversed_data_give_the_time_reversed_curve(rule, ends, data):
     x, y, v = data
@@ -107,7 +108,7 @@ def test_time_reversed_data_give_the_time_reversed_curve(rule, ends, data):
 
 
 @rules
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(data=waypoints(), cubic=st.lists(values, min_size=4, max_size=4))
 def test_reproduces_any_single_cubic(rule, ends, data, cubic):
     x = data[0]
@@ -126,7 +127,7 @@ def test_reproduces_any_single_cubic(rule, ends, data, cubic):
 
 
 @pytest.mark.parametrize("rule", ["paper", "balanced"])
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(where=st.integers(25, 35), seed=st.integers(0, 1000))
 def test_a_change_of_one_waypoint_is_felt_nearby_only(rule, where, seed):
     rng = np.random.default_rng(seed)

@@ -2,13 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import solve_banded
 
 from knotwork.interpolation.accelerations import Waypoints, interval_weights
 from knotwork.interpolation.knots import place_knots
 from knotwork.interpolation.tridiagonal import solve_tridiagonal
+from sweeps import examples
 
 EPS = np.finfo(float).eps
 
@@ -51,7 +52,7 @@ def system_of_spline(x, fractions):
 fractions = st.lists(st.floats(1e-6, 1 - 1e-6), min_size=2, max_size=2, unique=True).map(sorted)
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(
     intervals=st.lists(st.tuples(st.floats(1e-2, 1e2), fractions), min_size=3, max_size=9),
     seed=st.integers(0, 100),

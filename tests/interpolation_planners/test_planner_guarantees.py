@@ -8,13 +8,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from planner_cases import COUNTS, paper_waypoints, random_waypoints
 
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNER_SPECS, PLANNERS, PlannerOptions, get_planner
 from knotwork.waypoints import JointWaypoints
+from sweeps import examples
 
 ALL_VELOCITIES = {
     *("modified-hermite", "cubic", "quintic", "septic", "nonic", "bspline-velocity", "3-5-3"),
@@ -58,7 +59,7 @@ def test_what_is_promised_is_kept(name, n):
         check_promises(name, random_waypoints(n, seed))
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(
     st.sampled_from(list(PLANNERS)),
     st.integers(2, 12),

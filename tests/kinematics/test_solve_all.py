@@ -17,6 +17,7 @@ from knotwork.kinematics.solutions.configuration_flags import all_branches, bran
 from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.waypoints import CartesianWaypoint
+from sweeps import first_of, mostly_exhaustive
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
 UR5 = ROBOTS["ur5"]
@@ -58,7 +59,7 @@ def test_every_branch_of_the_closed_form_is_found(arm: str, spherical: Robot) ->
 
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
-@pytest.mark.parametrize("bent", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("bent", mostly_exhaustive([1e-2, 1e-3, 1e-4, 1e-5, 1e-6], 1e-2, 1e-5))
 def test_every_branch_is_found_next_to_a_wrist_singularity(
     arm: str, bent: float, spherical: Robot
 ) -> None:
@@ -110,11 +111,14 @@ def test_where_two_branches_meet_they_are_one(elbow: float) -> None:
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])
 @pytest.mark.parametrize("straight", [True, False])
-def test_every_branch_is_found_along_a_sequence(arm: str, straight: bool, spherical: Robot) -> None:
+@pytest.mark.parametrize("count", first_of(3, 12))
+def test_every_branch_is_found_along_a_sequence(
+    arm: str, straight: bool, count: int, spherical: Robot
+) -> None:
     """Where the branches of one waypoint start the search at the next, none gets lost."""
     robot = UR5 if arm == "ur5" else spherical
     generator = np.random.default_rng(3)
-    for _ in range(12):
+    for _ in range(count):
         q = generator.uniform(-np.pi, np.pi, (12, 6))
         if straight:
             q = np.linspace(q[0], q[0] + 0.2 * (q[1] - q[0]), 12)

@@ -14,6 +14,7 @@ from knotwork.joint_quantities import DERIVATIVES
 from knotwork.pipeline import Plan
 from knotwork.verification import LimitUse
 from knotwork.view import plot_joints, plot_tool
+from sweeps import first_of, mostly_exhaustive
 
 JOINTS = [f"left_manipulator_shoulder_and_wrist_joint_{i}_of_seven" for i in range(7)]
 
@@ -57,7 +58,7 @@ def clean(figure: Any) -> None:
     assert outside(figure) == []
 
 
-@pytest.mark.parametrize("points", [50, 300])
+@pytest.mark.parametrize("points", first_of(50, 300))
 def test_seven_joints_and_many_waypoints(points: int) -> None:
     plan = kw.plan(task(points))
     figure = plot_joints(plan)
@@ -96,7 +97,9 @@ def test_waypoints_crowded_at_one_time() -> None:
     assert len(waypoint_names(figure.axes[0])) < 10
 
 
-@pytest.mark.parametrize("name", resources.names("scenarios"))
+@pytest.mark.parametrize(
+    "name", mostly_exhaustive(resources.names("scenarios"), "ur5_deburring", "paper_case_presets")
+)
 def test_shipped_scenarios(name: str) -> None:
     plan = kw.plan(name)
     clean(plot_joints(plan))

@@ -1,0 +1,37 @@
+"""What `make test` leaves to `make test-all`: most of a sweep's cases, most random examples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+from hypothesis import settings
+
+ALL_EXAMPLES = "exhaustive"
+"""The Hypothesis profile of `make test-all`."""
+TIMES = 10
+"""How many times as many random examples it tries."""
+
+settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_examples, deadline=None)
+
+
+def first_of(few: int, many: int) -> list[Any]:
+    """Sizes of a sweep, for `parametrize`: few cases in `make test`, many in `make test-all`."""
+    return [few, pytest.param(many, marks=pytest.mark.exhaustive)]
+
+
+def mostly_exhaustive(values: Iterable[Any], *ordinary: Any) -> list[Any]:
+    """Cases for `parametrize`, of which `make test` runs the ordinary ones only."""
+    known = list(values)
+    assert set(ordinary) <= set(known), f"not among the cases: {set(ordinary) - set(known)}"
+    return [
+        value if value in ordinary else pytest.param(value, marks=pytest.mark.exhaustive)
+        for value in known
+    ]
+
+
+def examples(count: int) -> settings:
+    """Settings of a Hypothesis test: so many random examples in `make test`, ten times in all."""
+    times = TIMES if settings.get_current_profile_name() == ALL_EXAMPLES else 1
+    return settings(max_examples=times * count, deadline=None)
