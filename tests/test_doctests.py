@@ -1,6 +1,6 @@
 """The examples in docstrings (`>>>`) print what they show.
 
-They start with the names `kw` and `np` and nothing else.
+They know the names of their module, `kw` and `np`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def surroundings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[No
 def test_examples_of_docstrings(module: str) -> None:
     examples = doctest.DocTestFinder(exclude_empty=True).find(
         importlib.import_module(module.removesuffix(".__init__")),
-        globs={"np": np, "kw": kw},
+        extraglobs={"np": np, "kw": kw},
     )
     said: list[str] = []
     runner = doctest.DocTestRunner(optionflags=FLAGS)
