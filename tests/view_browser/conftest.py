@@ -81,9 +81,12 @@ CUBE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version=
 <library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
 <library_geometries><geometry id="g"><mesh>
   <source id="p"><float_array id="pa" count="24">{points}</float_array><technique_common>
-    <accessor source="#pa" count="8" stride="3"/></technique_common></source>
+    <accessor source="#pa" count="8" stride="3"><param name="X" type="float"/>
+    <param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
+  </source>
   <source id="u"><float_array id="ua" count="8">0 0 1 0 1 1 0 1</float_array><technique_common>
-    <accessor source="#ua" count="4" stride="2"/></technique_common></source>
+    <accessor source="#ua" count="4" stride="2"><param name="S" type="float"/>
+    <param name="T" type="float"/></accessor></technique_common></source>
   <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
   <polylist material="s" count="6"><input semantic="VERTEX" source="#v" offset="0"/>
     <input semantic="TEXCOORD" source="#u" offset="1" set="0"/>

@@ -17,10 +17,11 @@ from PIL import Image
 
 import knotwork as kw
 from knotwork.errors import InputError
+from knotwork.meshes.finding import find_mesh
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.view import images
 from knotwork.view.animation import LEAST_RATE, frames, joint_tree
-from knotwork.view.links import find_mesh, link_shapes
+from knotwork.view.links import link_shapes
 from knotwork.view.mesh import Mesh
 from knotwork.view.page import Page, json_in_html
 from knotwork.view.path import robot_curve, tool_path

@@ -1,10 +1,9 @@
-"""The shapes of a robot's links, from its URDF; meshes are opened here and nowhere else."""
+"""The shapes of a robot's links, from its URDF; their meshes are read."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from xml.dom import expatbuilder
 from xml.dom.minidom import Element
@@ -12,18 +11,15 @@ from xml.dom.minidom import Element
 import numpy as np
 import pinocchio as pin
 
+from knotwork.errors import InputError
+from knotwork.meshes.finding import find_mesh
+from knotwork.meshes.reading import Colour, read_mesh
 from knotwork.robot import Robot
-from knotwork.view.collada import GREY, ColladaError, read_collada
-from knotwork.view.mesh import Colour, Mesh, from_triangles, merged
+from knotwork.view.mesh import GREY, Mesh, drawable, merged
 from knotwork.view.solids import box, capsule, cylinder, rod, sphere
 from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012
-_STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-
-
-class _MissingShapeError(Exception):
-    """A shape that can't be had; the message says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +126,7 @@ class _Shapes:
         for item in _children(element, kind):
             try:
                 mesh = self._shape(item)
-            except _MissingShapeError as error:
+            except InputError as error:
                 missing.append(str(error))
                 continue
             if mesh is not None:
@@ -165,77 +161,13 @@ class _Shapes:
         name = shape.getAttribute("filename")
         path = find_mesh(name, self.path)
         if path is None:
-            raise _MissingShapeError(f"there is no mesh {name}")
+            raise InputError(f"there is no mesh {name}")
         if path not in self._read:
-            self._read[path] = _read_mesh(path)
+            self._read[path] = drawable(read_mesh(path))
         mesh = self._read[path]
         if shape.hasAttribute("scale"):
             mesh = mesh.scaled(_numbers(shape.getAttribute("scale")))
         return mesh.painted(colour) if colour is not None else mesh
-
-
-def find_mesh(name: str, urdf: Path) -> Path | None:
-    """Find the file of a mesh: below the URDF's folders, or those that ROS looks in.
-
-    Args:
-        name: As the URDF gives it: a path, a `file://`, `package://` or `model://` address.
-        urdf: Path of the URDF.
-    """
-    for scheme in ("package://", "model://"):
-        if name.startswith(scheme):
-            rest = name.removeprefix(scheme)
-            inside = rest.partition("/")[2]
-            listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-            listed += [
-                f"{prefix}/share"
-                for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-                if prefix
-            ]
-            for folder in (*urdf.resolve().parents, *(Path(one) for one in listed if one)):
-                if (folder / rest).is_file():
-                    return folder / rest
-            package = rest.partition("/")[0]
-            for folder in urdf.resolve().parents:
-                if folder.name == package and (folder / inside).is_file():
-                    return folder / inside
-            return None
-    path = urdf.parent / name.removeprefix("file://")
-    return path if path.is_file() else None
-
-
-def _read_mesh(path: Path) -> Mesh:
-    try:
-        if path.suffix.lower() == ".dae":
-            return read_collada(path)
-        if path.suffix.lower() == ".stl":
-            return _read_stl(path)
-        return _read_other(path)
-    except (ColladaError, OSError, ValueError, RuntimeError) as error:
-        raise _MissingShapeError(f"mesh {path} can't be read: {error}") from error
-
-
-def _read_stl(path: Path) -> Mesh:
-    data = path.read_bytes()
-    count = int.from_bytes(data[80:84], "little")
-    if len(data) >= 84 and len(data) == 84 + count * _STL.itemsize:
-        corners = np.frombuffer(data, _STL, count, 84)["corners"].astype(float)
-    else:
-        rows = [line.split()[1:] for line in data.splitlines() if line.split()[:1] == [b"vertex"]]
-        corners = np.array(rows, dtype=float).reshape(-1, 3, 3)
-    if not len(corners) or not np.isfinite(corners).all():
-        raise ValueError("it holds no triangles, or points that are not finite")
-    return replace(from_triangles(corners, GREY), coloured=False)
-
-
-def _read_other(path: Path) -> Mesh:
-    """Read what Coal, which comes with Pinocchio, can read: without colours."""
-    import coal
-
-    loaded = coal.MeshLoader().load(str(path), np.ones(3))
-    points = np.array(loaded.vertices())
-    triangles = (loaded.tri_indices(i) for i in range(loaded.num_tris))
-    faces = np.array([[one[0], one[1], one[2]] for one in triangles], dtype=np.int64)
-    return replace(from_triangles(points[faces], GREY), coloured=False)
 
 
 def _children(element: Element, tag: str) -> list[Element]:

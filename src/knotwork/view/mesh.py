@@ -7,13 +7,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knotwork.meshes.reading import Colour, IndexArray, MeshPart
 from knotwork.waypoints import FloatArray
 
-IndexArray = NDArray[np.int64]
-Colour = tuple[float, float, float, float]
-
+GREY: Colour = (0.75, 0.75, 0.75, 1.0)
+WHITE: Colour = (1.0, 1.0, 1.0, 1.0)
+# A file whose corners have more normals of their own than this shades its faces flat, so that
+# rounded parts look faceted: its normals are not used.
+MOST_CORNERS = 0.6
 # Faces that meet at less than this are shaded as one smooth surface.
 CREASE = np.cos(np.radians(35.0))
 
@@ -112,6 +115,38 @@ def merged(meshes: Sequence[Mesh]) -> Mesh:
         np.concatenate(places) if skins else None,
         skins,
     )
+
+
+def drawable(parts: Sequence[MeshPart]) -> Mesh:
+    """Make one mesh of a file's parts, with normals, grey where no colour is given."""
+    return merged([_drawable(part) for part in parts])
+
+
+def _drawable(part: MeshPart) -> Mesh:
+    corners = part.points[part.triangles]
+    if part.image is not None and part.uv is not None:
+        mesh = from_triangles(corners, WHITE, part.uv)
+        return replace(mesh, skins=(Skin(0, len(mesh.faces), part.image),))
+    mesh = _with_own_normals(part) or from_triangles(corners, part.colour or GREY)
+    return replace(mesh, coloured=part.colour is not None)
+
+
+def _with_own_normals(part: MeshPart) -> Mesh | None:
+    """Use a file's own normals, if there are some and they are not those of single faces."""
+    if part.normals is None or part.corner_normals is None or len(part.normals) < 2:
+        return None
+    pairs = part.triangles * len(part.normals) + part.corner_normals
+    vertices, faces = np.unique(pairs, return_inverse=True)
+    if len(vertices) > MOST_CORNERS * pairs.size:
+        return None
+    point, normal = np.divmod(vertices, len(part.normals))
+    mesh = Mesh(
+        part.points[point],
+        normalised(part.normals[normal]),
+        faces.reshape(-1, 3),
+        np.zeros((len(vertices), 3)),
+    )
+    return mesh.painted(part.colour or GREY)
 
 
 def from_triangles(

@@ -1,0 +1,142 @@
+"""Reading mesh files: COLLADA with pycollada, all other formats with Coal.
+
+Coal comes with Pinocchio and reads what Assimp reads (STL, OBJ, PLY, glTF and more), shapes alone.
+pycollada reads colours and images, too. As in ROS, the unit of length of a COLLADA file counts and
+its upward axis does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import InputError
+from knotwork.waypoints import FloatArray
+
+IndexArray = NDArray[np.int64]
+Colour = tuple[float, float, float, float]
+
+# What readers raise for files that are not as they must be.
+_UNREADABLE = (OSError, ValueError, LookupError, AttributeError, TypeError, RuntimeError)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPart:
+    """Triangles of one material.
+
+    Attributes:
+        points: [m], shape (n, 3).
+        triangles: Indices of points, counter-clockwise seen from outside, shape (m, 3).
+        normals: Directions, not always of length one, shape (k, 3); `None` if the file has none.
+        corner_normals: Indices of normals, shape (m, 3), or `None`.
+        uv: Place of each corner in the image, from the lower left, shape (m, 3, 2), or `None`.
+        colour: Red, green, blue and opacity in 0 … 1; `None` if the file gives none.
+        image: File of the image that colours it, or `None`.
+    """
+
+    points: FloatArray
+    triangles: IndexArray
+    normals: FloatArray | None = None
+    corner_normals: IndexArray | None = None
+    uv: FloatArray | None = None
+    colour: Colour | None = None
+    image: Path | None = None
+
+
+def read_mesh(path: Path) -> tuple[MeshPart, ...]:
+    """Read a mesh file; there is at least one part, and each has triangles.
+
+    A COLLADA file with a fault that pycollada does not forgive is read without colours.
+
+    Raises:
+        InputError: The file can't be read, holds no triangles, or points that are not finite.
+    """
+    try:
+        parts = _read_collada(path) if path.suffix.lower() == ".dae" else ()
+        parts = parts or (_read_shape(path),)
+        if not all(np.isfinite(part.points).all() for part in parts):
+            raise ValueError("it has points that are not finite")
+    except _UNREADABLE as error:
+        raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
+    return parts
+
+
+def _reason(error: Exception) -> str:
+    """Why a file can't be read; Coal puts where its code stands around it."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    if len(lines) > 1 and lines[-1].startswith("Hint:"):
+        return lines[-2]
+    return "; ".join(lines)
+
+
+def _read_shape(path: Path) -> MeshPart:
+    import coal
+
+    mesh = coal.MeshLoader().load(str(path), np.ones(3))
+    corners = (mesh.tri_indices(i) for i in range(mesh.num_tris))
+    triangles = np.array([(one[0], one[1], one[2]) for one in corners], dtype=np.int64)
+    if not len(triangles):
+        raise ValueError("it holds no triangles")
+    return MeshPart(np.array(mesh.vertices()), triangles)
+
+
+def _read_collada(path: Path) -> tuple[MeshPart, ...]:
+    """Read all parts; none if the document has a fault."""
+    import collada
+
+    try:
+        document = collada.Collada(str(path))
+        if document.scene is None:
+            return ()
+        scale = document.assetInfo.unitmeter or 1.0
+        unit = np.diag([scale, scale, scale, 1.0])
+        return tuple(
+            part
+            for shape in document.scene.objects("geometry")
+            for part in _shape_parts(shape, unit @ shape.matrix, path.parent)
+        )
+    except (collada.common.DaeError, *_UNREADABLE):
+        return ()
+
+
+def _shape_parts(shape: Any, placement: FloatArray, folder: Path) -> Iterator[MeshPart]:
+    """Give the parts of a `collada.geometry.BoundGeometry` where its nodes place it."""
+    import collada
+
+    turn = placement[:3, :3]
+    for primitive in shape.original.primitives:
+        polygons = isinstance(primitive, collada.polylist.Polylist)
+        faces = primitive.triangleset() if polygons else primitive
+        if not isinstance(faces, collada.triangleset.TriangleSet) or not len(faces):
+            continue
+        # a placement that mirrors turns the triangles inside out
+        order = slice(None, None, -1 if np.linalg.det(turn) < 0 else 1)
+        normals = corner_normals = uv = None
+        if faces.normal is not None:
+            normals = faces.normal @ np.linalg.inv(turn)
+            corner_normals = faces.normal_index[:, order].astype(np.int64)
+        if faces.texcoordset:
+            uv = faces.texcoordset[0][faces.texcoord_indexset[0]][:, order, :2]
+        material = shape.materialnodebysymbol.get(primitive.material)
+        colour, image = _look(material.target.effect.diffuse if material else None, folder)
+        points = faces.vertex @ turn.T + placement[:3, 3]
+        triangles = faces.vertex_index[:, order].astype(np.int64)
+        yield MeshPart(points, triangles, normals, corner_normals, uv, colour, image)
+
+
+def _look(diffuse: Any, folder: Path) -> tuple[Colour | None, Path | None]:
+    """Colour, or file of the image, of a material's diffuse light."""
+    if diffuse is None:
+        return None, None
+    if isinstance(diffuse, tuple):
+        red, green, blue, opacity = (*diffuse, 1.0)[:4]
+        return (red, green, blue, opacity), None
+    address = diffuse.sampler.surface.image.path
+    path = folder / unquote(address.strip().removeprefix("file://"))
+    return None, path if path.is_file() else None

@@ -1,0 +1,140 @@
+"""Mesh files of several formats: the same solid comes out of each, where and as large as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from knotwork.errors import InputError
+from knotwork.meshes.reading import MeshPart, read_mesh
+
+CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float)
+FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+VOLUME = 2 * 3 * 4 / 6
+
+COLLADA = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="{meter}"/><up_axis>Y_UP</up_axis></asset>
+<library_effects><effect id="e"><profile_COMMON><technique sid="t"><phong><diffuse>
+  <color>0.1 0.2 0.3 0.5</color></diffuse></phong></technique></profile_COMMON></effect>
+</library_effects>
+<library_materials><material id="m"><instance_effect url="#{effect}"/></material>
+</library_materials>
+<library_geometries><geometry id="g"><mesh>
+  <source id="p"><float_array id="pa" count="12">{points}</float_array><technique_common>
+    <accessor source="#pa" count="4" stride="3"><param name="X" type="float"/>
+    <param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
+  </source>
+  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+  <triangles material="s" count="4"><input semantic="VERTEX" source="#v" offset="0"/>
+    <p>{faces}</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="scene"><node>{steps}
+  <instance_geometry url="#g"><bind_material><technique_common>
+  <instance_material symbol="s" target="#m"/></technique_common></bind_material>
+  </instance_geometry></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#scene"/></scene></COLLADA>"""
+
+
+def collada(steps: str = "", meter: float = 1.0, effect: str = "e") -> str:
+    return COLLADA.format(
+        points=" ".join(str(value) for value in CORNERS.ravel()),
+        faces=" ".join(str(value) for value in FACES.ravel()),
+        steps=steps,
+        meter=meter,
+        effect=effect,
+    )
+
+
+def ascii_stl() -> str:
+    vertices = ["".join(f"vertex {x} {y} {z}\n" for x, y, z in CORNERS[face]) for face in FACES]
+    facets = (f"facet normal 0 0 0\nouter loop\n{one}endloop\nendfacet\n" for one in vertices)
+    return f"solid four\n{''.join(facets)}endsolid four\n"
+
+
+def binary_stl() -> bytes:
+    record = np.zeros(len(FACES), [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
+    record["c"] = CORNERS[FACES]
+    # some programs write a header that looks like text
+    return b"solid four".ljust(80) + len(FACES).to_bytes(4, "little") + record.tobytes()
+
+
+def obj() -> str:
+    points = "".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS)
+    return points + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in FACES)
+
+
+def corners(part: MeshPart) -> np.ndarray:
+    return part.points[part.triangles]
+
+
+def volume(part: MeshPart) -> float:
+    """Positive if the triangles face outwards."""
+    a, b, c = np.moveaxis(corners(part), 1, 0)
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.dae", collada()),
+        ("a.stl", ascii_stl()),
+        ("b.STL", binary_stl()),
+        ("a.obj", obj()),
+    ],
+)
+def test_each_format_gives_the_solid(tmp_path: Path, name: str, content: str | bytes) -> None:
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    (part,) = read_mesh(path)
+    assert part.triangles.shape == (4, 3)
+    assert volume(part) == pytest.approx(VOLUME)
+    assert np.unique(corners(part).reshape(-1, 3), axis=0) == pytest.approx(
+        np.unique(CORNERS, axis=0)
+    )
+
+
+def test_a_collada_file_says_where_its_solid_is_and_how_large(tmp_path: Path) -> None:
+    """Steps act from the last to the first; mirrored, the triangles still face outwards."""
+    steps = (
+        "<translate>1 2 3</translate><rotate>0 0 1 90</rotate>"
+        "<matrix>1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</matrix><scale>-1 2 1</scale>"
+    )
+    path = tmp_path / "a.dae"
+    path.write_text(collada(steps, meter=0.01), encoding="utf-8")
+    (part,) = read_mesh(path)
+    x, y, z = CORNERS.T
+    x, y = 5 - x, 2 * y
+    expected = 0.01 * np.stack([1 - y, 2 + x, 3 + z], axis=1)
+    assert np.unique(part.points.round(6), axis=0) == pytest.approx(np.unique(expected, axis=0))
+    assert volume(part) == pytest.approx(2 * VOLUME * 1e-6)
+    assert part.colour == (0.1, 0.2, 0.3, 0.5)
+
+
+def test_a_collada_file_with_a_lost_material_keeps_its_shape(tmp_path: Path) -> None:
+    path = tmp_path / "a.dae"
+    path.write_text(collada(effect="lost"), encoding="utf-8")
+    (part,) = read_mesh(path)
+    assert volume(part) == pytest.approx(VOLUME)
+    assert part.colour is None
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("a.dae", b"<COLLADA><asset/></COLLADA>", "empty"),
+        ("a.dae", b"no XML", "a.dae can't be read"),
+        ("a.stl", b"", "File is empty"),
+        ("a.stl", bytes(84), "no facets"),
+        ("a.stl", ascii_stl().replace("4.0", "nan").encode(), "not finite"),
+        ("a.foo", b"", "a.foo can't be read"),
+    ],
+)
+def test_a_file_that_is_no_mesh_is_refused_in_one_line(
+    tmp_path: Path, name: str, content: bytes, says: str
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=says) as error:
+        read_mesh(tmp_path / name)
+    assert "\n" not in str(error.value)
