@@ -6,7 +6,7 @@ import ast
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -85,6 +85,39 @@ def test_data_flows_one_way() -> None:
     for part, allowed in TABLE.items():
         assert (allowed or set()) <= above, part
         above.add(part)
+
+
+def module_imports(path: Path, modules: Mapping[str, Path]) -> set[str]:
+    """Modules of Knotwork that a file imports anywhere: in functions and for types, too."""
+    found = set()
+    for name in imports(ast.parse(path.read_text(encoding="utf-8"))):
+        while name and name not in modules:  # of a class or function, its module
+            name = name.rpartition(".")[0]
+        found.add(name)
+    return found - {""}
+
+
+def test_no_modules_import_each_other() -> None:
+    """No way leads from a module's imports back to it; neither by imports that run late.
+
+    The lazy names of packages are found at run time and are no imports here: a package may offer
+    what its own modules define.
+    """
+    modules = {
+        ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts).removesuffix(
+            ".__init__"
+        ): path
+        for path in FILES
+    }
+    waiting = {name: module_imports(path, modules) - {name} for name, path in modules.items()}
+    # What imports nothing that is left is in no cycle.
+    while free := {name for name, needed in waiting.items() if not needed & waiting.keys()}:
+        waiting = {name: needed for name, needed in waiting.items() if name not in free}
+    # Nor is what nothing left imports.
+    while waiting.keys() - set().union(*waiting.values()):
+        imported = set().union(*waiting.values())
+        waiting = {name: needed for name, needed in waiting.items() if name in imported}
+    assert not waiting, f"these import each other: {', '.join(waiting)}"
 
 
 @pytest.mark.parametrize("path", FILES, ids=ids)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.view.motions import Marks, Motion
+from knotwork.view.panel import Panel
+from knotwork.view.panels import make_room
 from knotwork.view.style import (
     DARK,
     FAINT,
@@ -26,8 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.text import Text
-
-    from knotwork.view.panels import Panel
 
 MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS = 16, 26, 50
 # Free room between names, in points.
@@ -278,7 +278,7 @@ def settle(figure: Figure, rows: Sequence[Sequence[Panel]]) -> None:
     for row in rows:
         shared = len({panel.axis.get_ylim() for panel in row}) == 1
         for panel in row:
-            panel.make_room(width, height)
+            make_room(panel, width, height)
         if shared:
             top = max(panel.axis.get_ylim()[1] for panel in row)
             for panel in row:

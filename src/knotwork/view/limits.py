@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from knotwork.verification.motion import LIMIT_SLACK
 from knotwork.view.curves import Strokes
 from knotwork.view.notes import nearest
-from knotwork.view.series import Series
+from knotwork.view.panel import Panel, Series
 from knotwork.view.style import DARK, LIMIT_DASHES, WRONG, colour
 from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    from knotwork.view.panels import Panel
 
 # A limit further off the curves than this, in parts of their range, is a note and no line: it
 # would squash them.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.verification import LimitUse
-from knotwork.view.series import Series
+from knotwork.view.panel import Series
 from knotwork.view.style import rounded
 
 

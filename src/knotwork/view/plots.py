@@ -16,8 +16,8 @@ from knotwork.view.heads import (
     settle,
 )
 from knotwork.view.motions import Drawable, Motion, chosen, chosen_quantities, motions_of
-from knotwork.view.panels import Panel
-from knotwork.view.series import Series
+from knotwork.view.panel import Panel, Series
+from knotwork.view.panels import draw_panel, finish_panel
 from knotwork.view.style import (
     DASHES,
     colour,
@@ -145,13 +145,13 @@ def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) 
 
 def _draw_row(line: list[Panel], *, shared: bool) -> None:
     for panel in line:
-        panel.draw()
+        draw_panel(panel)
     low, high = min(panel.low for panel in line), max(panel.high for panel in line)
     for panel in line:
         if shared:
-            panel.finish(low, high)
+            finish_panel(panel, low, high)
         else:
-            panel.finish(panel.low, panel.high)
+            finish_panel(panel, panel.low, panel.high)
     if shared:
         limits = [panel.axis.get_ylim() for panel in line]
         for panel in line[1:]:

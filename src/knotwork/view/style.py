@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from numpy.typing import ArrayLike
+
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -32,6 +34,8 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
 )
 LIMIT_DASHES = (0, (7, 4))
 
+# More upright lines than this would hide the curves.
+MOST_WAYPOINT_LINES = 400
 # Points, for a picture 10 inches wide: 8 points and more where it fills the width of A4 paper.
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
 # Inches.
@@ -142,8 +146,10 @@ def dress(axis: Axes) -> None:
         one.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
 
 
-def mark_waypoints(axis: Axes, times: FloatArray) -> None:
-    """Draw an upright line at each waypoint."""
+def mark_waypoints(axis: Axes, times: FloatArray) -> bool:
+    """Draw an upright line at each waypoint; return whether there are some, and not too many."""
+    if not 0 < len(times) <= MOST_WAYPOINT_LINES:
+        return False
     axis.vlines(
         times,
         0.0,
@@ -153,6 +159,25 @@ def mark_waypoints(axis: Axes, times: FloatArray) -> None:
         linewidth=0.8,
         zorder=1,
         gid="waypoint",
+    )
+    return True
+
+
+def mark_asked(
+    axis: Axes, times: ArrayLike, values: ArrayLike, gid: str, edge: str, *, small: bool = False
+) -> None:
+    """Draw a ring at each value asked for, in a colour."""
+    axis.plot(
+        times,
+        values,
+        linestyle="none",
+        marker="o",
+        markersize=3.5 if small else 6,
+        markerfacecolor="white",
+        markeredgecolor=edge,
+        markeredgewidth=1.3,
+        gid=gid,
+        zorder=4,
     )
 
 

@@ -23,6 +23,7 @@ from knotwork.view.style import (
     colour,
     dashes,
     dress,
+    mark_asked,
     mark_waypoints,
     new_figure,
     settings,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 # Times looked at over all, at least in a piece, and between two poses.
 POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
 MILLIMETRES = 1e3
-MOST_WAYPOINT_LINES = 400
 # Room above and below the curves, in parts of their range.
 ROOM = 0.07
 
@@ -202,23 +202,11 @@ def _dress(axes: list[Axes], rows: list[_Row], first: Motion) -> set[str]:
     for axis, row in zip(axes, rows, strict=True):
         dress(axis)
         axis.set_ylabel(row.label)
-        if 0 < len(waypoints) <= MOST_WAYPOINT_LINES:
-            mark_waypoints(axis, np.array([one.time for one in waypoints]))
+        if mark_waypoints(axis, np.array([one.time for one in waypoints])):
             shown.add("waypoint")
         if row.asked and poses:
             asked = [row.factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
-            axis.plot(
-                [one.time for one in poses],
-                asked,
-                linestyle="none",
-                marker="o",
-                markersize=6,
-                markerfacecolor="white",
-                markeredgecolor=DARK,
-                markeredgewidth=1.3,
-                gid=f"asked:{row.asked}",
-                zorder=4,
-            )
+            mark_asked(axis, [one.time for one in poses], asked, f"asked:{row.asked}", DARK)
             shown.add("asked")
         drawn = np.concatenate(
             [

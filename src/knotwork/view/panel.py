@@ -1,0 +1,105 @@
+"""A panel of a picture: which curves it shows, in which unit and range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.view.motions import Motion
+from knotwork.view.style import shown_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.text import Text
+
+
+@dataclass(frozen=True)
+class Series:
+    """One joint of one motion in a panel, and how it is drawn.
+
+    Attributes:
+        motion: The motion.
+        joint: Its joint.
+        index: Which colour.
+        dashed: Which line style.
+        who: What tells it from others in the panel.
+    """
+
+    motion: Motion
+    joint: str
+    index: int
+    dashed: int
+    who: str
+
+    @property
+    def component(self) -> int:
+        """Index of the joint in the motion."""
+        return self.motion.joint_names.index(self.joint)
+
+    @property
+    def unit(self) -> str:
+        """Unit of the joint, `"rad"` or `"m"`."""
+        return self.motion.joint_units[self.component]
+
+
+@dataclass
+class Panel:
+    """What a panel shows, and what came of drawing it.
+
+    Attributes:
+        axis: Where.
+        quantity: Name of the quantity.
+        series: The curves, all of joints of one unit.
+        degrees: Show angles in degrees.
+        shown: What of the legend's entries occurs in it: see `heads.explain_marks`.
+        low, high: Range of values to show.
+        ceiling: The highest that a note may not hide.
+        note: What it says of limits.
+    """
+
+    axis: Axes
+    quantity: str
+    series: list[Series]
+    degrees: bool
+    shown: set[str] = field(default_factory=set)
+    low: float = np.inf
+    high: float = -np.inf
+    ceiling: float = 0.0
+    note: Text | None = None
+
+    @property
+    def order(self) -> int:
+        """Order of the derivative."""
+        return DERIVATIVES.index(self.quantity)
+
+    @property
+    def factor(self) -> float:
+        """From the SI unit to the shown one."""
+        return shown_unit(self.series[0].unit, self.degrees)[1]
+
+    @property
+    def unit(self) -> str:
+        """Unit that values are shown in."""
+        return rate_unit(shown_unit(self.series[0].unit, self.degrees)[0], self.order)
+
+    @property
+    def title(self) -> str:
+        """Label of the axis."""
+        return f"{self.quantity} [{self.unit}]"
+
+    @property
+    def alone(self) -> bool:
+        """Whether one joint of one motion is shown, with room for details."""
+        return len(self.series) == 1
+
+    @property
+    def one_joint(self) -> bool:
+        """Whether all curves are of the same joint."""
+        return len({one.joint for one in self.series}) == 1
+
+    def gid(self, kind: str, one: Series) -> str:
+        """Name of something drawn for a curve, for those who look for it in the figure."""
+        return f"{kind}:{one.motion.label}:{one.joint}:{self.quantity}"
