@@ -81,6 +81,22 @@ def test_needs_one_trailing_axis():
         JointTrajectory(NAMES, moved)
 
 
+def test_joints_in_another_order_are_the_same_motion(trajectory):
+    mixed = dataclasses.replace(trajectory, joint_units=("rad", "m"))
+    other = mixed.reordered(NAMES[::-1], ("m", "rad"))
+    t = np.linspace(1, 7, 50)
+    for nu in range(4):
+        np.testing.assert_array_equal(other(t, nu), mixed(t, nu)[:, ::-1])
+    assert (other.joint_names, other.joint_units) == (NAMES[::-1], ("m", "rad"))
+    assert other.planner == mixed.planner
+    np.testing.assert_array_equal(other.waypoint_times, mixed.waypoint_times)
+    assert mixed.reordered(NAMES) is mixed
+    with pytest.raises(InputError, match=r"lacks joint hand and has joint elbow; .* robot 'r'"):
+        mixed.reordered(("shoulder", "hand"), owner="robot 'r'")
+    with pytest.raises(InputError, match="gives joint 'elbow' in m; the scenario has it in rad"):
+        mixed.reordered(NAMES, ("rad", "rad"))
+
+
 def test_is_frozen(trajectory):
     with pytest.raises(dataclasses.FrozenInstanceError):
         trajectory.planner = "other"

@@ -263,7 +263,7 @@ def test_other_joints_than_the_scenario_s_are_an_error() -> None:
     with pytest.raises(InputError, match="lacks joint lift and has joint left"):
         check(JointTrajectory((TURN, "left"), PiecewisePolynomial(c, x)), scenario())
     metres = JointTrajectory((TURN, SLIDE), PiecewisePolynomial(c, x), joint_units=("rad", "m"))
-    with pytest.raises(InputError, match=r"joint lift in m.* rad"):
+    with pytest.raises(InputError, match=r"joint 'lift' in m.* rad"):
         check(metres, scenario())
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -160,6 +160,45 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             planner=planner,
             waypoint_times=None if waypoint_times is None else checked_times(waypoint_times),
         )
+
+    def reordered(
+        self,
+        joint_names: Sequence[str],
+        joint_units: Sequence[str] | None = None,
+        *,
+        owner: str = "the scenario",
+    ) -> JointTrajectory:
+        """Give the same motion with its joints in another order.
+
+        Args:
+            joint_names: The joints in the order wanted, length d.
+            joint_units: The unit that each must have; by default any.
+            owner: Whose joints they are, for the error.
+
+        Raises:
+            InputError: The trajectory has other joints, or gives one in another unit.
+        """
+        wanted = tuple(joint_names)
+        missing = [name for name in wanted if name not in self.joint_names]
+        extra = [name for name in self.joint_names if name not in wanted]
+        if missing or extra:
+            faults = [f"lacks joint {', '.join(missing)}"] if missing else []
+            faults += [f"has joint {', '.join(extra)}"] if extra else []
+            raise InputError(
+                f"the trajectory {' and '.join(faults)}; the joints of {owner} are "
+                f"{', '.join(wanted)}"
+            )
+        order = [self.joint_names.index(name) for name in wanted]
+        units = tuple(self.joint_units[i] for i in order)
+        for name, stated, unit in zip(wanted, units, joint_units or units, strict=True):
+            if stated != unit:
+                raise InputError(
+                    f"the trajectory gives joint {name!r} in {stated}; {owner} has it in {unit}"
+                )
+        if wanted == self.joint_names:
+            return self
+        polynomial = PiecewisePolynomial(self.polynomial.c[:, :, order], self.breaks)
+        return replace(self, joint_names=wanted, polynomial=polynomial, joint_units=units)
 
     @property
     def start_time(self) -> float:

@@ -24,7 +24,7 @@ from knotwork.view.animation import LEAST_RATE, frames, joint_tree
 from knotwork.view.links import link_shapes
 from knotwork.view.mesh import Mesh
 from knotwork.view.page import Page, json_in_html
-from knotwork.view.path import robot_curve, tool_path
+from knotwork.view.path import tool_path
 from knotwork.view.show import view_plan, view_trajectory
 from knotwork.view.solids import box, capsule, cylinder, frame_along, sphere
 from knotwork.view.speed_arrows import round_arrows
@@ -183,7 +183,9 @@ def test_the_path_is_broken_where_a_limit_is() -> None:
     plan = kw.plan(FAILING / "velocity_limit_broken.yaml")
     robot = plan.space.robot
     assert robot is not None
-    path = tool_path(robot, robot_curve(plan.trajectory, robot), plan.space, plan.report)
+    path = tool_path(
+        robot, plan.trajectory.reordered(robot.joint_names).polynomial, plan.space, plan.report
+    )
     beyond = np.abs(plan.trajectory.velocity(path.time)) > plan.space.limits["velocity"]
     assert path.broken.any()
     assert not path.broken.all()
@@ -234,8 +236,8 @@ def test_without_a_robot_there_is_nothing_to_show() -> None:
 
 def test_a_trajectory_of_other_joints_is_refused() -> None:
     trajectory = kw.plan("ur5_deburring").trajectory
-    with pytest.raises(InputError, match=r"those of robot 'panda' are panda_joint1"):
-        robot_curve(trajectory, kw.load_robot("panda"))
+    with pytest.raises(InputError, match=r"the joints of robot 'panda' are panda_joint1"):
+        view_trajectory(kw.load_robot("panda"), trajectory)
 
 
 def test_numbers_on_the_page_are_those_of_the_trajectory() -> None:

@@ -127,7 +127,7 @@ def motion_table(
             raise InputError("points are no motion to sample; give the trajectory, or knots_only")
         trajectory = motion
         time, joints, note = _sampled(motion, rate, with_tool=robot is not None)
-    tool = {} if robot is None else _tool(trajectory, robot, joints["position"], joints["velocity"])
+    tool = {} if robot is None else _tool(trajectory, robot, time)
     return MotionTable(
         trajectory.joint_names,
         trajectory.joint_units,
@@ -166,25 +166,21 @@ def _refuse_too_many(trajectory: JointTrajectory, rate: float, columns: int) -> 
         )
 
 
-def _tool(
-    trajectory: JointTrajectory, robot: Robot, q: FloatArray, v: FloatArray
-) -> dict[str, FloatArray]:
-    """Pose and twist of the tool centre point at joint positions and velocities, (s, d) each."""
+def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[str, FloatArray]:
+    """Pose and twist of the tool centre point at times of shape (s,)."""
     import pinocchio as pin
 
     if not hasattr(robot, "forward_and_jacobian"):
         raise InputError(
             f"robot is {robot!r}; it must be a Robot, as knotwork.load_robot gives it, or None"
         )
-    if set(robot.joint_names) != set(trajectory.joint_names):
-        raise InputError(
-            f"robot {robot.name!r} has the joints {', '.join(robot.joint_names)}; the trajectory "
-            f"has {', '.join(trajectory.joint_names)}"
-        )
-    order = [trajectory.joint_names.index(name) for name in robot.joint_names]
+    curve = trajectory.reordered(
+        robot.joint_names, robot.joint_units, owner=f"robot {robot.name!r}"
+    )
+    q, v = curve.position(time), curve.velocity(time)
     rows = {key: np.empty((len(q), len(components))) for key, (_, components, _) in TOOL.items()}
     last = np.array([0.0, 0.0, 0.0, 1.0])
-    for i, (position, velocity) in enumerate(zip(q[:, order], v[:, order], strict=True)):
+    for i, (position, velocity) in enumerate(zip(q, v, strict=True)):
         pose, jacobian = robot.forward_and_jacobian(position)
         twist = jacobian @ velocity
         quaternion = pin.SE3ToXYZQUAT(pose)[3:]

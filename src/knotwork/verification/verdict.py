@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from knotwork.errors import InputError
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import JointTarget, Scenario
@@ -49,7 +48,7 @@ def check(
             be loaded.
     """
     space = space if space is not None else joint_space(scenario)
-    curve = _in_order(trajectory, space)
+    curve = trajectory.reordered(space.joint_names, space.joint_units).polynomial
     requirements, missed = _requirements(trajectory, curve, scenario, space)
     limits: list[LimitUse] = list(limit_use(space, curve))
     singularity: Singularity | None = None
@@ -74,30 +73,6 @@ def check(
         defects=tuple(Defect(message) for message in (*defects, *missed)),
         singularity=singularity,
     )
-
-
-def _in_order(trajectory: JointTrajectory, space: JointSpace) -> PiecewisePolynomial:
-    """The curve with its joints in the order of the joint space."""
-    ours, theirs = space.joint_names, trajectory.joint_names
-    missing = [name for name in ours if name not in theirs]
-    extra = [name for name in theirs if name not in ours]
-    if missing or extra:
-        faults = [f"lacks joint {', '.join(missing)}"] if missing else []
-        faults += [f"has joint {', '.join(extra)}"] if extra else []
-        raise InputError(
-            f"the trajectory {' and '.join(faults)}; the scenario's joints are {', '.join(ours)}"
-        )
-    order = [theirs.index(name) for name in ours]
-    for name, unit, index in zip(ours, space.joint_units, order, strict=True):
-        stated = (trajectory.joint_units or ())[index]
-        if stated != unit:
-            raise InputError(
-                f"the trajectory gives joint {name} in {stated}; the scenario has it in {unit}"
-            )
-    if ours == theirs:
-        return trajectory.polynomial
-    polynomial = trajectory.polynomial
-    return PiecewisePolynomial(polynomial.c[:, :, order], polynomial.x)
 
 
 def _requirements(

@@ -71,6 +71,7 @@ class Motion:
         joint_names: Names, length d.
         joint_units: `"rad"` or `"m"` for each.
         curve: Joint positions over time, trailing shape (d,).
+        curve_in_space: The same, with the joints in the order of the space.
         space: The joints' limits and robot, or `None`.
         marks: The waypoints, or `None`.
         scenario: What was asked for, or `None`.
@@ -82,6 +83,7 @@ class Motion:
     joint_names: tuple[str, ...]
     joint_units: tuple[str, ...]
     curve: PiecewisePolynomial
+    curve_in_space: PiecewisePolynomial
     space: JointSpace | None
     marks: Marks | None
     scenario: Scenario | None
@@ -157,13 +159,12 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
         raise InputError(f"can't draw {type(thing).__name__}; give a Plan or a JointTrajectory")
     names, units = trajectory.joint_names, trajectory.joint_units
     uses: dict[tuple[str, str], LimitUse] = {}
+    ordered = trajectory
     if space is not None:
-        order = _order_in(space, trajectory)
-        polynomial = trajectory.polynomial
-        curve = PiecewisePolynomial(polynomial.c[:, :, order], polynomial.x)
+        ordered = trajectory.reordered(space.joint_names, space.joint_units)
         uses = {
             (use.joint, use.quantity): use
-            for use in limit_use(space, curve)
+            for use in limit_use(space, ordered.polynomial)
             if use.limit is not None
         }
     if marks is None and scenario is not None and space is not None:
@@ -173,28 +174,18 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
         nothing = np.full((len(times), len(names)), np.nan)
         marks = Marks(times, tuple(map(str, range(len(times)))), (nothing, nothing))
     label = trajectory.planner or "trajectory"
-    return Motion(label, names, units, trajectory.polynomial, space, marks, scenario, ok, uses)
-
-
-def _order_in(space: JointSpace, trajectory: JointTrajectory) -> list[int]:
-    """Indices of the space's joints in the trajectory.
-
-    Raises:
-        InputError: The trajectory is not of these joints, or gives them in other units.
-    """
-    if set(space.joint_names) != set(trajectory.joint_names):
-        raise InputError(
-            f"the trajectory is of joints {', '.join(trajectory.joint_names)}; the scenario's "
-            f"joints are {', '.join(space.joint_names)}"
-        )
-    order = [trajectory.joint_names.index(name) for name in space.joint_names]
-    for name, unit, i in zip(space.joint_names, space.joint_units, order, strict=True):
-        if trajectory.joint_units[i] != unit:
-            raise InputError(
-                f"the trajectory gives joint {name} in {trajectory.joint_units[i]}; the scenario "
-                f"has it in {unit}"
-            )
-    return order
+    return Motion(
+        label,
+        names,
+        units,
+        trajectory.polynomial,
+        ordered.polynomial,
+        space,
+        marks,
+        scenario,
+        ok,
+        uses,
+    )
 
 
 def _marks_of_plan(waypoints: JointWaypoints, trajectory: JointTrajectory) -> Marks:

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.errors import InputError
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report
 from knotwork.waypoints import FloatArray
 
@@ -34,30 +32,6 @@ class ToolPath:
     position: FloatArray
     speed: FloatArray
     broken: FloatArray
-
-
-def robot_curve(trajectory: JointTrajectory, robot: Robot) -> PiecewisePolynomial:
-    """Give a trajectory's curve with its joints in the order of the robot's.
-
-    Raises:
-        InputError: The trajectory's joints are not the robot's.
-    """
-    ours, theirs = robot.joint_names, trajectory.joint_names
-    if set(ours) != set(theirs):
-        raise InputError(
-            f"the trajectory moves the joints {', '.join(theirs)}; those of robot {robot.name!r} "
-            f"are {', '.join(ours)}: give the robot or the scenario that it was planned for"
-        )
-    for name, unit in zip(ours, robot.joint_units, strict=True):
-        stated = trajectory.joint_units[theirs.index(name)]
-        if stated != unit:
-            raise InputError(
-                f"the trajectory gives joint {name!r} in {stated}; robot {robot.name!r} has it in "
-                f"{unit}"
-            )
-    order = [theirs.index(name) for name in ours]
-    polynomial = trajectory.polynomial
-    return PiecewisePolynomial(polynomial.c[:, :, order], polynomial.x)
 
 
 def tool_path(

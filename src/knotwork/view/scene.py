@@ -25,7 +25,7 @@ from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
 from knotwork.view.packing import hexadecimal, packed, packed_numbers
-from knotwork.view.path import ToolPath, robot_curve, tool_path, tool_speed
+from knotwork.view.path import ToolPath, tool_path, tool_speed
 from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshes, tool_mesh
 from knotwork.view.stops import Stops, arm_triangles, find_stops
 from knotwork.view.targets import Target, targets
@@ -138,17 +138,20 @@ def _gathered(
     report: Report | None,
     others: Mapping[str, JointTrajectory],
 ) -> _Shown:
-    curve = robot_curve(trajectory, robot)
-    motions = {name: robot_curve(other, robot) for name, other in others.items()}
+    curve, *shadows = (
+        each.reordered(robot.joint_names, robot.joint_units, owner=f"robot {robot.name!r}")
+        for each in (trajectory, *others.values())
+    )
+    motions = {name: each.polynomial for name, each in zip(others, shadows, strict=True)}
     has_tool = robot.tcp_frame_id is not None
     asked: Sequence[Target] = []
     if has_tool and scenario is not None and space is not None:
         asked = targets(scenario, space, robot)
     shapes = link_shapes(robot)
-    stops = find_stops(robot, shapes, curve, scenario, trajectory)
+    stops = find_stops(robot, shapes, curve.polynomial, scenario, trajectory)
     times = [target.time for target in asked]
-    path = tool_path(robot, curve, space, report, times) if has_tool else None
-    return _Shown(robot, curve, motions, scenario, report, shapes, stops, asked, path)
+    path = tool_path(robot, curve.polynomial, space, report, times) if has_tool else None
+    return _Shown(robot, curve.polynomial, motions, scenario, report, shapes, stops, asked, path)
 
 
 def _failures(

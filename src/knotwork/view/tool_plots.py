@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.tool_path import deviation_from_line
@@ -131,15 +130,9 @@ def _robot(motion: Motion) -> Robot:
     return robot
 
 
-def _in_robot_order(motion: Motion) -> PiecewisePolynomial:
-    names = motion.space.joint_names if motion.space is not None else motion.joint_names
-    order = [motion.joint_names.index(name) for name in names]
-    return PiecewisePolynomial(motion.curve.c[:, :, order], motion.curve.x)
-
-
 def _speeds(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Times, and linear [m/s] and angular [rad/s] speed of the tool, shape (n, 2)."""
-    curve = _in_robot_order(motion)
+    curve = motion.curve_in_space
     count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
     time, q = piecewise_values(curve, 0, count)
     _, v = piecewise_values(curve, 1, count)
@@ -167,7 +160,7 @@ def _has_straight_path(motion: Motion) -> bool:
 
 def _deviations(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Times, and distance [m] and angle [rad] from the straight path, shape (n, 2), with NaN."""
-    curve = _in_robot_order(motion)
+    curve = motion.curve_in_space
     times: list[FloatArray] = []
     values: list[FloatArray] = []
     waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
