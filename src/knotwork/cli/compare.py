@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from knotwork.cli.parameters import json_option
+from knotwork.cli.parameters import PASSED, json_option
 
 if TYPE_CHECKING:
     from knotwork.comparison import Comparison, Score
 
-PASSED = 0
 # Headings and how each column is shown.
 _HEADINGS = {
     "position_miss": "position\nmiss",

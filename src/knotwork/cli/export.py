@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.export_source import Source, passes, points_pass, read_source
+from knotwork.cli.parameters import FAILED, PASSED, scenario_option
 from knotwork.errors import InputError
 from knotwork.export.registry import FORMATS, Format, checked_options, get_format
 
 if TYPE_CHECKING:
     from knotwork.export import Points
     from knotwork.trajectory import JointTrajectory
-
-PASSED, FAILED = 0, 1
 
 _EPILOG = """
 In MATLAB, for --format mat:
@@ -104,13 +103,7 @@ class _JointNumbers(click.ParamType[Any]):
     help="pvt: the drive's position, in its units, where a joint is at 0; may be repeated.",
 )
 @click.option("--incremental", is_flag=True, help="pvt: times since the row before.")
-@click.option(
-    "--scenario",
-    "-s",
-    "reference",
-    metavar="SCENARIO",
-    help="For a TRAJECTORY: check it against this first, and take the tool from it.",
-)
+@scenario_option("to check it first and to take the tool from")
 @click.option("--planner", metavar="NAME", help="For a SCENARIO: planner in place of its own.")
 @click.option(
     "--allow-failed", is_flag=True, help="Export a motion although it fails its check, too."
@@ -207,8 +200,8 @@ def _made(
         note = points.describe()
         if not points_pass(source, points, form, allowed):
             return None
-    elif "rate" in form.options and source.scenario is not None:
-        given.setdefault("rate", source.scenario.rate)
+    elif "rate" in form.options and source.asked is not None:
+        given.setdefault("rate", source.asked.scenario.rate)
     if form.tabular:
         table = exporting.motion_table(made, robot=source.robot, **given)
         return exporting.content(table, form.name), table.note

@@ -6,9 +6,7 @@ import json
 
 import click
 
-from knotwork.cli.parameters import json_option
-
-PASSED = 0
+from knotwork.cli.parameters import PASSED, json_option
 
 
 @click.command()

@@ -15,9 +15,18 @@ from knotwork import __version__
 from knotwork.cli.compare import compare, planners
 from knotwork.cli.export import export
 from knotwork.cli.listing import robots, scenarios, schema
-from knotwork.cli.parameters import json_option, knots_option, planner_option
+from knotwork.cli.parameters import (
+    FAILED,
+    PASSED,
+    WRONG_INPUT,
+    json_option,
+    knots_option,
+    planner_option,
+    scenario_option,
+)
 from knotwork.cli.plot import plot
 from knotwork.cli.report import report as report_command
+from knotwork.cli.sources import read_checked
 from knotwork.cli.view import view
 from knotwork.errors import InputError, KnotworkError
 
@@ -27,7 +36,7 @@ if TYPE_CHECKING:
 # No schema here is for pydantic's plugins, and looking for some takes time at every start.
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
-PASSED, FAILED, WRONG_INPUT, INTERNAL, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
+INTERNAL, INTERRUPTED, UNREAD = 3, 130, 141
 
 _EXIT_CODES = """
 Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
@@ -221,14 +230,7 @@ def _plan_to_dict(
 
 @click.command(epilog=_EXIT_CODES)
 @click.argument("trajectory", type=click.Path(path_type=Path))
-@click.option(
-    "--scenario",
-    "-s",
-    "reference",
-    required=True,
-    metavar="SCENARIO",
-    help="What the trajectory is to do: a shipped scenario's name or the path of a file.",
-)
+@scenario_option("which it is checked against", required=True)
 @json_option
 def check(trajectory: Path, reference: str, as_json: bool) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
@@ -239,22 +241,14 @@ def check(trajectory: Path, reference: str, as_json: bool) -> int:
     makes of them: quintics if they carry velocities and accelerations, cubics if they carry
     velocities, and straight lines otherwise.
     """
-    from knotwork.foreign import read_trajectory
-    from knotwork.joint_space import joint_space
-    from knotwork.scenario import load_scenario
-    from knotwork.verification import check as check_trajectory
-
-    scenario = load_scenario(reference)
-    space = joint_space(scenario)
-    span = (float(scenario.times[0]), float(scenario.times[-1]))
-    stored, defects = read_trajectory(trajectory, space.joint_names, space.joint_units, span=span)
-    report = check_trajectory(stored, scenario, space=space, defects=defects)
+    checked = read_checked(trajectory, reference)
+    report = checked.report
     if as_json:
         click.echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
     else:
         from knotwork.cli import tables
 
-        tables.print_report(report, scenario)
+        tables.print_report(report, checked.scenario)
     return PASSED if report.ok else FAILED
 
 

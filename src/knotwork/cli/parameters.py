@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
 
 import click
+
+PASSED, FAILED, WRONG_INPUT = 0, 1, 2
+
+Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class Knots(click.ParamType[Any]):
@@ -69,3 +75,28 @@ knots_option = click.option(
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
 )
+
+
+def scenario_option(use: str, *, required: bool = False) -> Callable[[Command], Command]:
+    """Make the option for the scenario of a trajectory."""
+    return click.option(
+        "--scenario",
+        "-s",
+        "reference",
+        metavar="SCENARIO",
+        required=required,
+        help=f"For a TRAJECTORY: the scenario it is for, {use}.",
+    )
+
+
+def html_option(*, required: bool = False) -> Callable[[Command], Command]:
+    """Make the option for a page to write."""
+    return click.option(
+        "--html",
+        "out",
+        metavar="FILE",
+        required=required,
+        type=click.Path(path_type=Path),
+        help="Page to write, one file that any browser opens without a network. An existing one is "
+        "replaced, a folder that is missing is made.",
+    )

@@ -7,16 +7,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import Names, knots_option, planner_option
-from knotwork.cli.sources import is_trajectory, planned, refuse, report_failure
+from knotwork.cli.parameters import (
+    PASSED,
+    Names,
+    knots_option,
+    planner_option,
+    scenario_option,
+)
+from knotwork.cli.sources import (
+    is_trajectory,
+    planned,
+    read_checked,
+    read_unchecked,
+    refuse,
+    refuse_planning,
+    report_failure,
+)
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
-    from knotwork.pipeline import Plan
-    from knotwork.scenario import Scenario
-    from knotwork.trajectory import JointTrajectory
-
-PASSED = 0
+    from knotwork.view.motions import Drawable
 
 _EPILOG = """
 The figures of the paper that the method comes from:
@@ -67,13 +77,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "--tool", is_flag=True, help="Draw the tool: its speed and how far it is off straight paths."
 )
 @click.option("--degrees", is_flag=True, help="Show angles in degrees instead of radians.")
-@click.option(
-    "--scenario",
-    "-s",
-    "reference",
-    metavar="SCENARIO",
-    help="For a TRAJECTORY: what it is to do, to mark waypoints and limits.",
-)
+@scenario_option("to mark waypoints and limits")
 def plot(
     source: str,
     out: Path | None,
@@ -89,8 +93,9 @@ def plot(
     """Draw a motion over time: position, velocity, acceleration and jerk of each joint.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is a trajectory.json, or the path of a folder with one in it (./NAME where a shipped
-    scenario has that name, too).
+    TRAJECTORY is what `knotwork check` reads: a trajectory.json, or the path of a folder with one
+    in it (./NAME where a shipped scenario has that name, too); or with --scenario another tool's
+    CSV, JSON or ROS 2 YAML.
 
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
@@ -103,40 +108,27 @@ def plot(
     if out is not None:
         checked_picture_path(out)
     chosen_quantities(quantities)
-    drawn: list[Plan | JointTrajectory]
-    scenario: Scenario | None = None
+    drawn: list[Drawable]
     if is_trajectory(source):
-        given = {"--compare": compare, "--planner": planner, "--knots": knots}
-        refuse(given, f"{source} is a trajectory, which is planned already")
-        stored, scenario = _stored(source, reference)
-        drawn, name = [stored], _name_of_trajectory(source)
+        refuse_planning(source, compare=compare, planner=planner, knots=knots)
+        name = _name_of_trajectory(source)
+        if reference is None:
+            drawn = [read_unchecked(source)]
+        else:
+            checked = read_checked(source, reference)
+            report_failure(source, checked.report)
+            drawn = [checked]
     else:
         refuse({"--scenario": reference}, f"{source} is a scenario itself")
         plans = planned(source, planner, knots, compare or [])
         drawn, name = list(plans), plans[0].scenario.name
     if tool:
-        figure = view.plot_tool(drawn, degrees=degrees, scenario=scenario)
+        figure = view.plot_tool(drawn, degrees=degrees)
     else:
-        figure = view.plot_joints(
-            drawn, joints=joints, quantities=quantities, degrees=degrees, scenario=scenario
-        )
+        figure = view.plot_joints(drawn, joints=joints, quantities=quantities, degrees=degrees)
     path = out if out is not None else _default_path(name, tool)
     click.echo(f"wrote {view.save_figure(figure, path)}")
     return PASSED
-
-
-def _stored(source: str, reference: str | None) -> tuple[JointTrajectory, Scenario | None]:
-    from knotwork import storage
-
-    trajectory = storage.load_trajectory(source)
-    if reference is None:
-        return trajectory, None
-    from knotwork.scenario import load_scenario
-    from knotwork.verification import check
-
-    scenario = load_scenario(reference)
-    report_failure(source, check(trajectory, scenario))
-    return trajectory, scenario
 
 
 def _name_of_trajectory(source: str) -> str:

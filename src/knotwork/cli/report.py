@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import knots_option, planner_option
+from knotwork.cli.parameters import (
+    FAILED,
+    PASSED,
+    html_option,
+    knots_option,
+    planner_option,
+    scenario_option,
+)
+from knotwork.cli.sources import is_trajectory, read_checked, refuse, refuse_planning
+from knotwork.errors import InputError
 
-PASSED, FAILED = 0, 1
+if TYPE_CHECKING:
+    from knotwork.view.motions import PlanLike
 
 _EPILOG = """
 Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 the input is wrong.
@@ -17,32 +27,36 @@ Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("scenario")
-@click.option(
-    "--html",
-    "out",
-    metavar="FILE",
-    required=True,
-    type=click.Path(path_type=Path),
-    help="Page to write; an existing one is replaced, a folder that is missing is made.",
-)
+@click.argument("source", metavar="SCENARIO|TRAJECTORY")
+@html_option(required=True)
 @planner_option
 @knots_option
-def report(scenario: str, out: Path, planner: str | None, knots: Any) -> int:
-    """Plan SCENARIO and write a page about it to print or send: verdict, tables, plots, 3D view.
+@scenario_option("which it is checked against")
+def report(source: str, out: Path, planner: str | None, knots: Any, reference: str | None) -> int:
+    """Write a page about a motion to print or send: verdict, tables, plots, 3D view.
 
-    The page is one file that needs no network.
+    SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
+    TRAJECTORY is what `knotwork check` reads, and needs --scenario. The page is one file that needs
+    no network.
     """
     from knotwork import pipeline
     from knotwork.view.files import checked_page_path
     from knotwork.view.report_page import report_page
 
     checked_page_path(out)
-    plan = pipeline.plan(scenario, planner=planner, knots=knots)
-    page = report_page(plan)
+    motion: PlanLike
+    if is_trajectory(source):
+        refuse_planning(source, planner=planner, knots=knots)
+        if reference is None:
+            raise InputError(f"give the scenario that {source} is for with --scenario")
+        motion = read_checked(source, reference)
+    else:
+        refuse({"--scenario": reference}, f"{source} is a scenario itself")
+        motion = pipeline.plan(source, planner=planner, knots=knots)
+    page = report_page(motion)
     for warning in page.warnings:
         click.echo(f"warning: {warning}", err=True)
     written = page.save(out)
-    word = "passed" if plan.report.ok else "FAILED"
-    click.echo(f"{plan.scenario.name}: {word}; wrote {written}")
-    return PASSED if plan.report.ok else FAILED
+    word = "passed" if motion.report.ok else "FAILED"
+    click.echo(f"{motion.scenario.name}: {word}; wrote {written}")
+    return PASSED if motion.report.ok else FAILED

@@ -8,14 +8,27 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import Names, knots_option, planner_option
-from knotwork.cli.sources import is_trajectory, planned, refuse, report_failure
+from knotwork.cli.parameters import (
+    PASSED,
+    Names,
+    html_option,
+    knots_option,
+    planner_option,
+    scenario_option,
+)
+from knotwork.cli.sources import (
+    is_trajectory,
+    planned,
+    read_checked,
+    read_unchecked,
+    refuse,
+    refuse_planning,
+    report_failure,
+)
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
     from knotwork.view.page import Page
-
-PASSED = 0
 
 _EPILOG = """
 In the page: space plays and pauses, the arrow keys go frame by frame, the mouse turns the scene.
@@ -27,14 +40,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 
 @click.command(epilog=_EPILOG)
 @click.argument("source", metavar="SCENARIO|TRAJECTORY")
-@click.option(
-    "--html",
-    "out",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="Write the scene to one self-contained file instead, which any browser opens without a "
-    "network. An existing file is replaced, a folder that is missing is made.",
-)
+@html_option()
 @click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to show over it.")
 @planner_option
 @knots_option
@@ -46,13 +52,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     type=click.IntRange(1, 65535),
     help="Port of the address; by default any that is free.",
 )
-@click.option(
-    "--scenario",
-    "-s",
-    "reference",
-    metavar="SCENARIO",
-    help="For a TRAJECTORY: what it is to do.",
-)
+@scenario_option("to show waypoints and what fails")
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
 def view(
     source: str,
@@ -69,7 +69,8 @@ def view(
     """Show the arm making its move, in a browser.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is a trajectory.json, or the path of a folder with one in it.
+    TRAJECTORY is what `knotwork check` reads: a trajectory.json, or the path of a folder with one
+    in it, or another tool's CSV, JSON or ROS 2 YAML.
 
     Shown are the tool's path, coloured by its speed, the waypoints with the speeds asked for, the
     rebuilt knots, and in red what fails in the check. The page is served to this machine alone
@@ -81,8 +82,7 @@ def view(
         checked_page_path(out)
         refuse({"--port": port, "--no-open": no_open or None}, "--html writes a file")
     if is_trajectory(source):
-        given = {"--compare": compare, "--planner": planner, "--knots": knots}
-        refuse(given, f"{source} is a trajectory, which is planned already")
+        refuse_planning(source, compare=compare, planner=planner, knots=knots)
         page = _stored(source, reference, robot, not no_ghosts)
     else:
         refuse({"--scenario": reference, "--robot": robot}, f"{source} is a scenario itself")
@@ -106,38 +106,22 @@ def _planned(
 
 
 def _stored(source: str, reference: str | None, name: str | None, ghosts: bool) -> Page:
-    from knotwork import storage
+    from knotwork.view.show import view_plan, view_trajectory
 
-    trajectory = storage.load_trajectory(source)
     if reference is not None:
         refuse({"--robot": name}, "the scenario names the robot")
-        return _stored_for(source, reference, trajectory, ghosts)
+        checked = read_checked(source, reference)
+        report_failure(source, checked.report)
+        return view_plan(checked, ghosts=ghosts)
     if name is None:
         raise InputError(
             f"{source} does not say which arm it moves; give the scenario it was planned for with "
             "--scenario, or its robot with --robot"
         )
     from knotwork.robot import load_robot
-    from knotwork.view.show import view_trajectory
 
-    return view_trajectory(load_robot(name), trajectory, ghosts=ghosts)
-
-
-def _stored_for(source: str, reference: str, trajectory: Any, ghosts: bool) -> Page:
-    from knotwork.joint_space import joint_space
-    from knotwork.scenario import load_scenario
-    from knotwork.verification import check
-    from knotwork.view.page import scene_page
-    from knotwork.view.scene import make_scene
-    from knotwork.view.show import needed_robot
-
-    scenario = load_scenario(reference)
-    space = joint_space(scenario)
-    robot = needed_robot(scenario, space)
-    report = check(trajectory, scenario, space=space)
-    report_failure(source, report)
-    scene = make_scene(robot, trajectory, scenario=scenario, space=space, report=report)
-    return scene_page(scene, ghosts=ghosts)
+    robot = load_robot(name)
+    return view_trajectory(robot, read_unchecked(source, robot), ghosts=ghosts)
 
 
 def _serve(page: Page, port: int | None, no_open: bool) -> int:

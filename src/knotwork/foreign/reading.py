@@ -10,6 +10,7 @@ import numpy as np
 
 from knotwork import documents, storage
 from knotwork.documents import Document
+from knotwork.errors import DocumentError
 from knotwork.foreign.csv_file import read_csv
 from knotwork.foreign.points import read_points
 from knotwork.foreign.table import to_trajectory
@@ -52,23 +53,45 @@ def read_trajectory(
         DocumentError: The file can't be read or is no trajectory; says which line or field.
     """
     path = Path(path)
-    suffix = path.suffix.lower()
-    if not path.is_dir() and suffix in CSV:
+    if _suffix(path) in CSV:
         table = read_csv(path, joint_names, joint_units, start_time=span[0])
         return to_trajectory(table, f"{path.name} (CSV)"), []
-    if not path.is_dir() and suffix in YAML:
-        document = _yaml(path)
-        kind = "ROS 2"
-    else:
-        document = storage.read_trajectory_document(path)
-        if not holds_points(document):
-            stored = storage.trajectory_from_dict(document)
-            fault = storage.knot_disagreement(document, stored)
-            return stored, [] if fault is None else [fault]
-        kind = "JSON"
+    document = _document(path)
+    kind = "ROS 2" if _suffix(path) in YAML else "JSON"
+    if kind == "JSON" and not _holds_points(document):
+        stored = storage.trajectory_from_dict(document)
+        fault = storage.knot_disagreement(document, stored)
+        return stored, [] if fault is None else [fault]
     table = read_points(document, joint_names, joint_units, start_time=span[0])
     trajectory = to_trajectory(table, f"{path.name} ({kind})")
     return _continued(trajectory, span[1]) if kind == "ROS 2" else trajectory, []
+
+
+def is_trajectory(path: Path | str) -> bool:
+    """Whether a path names a trajectory: by its suffix, or by what it holds if that is YAML."""
+    suffix = _suffix(Path(path))
+    return suffix in (".json", "folder", *CSV) or (suffix in YAML and is_foreign(path))
+
+
+def is_foreign(path: Path | str) -> bool:
+    """Whether a file holds points of another tool, or samples; not if it can't be read."""
+    path = Path(path)
+    try:
+        return _suffix(path) in CSV or _holds_points(_document(path))
+    except DocumentError:
+        return False
+
+
+def _suffix(path: Path) -> str:
+    return "folder" if path.is_dir() else path.suffix.lower()
+
+
+def _document(path: Path) -> Document:
+    """Plain data from YAML or JSON."""
+    if _suffix(path) not in YAML:
+        return storage.read_trajectory_document(path)
+    # `ros2 topic echo` ends a message with `---`
+    return documents.parse(documents.read_text(path).rstrip().removesuffix("\n---"), path)
 
 
 def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:
@@ -78,15 +101,9 @@ def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:
     return replace(trajectory, polynomial=PiecewisePolynomial(trajectory.polynomial.c, breaks))
 
 
-def holds_points(document: Document) -> bool:
+def _holds_points(document: Document) -> bool:
     """Whether plain data are points of another tool, or samples, and no stored trajectory."""
     data = document.data
     if not isinstance(data, dict) or any(key in data for key in STORED):
         return False
     return data.get("format") != storage.writing.FORMAT and any(key in data for key in POINTS)
-
-
-def _yaml(path: Path) -> Document:
-    """A YAML file, without the `---` that `ros2 topic echo` ends a message with."""
-    text = documents.read_text(path).rstrip()
-    return documents.parse(text.removesuffix("\n---"), path)

@@ -31,8 +31,8 @@ class PlanLike(Protocol):
         """The joints and their limits."""
 
     @property
-    def joint_waypoints(self) -> JointWaypoints:
-        """What was asked for, at the joints."""
+    def joint_waypoints(self) -> JointWaypoints | None:
+        """What was asked for, at the joints, where it is known."""
 
     @property
     def trajectory(self) -> JointTrajectory:
@@ -154,7 +154,8 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     elif isinstance(getattr(thing, "trajectory", None), JointTrajectory):
         trajectory, scenario, space = thing.trajectory, thing.scenario, thing.space
         ok = bool(thing.report.ok)
-        marks = _marks_of_plan(thing.joint_waypoints, trajectory)
+        if thing.joint_waypoints is not None:
+            marks = _marks_of_plan(thing.joint_waypoints, trajectory)
     else:
         raise InputError(f"can't draw {type(thing).__name__}; give a Plan or a JointTrajectory")
     names, units = trajectory.joint_names, trajectory.joint_units
