@@ -304,7 +304,7 @@ def test_files_that_can_only_be_checked_are_not_exported(
     assert knotwork("export", SCENARIO, "-f", name, "-o", file).code == 0
     ran = knotwork("export", file, "-f", "ros2")
     assert (ran.code, ran.out) == (2, "")
-    assert f"{str(file)!r} holds samples or points, of which export makes nothing" in ran.err
+    assert f"{str(file)!r} holds samples or points, and export does not make others" in ran.err
     assert "knotwork check" in ran.err
 
 
