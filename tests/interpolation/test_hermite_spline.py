@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 from spline_reference import collocation, exact_pieces, knots_of_paper, paper_system
 
 from knotwork.errors import InputError, TimeRangeError, UnknownNameError, WaypointDataError
 from knotwork.interpolation import BalancedKnots, ModifiedHermiteSpline
+from sweeps import examples
 
 ENDS = [None, "zero", (0.7, np.array([-1.0, 2.0, 0.5]))]
 RULES = ["paper", "balanced", BalancedKnots(0.35)]
@@ -78,6 +81,15 @@ def test_equals_b_spline_collocation_on_the_same_knots(n, rule, ends):
         np.testing.assert_allclose(spline(t, nu), expected, atol=1e-10 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("n", [*range(5, 20), 63, 64, 65, 300])
+def test_any_number_of_waypoints_equals_b_spline_collocation(n):
+    x, y, v = waypoints(n, seed=2)
+    spline = ModifiedHermiteSpline(x, y, v, end_acceleration="zero")
+    t = 0.5 * (spline.x[1:] + spline.x[:-1])
+    expected = collocation(x, y, v, spline.x, np.zeros((2, 3)))(t, 2)
+    np.testing.assert_allclose(spline(t, 2), expected, atol=1e-10 * np.abs(expected).max())
+
+
 def knots_between(x, before, after, doubled_ends):
     """Knots at fractions `after` and 1 - `before` of each interval, but for single ones."""
     h = np.diff(x)
@@ -112,6 +124,28 @@ def test_equals_rational_arithmetic_for_extreme_knots(margin, n, ends):
         powers = np.diff(t) ** np.arange(3, -1, -1)[:, None]
         assert np.abs((spline.c - exact) * powers).max() <= 1e-14 * np.abs(exact * powers).max()
         assert np.abs(spline.c[1] - exact[1]).max() <= 1e-14 * np.abs(exact[1]).max()
+
+
+fractions = st.lists(st.floats(1e-6, 1 - 1e-6), min_size=2, max_size=2, unique=True).map(sorted)
+
+
+@examples(40)
+@given(
+    intervals=st.lists(st.tuples(st.floats(1e-2, 1e2), fractions), min_size=2, max_size=3),
+    seed=st.integers(0, 100),
+)
+def test_any_admissible_knots_are_solved_to_rounding(intervals, seed):
+    x = np.concatenate(([0.0], np.cumsum([h for h, _ in intervals])))
+    rng = np.random.default_rng(seed)
+    y, v = rng.normal(size=(2, len(x))) / np.diff(x).min() ** np.array([[0], [1]])
+    low = np.array([f[0] for _, f in intervals])
+    high = np.maximum([f[1] for _, f in intervals], low + 1e-7)  # two different knots
+    t = knots_between(x, 1 - high, low, doubled_ends=True)
+    ends = rng.normal(size=2)
+    spline = ModifiedHermiteSpline(x, y, v, knots=t, end_acceleration=ends)
+    exact = exact_pieces(x, y, v, spline.x, ends)
+    powers = np.diff(t) ** np.arange(3, -1, -1)[:, None]
+    assert np.abs((spline.c - exact) * powers).max() <= 1e-14 * np.abs(exact * powers).max()
 
 
 def test_is_the_cubic_hermite_spline_of_its_own_knots():

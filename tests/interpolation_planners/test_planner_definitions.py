@@ -8,9 +8,13 @@ from planner_cases import COUNTS, DenseSpline, inside, random_waypoints
 from scipy.interpolate import BSpline, CubicSpline
 
 from knotwork.interpolation import PlannerOptions, get_planner
-from knotwork.interpolation.presets import estimated_accelerations
 
 COUNTS_DENSE = [n for n in COUNTS if n < 20]
+
+
+def estimated_accelerations(waypoints):
+    """The accelerations that `estimated` gives the waypoints."""
+    return get_planner("quintic:estimated")(waypoints).acceleration(waypoints.time)
 
 
 def assert_same(trajectory, dense, order=2, tolerance=1e-9):
