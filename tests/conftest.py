@@ -5,11 +5,15 @@ from __future__ import annotations
 import sys
 
 import pytest
+from hypothesis import settings
 
 from browser import chromium
 from command_line import Command, Ran
 from knotwork.cli.main import main
 from knotwork.pipeline import Plan, plan
+from sweeps import ALL_EXAMPLES, TIMES
+
+settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_examples, deadline=None)
 
 
 @pytest.fixture

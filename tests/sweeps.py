@@ -13,8 +13,6 @@ ALL_EXAMPLES = "exhaustive"
 TIMES = 10
 """How many times as many random examples it tries."""
 
-settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_examples, deadline=None)
-
 
 def first_of(few: int, many: int) -> list[Any]:
     """Sizes of a sweep, for `parametrize`: few cases in `make test`, many in `make test-all`."""

@@ -129,7 +129,7 @@ def test_equals_rational_arithmetic_for_extreme_knots(margin, n, ends):
 fractions = st.lists(st.floats(1e-6, 1 - 1e-6), min_size=2, max_size=2, unique=True).map(sorted)
 
 
-@examples(40)
+@examples(15)
 @given(
     intervals=st.lists(st.tuples(st.floats(1e-2, 1e2), fractions), min_size=2, max_size=3),
     seed=st.integers(0, 100),
