@@ -1,0 +1,36 @@
+"""Proofs over all time from bounds on derivatives: torque, tool speed, nearness to singularities.
+
+Samples say what a quantity is at some times. A bound on its second derivative says how far it can
+go in between; the two together are a proof.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from knotwork.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from knotwork.verification.bounds.result import Bound
+    from knotwork.verification.bounds.singular import singular_value_bound
+    from knotwork.verification.bounds.tool import tool_acceleration_bound, tool_speed_bound
+    from knotwork.verification.bounds.torque import torque_bound
+
+__all__ = [
+    "Bound",
+    "singular_value_bound",
+    "tool_acceleration_bound",
+    "tool_speed_bound",
+    "torque_bound",
+]
+
+# Looked up when first used, so that checks without a robot load no Pinocchio.
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "result": ("Bound",),
+        "singular": ("singular_value_bound",),
+        "tool": ("tool_acceleration_bound", "tool_speed_bound"),
+        "torque": ("torque_bound",),
+    },
+)

@@ -1,0 +1,231 @@
+"""The proof: samples at the ends of intervals, and a bound on what lies between them.
+
+For a vector g(t) and a convex function φ with |φ(x) - φ(y)| <= |x - y|, on an interval of length h
+
+    φ(g(t)) <= max(φ(g(start)), φ(g(end))) + h²/8 · max |g''|,
+
+because g is within h²/8 · max |g''| of its chord, and φ along the chord is at most its larger end.
+Intervals are divided where that leaves a verdict open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import differentiate, horner
+from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.waypoints import FloatArray
+
+INTERVALS = 500
+"""The motion is first divided into this many equal intervals, and at every break."""
+
+BUDGET = 20_000
+"""Evaluations after the first division. A verdict that is still open then is not proved."""
+
+BLOCK = 8192
+"""Intervals whose bounds are computed together, so that the temporaries stay small."""
+
+MOST_PARTS = 8
+"""An interval is divided into at most this many at a time."""
+
+ROUNDING = 2.0**-38
+"""Rounding of a value, relative to the bounds of its factors and per radian of joint angles.
+
+A value is a sum of products of at most seven factors: an axis, a lever, an inertia, velocities.
+Joint angles are rounded by 2⁻⁵² times the degree times the sum of the sizes of their terms, which
+turns each factor by as much; other factors have at most 2⁻⁴² (`EVALUATION_ROUNDING`), and on the
+way from the base to a tip and back an arm of 30 joints makes some 2,000 roundings of 2⁻⁵³. In all
+less than 7·2⁻⁴² + 2,000·7·2⁻⁵³ < 2⁻³⁸."""
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """What is to be bounded, in c components.
+
+    Attributes:
+        values: From joint positions, velocities and accelerations, shape (k, d) each, to φ(g),
+            shape (k, c); if it is absolute, with its sign.
+        sizes: From bounds of the joints' derivatives, shape (5, d, n), to those of |g|, |g'| and
+            |g''|, shape (3, c, n).
+        angles: Which joints' positions are angles, shape (d,).
+        absolute: Whether the magnitude of the values counts.
+    """
+
+    values: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+    sizes: Callable[[FloatArray], FloatArray]
+    angles: NDArray[np.bool_]
+    absolute: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Maximum:
+    """The largest values found, and what no value exceeds, by component.
+
+    Attributes:
+        value: Largest sample, shape (c,), with its sign; infinite if one is not a finite number.
+        time: When [s], shape (c,).
+        bound: What the quantity does not exceed at any time, shape (c,).
+        proved: Whether it is proved that the limit is kept, or that it is not, shape (c,); without
+            a limit, whether the bound is as near to the samples as asked for.
+        evaluations: How often the quantity was evaluated.
+    """
+
+    value: FloatArray
+    time: FloatArray
+    bound: FloatArray
+    proved: NDArray[np.bool_]
+    evaluations: int
+
+
+def maximum(
+    curve: PiecewisePolynomial,
+    quantity: Quantity,
+    limit: FloatArray,
+    precision: Callable[[FloatArray, FloatArray], FloatArray],
+    budget: int = BUDGET,
+) -> Maximum:
+    """Bound a quantity over a whole motion from above.
+
+    Args:
+        curve: Joint positions, trailing shape (d,).
+        quantity: What to bound.
+        limit: What it is compared with, shape (c,); infinite for none.
+        precision: From the largest samples and the largest bounds of |g|, shape (c,) each, how near
+            the bound has to come to the samples, shape (c,), where no limit decides.
+        budget: How many evaluations may follow the first division.
+    """
+    search = _Search(curve, quantity, len(limit))
+    span = np.diff(curve.x)
+    pieces = Intervals(np.arange(span.size), np.zeros(span.size), span)
+    division = _divide(pieces, _first_parts(span))
+    values = search.evaluate(division)
+    at_start, at_end = values[~division.last], values[~division.first]
+    intervals, closed = division.parts, np.full(len(limit), -np.inf)
+    allowance = search.evaluations + budget
+    while True:
+        excess, rounding = search.excess(intervals)
+        ends = np.maximum(at_start, at_end)
+        upper = ends + (excess + rounding)
+        near = search.value + precision(search.value, search.scale)
+        target = np.where(search.value <= limit, np.minimum(near, limit), near)
+        is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
+        waiting = is_open.any(axis=1)
+        parts = _parts(excess, np.maximum(target - ends, rounding), is_open)[waiting]
+        if not waiting.any() or search.evaluations + int((parts - 1).sum()) > allowance:
+            break
+        closed = np.maximum(closed, upper[~waiting].max(axis=0, initial=-np.inf))
+        division = _divide(intervals[waiting], parts)
+        values = np.empty((division.first.size, len(limit)))
+        values[division.first], values[division.last] = at_start[waiting], at_end[waiting]
+        values[division.inner] = search.evaluate(division, division.inner)
+        at_start, at_end = values[~division.last], values[~division.first]
+        intervals = division.parts
+    bound = np.maximum(closed, upper.max(axis=0))
+    decided = np.where(np.isfinite(limit), (bound <= limit) | (search.value > limit), bound <= near)
+    return Maximum(search.signed, search.time, bound, decided, search.evaluations)
+
+
+class _Search:
+    """Evaluates a quantity along a curve and keeps the largest value that it has seen."""
+
+    def __init__(self, curve: PiecewisePolynomial, quantity: Quantity, components: int) -> None:
+        self.curve, self.quantity = curve, quantity
+        self.value, self.time = np.full(components, -np.inf), np.full(components, curve.x[0])
+        self.signed = self.value
+        self.scale = np.zeros(components)
+        self.evaluations = 0
+
+    def evaluate(
+        self, division: _Division, chosen: NDArray[np.bool_] | slice = slice(None)
+    ) -> FloatArray:
+        """Evaluate at the chosen points of a division, each in its own piece; shape (k, c)."""
+        piece, local = division.piece[chosen], division.time[chosen]
+        coefficients = self.curve.c[:, piece]
+        states = []
+        for _ in range(3):
+            states.append(horner(coefficients, local[:, None]))
+            coefficients = (
+                differentiate(coefficients) if len(coefficients) > 1 else 0.0 * coefficients
+            )
+        signed = self.quantity.values(states[0], states[1], states[2])
+        signed = np.where(np.isfinite(signed), signed, np.inf)
+        values = np.abs(signed) if self.quantity.absolute else signed
+        self.evaluations += len(values)
+        time = np.minimum(self.curve.x[piece] + local, self.curve.x[piece + 1])
+        best = values.argmax(axis=0)
+        largest = np.take_along_axis(values, best[None], axis=0)[0]
+        larger = largest > self.value
+        self.time = np.where(larger, time[best], self.time)
+        found = np.take_along_axis(signed, best[None], axis=0)[0]
+        self.signed = np.where(larger, found, self.signed)
+        self.value = np.where(larger, largest, self.value)
+        return values
+
+    def excess(self, intervals: Intervals) -> tuple[FloatArray, FloatArray]:
+        """How far values may lie above those at the ends, and by rounding, shape (n, c) both."""
+        found = []
+        for low in range(0, intervals.piece.size, BLOCK):
+            block = intervals[low : low + BLOCK]
+            with np.errstate(over="ignore", invalid="ignore"):
+                rates = joint_rates(self.curve, block)
+                sizes = self.quantity.sizes(rates.bounds)
+                turned = 1.0 + rates.size[self.quantity.angles].sum(axis=0)
+                excess = (1.0 + ROUNDING) / 8.0 * block.length**2 * sizes[2]
+                pair = np.stack((excess, ROUNDING * turned * sizes[0]))
+            pair[np.isnan(pair)] = np.inf
+            self.scale = np.maximum(self.scale, sizes[0].max(axis=1))
+            found.append(pair)
+        excess, rounding = np.concatenate(found, axis=2).swapaxes(1, 2)
+        return excess, rounding
+
+
+@dataclass(frozen=True, eq=False)
+class _Division:
+    """Intervals divided: all ends of the parts, and the parts.
+
+    Attributes:
+        piece: Piece of each end, shape (k,).
+        time: Where it is, from the start of the piece on [s], shape (k,).
+        first, last: Whether it starts or ends one of the intervals, shape (k,).
+        parts: The intervals between the ends.
+    """
+
+    piece: NDArray[np.intp]
+    time: FloatArray
+    first: NDArray[np.bool_]
+    last: NDArray[np.bool_]
+    parts: Intervals
+
+    @property
+    def inner(self) -> NDArray[np.bool_]:
+        """Whether an end is neither the first nor the last of an interval, shape (k,)."""
+        return ~(self.first | self.last)
+
+
+def _divide(intervals: Intervals, parts: NDArray[np.intp]) -> _Division:
+    index = np.repeat(np.arange(parts.size), parts + 1)
+    step = np.arange(index.size) - np.repeat(np.cumsum(parts + 1) - (parts + 1), parts + 1)
+    first, last = step == 0, step == parts[index]
+    piece = intervals.piece[index]
+    time = intervals.start[index] + intervals.length[index] * (step / parts[index])
+    between = Intervals(piece[~last], time[~last], time[~first] - time[~last])
+    return _Division(piece, time, first, last, between)
+
+
+def _first_parts(span: FloatArray) -> NDArray[np.intp]:
+    """Into how many parts to divide each piece at first."""
+    share = span / span.max()
+    share /= share.sum()
+    return np.asarray(np.maximum(1, np.ceil(share * INTERVALS)), dtype=np.intp)
+
+
+def _parts(excess: FloatArray, allowed: FloatArray, is_open: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Into how many parts to divide each interval, so that the excess falls to what is allowed."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        needed = np.sqrt(np.where(is_open, excess / allowed, 0.0)).max(axis=1)
+    return np.asarray(np.clip(np.ceil(needed), 2, MOST_PARTS), dtype=np.intp)

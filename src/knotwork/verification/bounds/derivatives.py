@@ -1,0 +1,53 @@
+"""Arithmetic with bounds on derivatives.
+
+A quantity's bounds are an array whose entry k bounds the norm of its k-th derivative in time, in
+every column (an interval of time). Sums of quantities add their bounds; products obey Leibniz.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from knotwork.waypoints import FloatArray
+
+
+def product(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Bound the derivatives of a product: |(ab)^(k)| <= sum of C(k, m) |a^(m)| |b^(k-m)|.
+
+    It holds for every product with |ab| <= |a| |b|: of numbers, of a number and a vector, the dot
+    and the cross product, a matrix applied to a vector.
+
+    Args:
+        a: Bounds of one factor, shape (orders, n).
+        b: Bounds of the other; it may have another number of orders.
+
+    Returns:
+        Bounds of the orders that both have.
+    """
+    orders = min(len(a), len(b))
+    result = np.asarray(a[0] * b[:orders])
+    for m in range(1, orders):
+        factor = np.array([float(comb(k, m)) for k in range(m, orders)])[:, None]
+        result[m:] += factor * (a[m] * b[: orders - m])
+    return result
+
+
+def turning(angular: FloatArray, constant: float = 1.0) -> FloatArray:
+    """Bound the derivatives of a unit vector fixed in a body: its rate is angular velocity × it.
+
+    Args:
+        angular: Bounds of the body's angular velocity, shape (k, n).
+        constant: Factor of the rate: 1 for vectors, 2 for tensors T, whose rate is ωT - Tω.
+
+    Returns:
+        Bounds of orders 0 … k, shape (k+1, n).
+    """
+    orders = len(angular)
+    result = np.zeros((orders + 1, *angular.shape[1:]))
+    result[0] = 1.0
+    for k in range(orders):
+        for m in range(k + 1):
+            result[k + 1] += (constant * comb(k, m)) * (angular[m] * result[k - m])
+    return result

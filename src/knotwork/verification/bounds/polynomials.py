@@ -1,0 +1,110 @@
+"""Bounds on the derivatives of joint positions over intervals of time, for any degree.
+
+On an interval of length h a polynomial is a mean of its Bernstein coefficients, so the largest of
+them bounds it. They are made anew for every interval: the shorter it is, the tighter they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import comb, perm
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.verification.bounds.chain import ORDERS
+from knotwork.waypoints import FloatArray
+
+EVALUATION_ROUNDING = 2.0**-10
+"""Bounds grow by this, times the degree, times the sum of the sizes of all terms. The rounding of
+Horner's scheme is 2⁻⁵² instead of 2⁻¹⁰ of that, so it is at most 2⁻⁴² relative to the bounds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Intervals:
+    """Intervals of time, each within one piece of a curve.
+
+    Attributes:
+        piece: Index of the piece, shape (n,).
+        start: Where the interval starts, from the start of the piece on [s], shape (n,).
+        length: How long it is [s], shape (n,).
+    """
+
+    piece: NDArray[np.intp]
+    start: FloatArray
+    length: FloatArray
+
+    def __getitem__(self, index: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Intervals:
+        return Intervals(self.piece[index], self.start[index], self.length[index])
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """Bounds on the derivatives of joint positions, over n intervals.
+
+    Attributes:
+        bounds: Of |q|, |q'|, … |q''''|, shape (5, d, n).
+        size: Sum of the sizes of the terms of each position polynomial, shape (d, n): what the
+            rounding of a position is relative to.
+    """
+
+    bounds: FloatArray
+    size: FloatArray
+
+
+def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
+    """Bound the derivatives of a curve, orders 0 … 4, on each interval.
+
+    Args:
+        curve: Joint positions, trailing shape (d,), of any degree.
+        intervals: Where.
+    """
+    sizes = _term_sizes(curve)[:, intervals.piece]
+    shifted = _shifted(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
+    degree = curve.degree
+    powers = [np.ones_like(intervals.length)]
+    for _ in range(degree):
+        powers.append(powers[-1] * intervals.length)
+    bounds = np.zeros((ORDERS, *shifted.shape[1:]))
+    for order in range(min(ORDERS, degree + 1)):
+        terms = [
+            shifted[r] * (perm(r, order) * powers[r - order][:, None])
+            for r in range(order, degree + 1)
+        ]
+        values = np.tensordot(_bernstein(degree - order), np.array(terms), 1)
+        bounds[order] = np.abs(values).max(axis=0)
+    bounds += (EVALUATION_ROUNDING * max(degree, 1)) * sizes
+    return Rates(
+        np.ascontiguousarray(bounds.swapaxes(1, 2)), np.ascontiguousarray(sizes[0].swapaxes(0, 1))
+    )
+
+
+def _term_sizes(curve: PiecewisePolynomial) -> FloatArray:
+    """Sum of |term| at the end of each piece for the derivatives 0 … 4, shape (5, m, d)."""
+    span = np.diff(curve.x)[:, None]
+    c = np.abs(curve.c[::-1])
+    sizes = np.zeros((ORDERS, *c.shape[1:]))
+    for order in range(ORDERS):
+        for r in range(len(c) - 1, order - 1, -1):
+            sizes[order] = sizes[order] * span + perm(r, order) * c[r]
+    return sizes
+
+
+def _shifted(c: FloatArray, start: FloatArray) -> FloatArray:
+    """Coefficients about another point of the piece, highest power first, by repeated Horner."""
+    c = np.array(c)
+    if start.any():
+        for last in range(len(c) - 1, 0, -1):
+            for r in range(1, last + 1):
+                c[r] += c[r - 1] * start
+    return c
+
+
+@lru_cache(maxsize=64)
+def _bernstein(degree: int) -> FloatArray:
+    """Matrix that turns coefficients, lowest power first, into Bernstein coefficients on [0, 1]."""
+    return np.array(
+        [[comb(i, j) / comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
+    )

@@ -1,0 +1,92 @@
+"""What is proved of a quantity, and what every public bound takes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification.bounds.adaptive import Maximum
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The worst of a quantity over a whole motion: as found, and as proved.
+
+    Attributes:
+        value: The worst value found; infinite if one is not a finite number.
+        time: When [s].
+        bound: What the quantity does not pass at any time: its magnitude is never above it, or, for
+            the smallest singular value, it is never below it. Rounding is allowed for.
+        limit: What it was compared with, or `None`.
+        ok: No value found is beyond the limit.
+        proved: `ok` is proved: either the bound keeps the limit, or a value breaks it. Without a
+            limit: the bound is about as near to the value as it was asked to be. If not, the
+            budget ran out, and only samples say so.
+        evaluations: At how many times the quantity was computed.
+    """
+
+    value: float
+    time: float
+    bound: float
+    limit: float | None
+    ok: bool
+    proved: bool
+    evaluations: int
+
+    @property
+    def excess(self) -> float:
+        """How far the bound lies beyond the worst value found."""
+        return abs(self.bound - abs(self.value))
+
+
+def upper_bounds(found: Maximum, limits: np.ndarray) -> tuple[Bound, ...]:
+    """Say of every component what was proved against its limit (infinite: none)."""
+    return tuple(
+        Bound(
+            float(found.value[i]),
+            float(found.time[i]),
+            float(found.bound[i]),
+            float(limit) if math.isfinite(limit) else None,
+            bool(abs(found.value[i]) <= limit),
+            bool(found.proved[i]),
+            found.evaluations,
+        )
+        for i, limit in enumerate(limits)
+    )
+
+
+def checked_limit(limit: float | None, what: str) -> float:
+    """Return a limit as a number, infinite for none.
+
+    Raises:
+        InputError: It isn't positive.
+    """
+    value = math.inf if limit is None else float(limit)
+    if not value > 0.0:
+        raise InputError(f"the limit of the {what} is {limit!r}; it must be positive")
+    return value
+
+
+def curve_of(robot: Robot, trajectory: JointTrajectory) -> PiecewisePolynomial:
+    """Return the motion of a robot's joints in the robot's order.
+
+    Raises:
+        InputError: The trajectory is not of the robot's joints.
+    """
+    ours, theirs = robot.joint_names, trajectory.joint_names
+    if ours == theirs:
+        return trajectory.polynomial
+    if sorted(ours) != sorted(theirs):
+        raise InputError(
+            f"the trajectory is of joints {', '.join(theirs)}; robot {robot.name!r} has "
+            f"{', '.join(ours)}"
+        )
+    polynomial = trajectory.polynomial
+    order = [theirs.index(name) for name in ours]
+    return PiecewisePolynomial(polynomial.c[:, :, order], polynomial.x)

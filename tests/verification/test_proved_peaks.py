@@ -1,0 +1,298 @@
+"""Proved peaks against dense samples, and motions whose peaks hide between few samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.optimize import minimize_scalar
+
+import knotwork as kw
+from knotwork.verification.bounds import (
+    Bound,
+    singular_value_bound,
+    tool_acceleration_bound,
+    tool_speed_bound,
+    torque_bound,
+)
+
+SHIPPED = ("ur5_deburring", "panda_pick_place", "kinova_dispense", "planar2_closed_form")
+Function = Callable[[np.ndarray, np.ndarray, np.ndarray], float]
+
+
+def torque_of(robot: kw.Robot, joint: int) -> Function:
+    return lambda q, v, a: abs(pin.rnea(robot.model, robot.data, q, v, a)[joint])
+
+
+def speed_of(robot: kw.Robot) -> Function:
+    return lambda q, v, a: float(np.linalg.norm(robot.jacobian(q)[:3] @ v))
+
+
+def acceleration_of(robot: kw.Robot) -> Function:
+    """From the Jacobian at two nearby configurations: p'' = J a + J' v."""
+
+    def value(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
+        step = 1e-5
+        ahead, behind = (robot.jacobian(q + sign * step * v)[:3] for sign in (1, -1))
+        change = (ahead - behind) / (2 * step)
+        return float(np.linalg.norm(robot.jacobian(q)[:3] @ a + change @ v))
+
+    return value
+
+
+def nearness_of(robot: kw.Robot) -> Function:
+    return lambda q, v, a: -float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1])
+
+
+def peak(curve: kw.PiecewisePolynomial, function: Function, samples: int) -> float:
+    """Largest value of dense samples in every piece, made larger by local search."""
+
+    def at(t: float) -> float:
+        return function(*(curve(t, nu) for nu in range(3)))
+
+    best = -np.inf
+    for start, end in zip(curve.x[:-1], curve.x[1:], strict=True):
+        count = max(8, int(samples * (end - start) / (curve.x[-1] - curve.x[0])))
+        times = np.linspace(start, np.nextafter(end, start), count)
+        states = zip(*(curve(times, nu) for nu in range(3)), strict=True)
+        values = [function(*state) for state in states]
+        k = int(np.argmax(values))
+        best = max(best, values[k])
+        around = times[max(k - 1, 0)], times[min(k + 1, count - 1)]
+        found = minimize_scalar(lambda t: -at(t), bounds=around, method="bounded")
+        best = max(best, -float(found.fun))
+    return best
+
+
+def random_trajectory(robot: kw.Robot, rng: np.random.Generator) -> kw.JointTrajectory:
+    """Pieces of any length and degree, continuous in position only, in any order of the joints."""
+    pieces, degree = int(rng.integers(1, 6)), int(rng.integers(1, 8))
+    spans = 10.0 ** rng.uniform(-3, 0.5, pieces)
+    c = rng.normal(size=(degree + 1, pieces, robot.dof)) * rng.choice([0.1, 1.0])
+    for r in range(degree + 1):
+        c[r] *= (1.0 / np.maximum(spans, 0.1)[:, None]) ** (degree - r)
+    x = rng.choice([0.0, -3.0, 1e4]) + np.concatenate(([0.0], np.cumsum(spans)))
+    for i in range(1, pieces):
+        c[-1, i] = np.polyval(c[:, i - 1], x[i] - x[i - 1])
+    order = rng.permutation(robot.dof)
+    units = tuple(robot.joint_units[i] for i in order)
+    names = tuple(robot.joint_names[i] for i in order)
+    curve = kw.PiecewisePolynomial(c[:, :, order], x)
+    return kw.JointTrajectory(names, curve, joint_units=units)
+
+
+def in_order(robot: kw.Robot, trajectory: kw.JointTrajectory) -> kw.PiecewisePolynomial:
+    order = [trajectory.joint_names.index(name) for name in robot.joint_names]
+    return kw.PiecewisePolynomial(trajectory.polynomial.c[:, :, order], trajectory.breaks)
+
+
+def compare(found: Bound, truth: float) -> None:
+    """The bound is above the truth, the sample below it, and both are near."""
+    noise = 1e-9 * (1.0 + truth)
+    assert abs(found.value) <= truth + noise
+    assert found.bound >= truth - noise
+    assert found.excess == pytest.approx(found.bound - abs(found.value))
+
+
+def examine(robot: kw.Robot, trajectory: kw.JointTrajectory, samples: int) -> None:
+    curve = in_order(robot, trajectory)
+    limits = np.full(robot.dof, np.inf)
+    for joint, found in enumerate(torque_bound(robot, trajectory, limit=limits)):
+        compare(found, peak(curve, torque_of(robot, joint), samples))
+    compare(tool_speed_bound(robot, trajectory), peak(curve, speed_of(robot), samples))
+    # the reference differentiates by differences, so it has fewer digits
+    truth = peak(curve, acceleration_of(robot), samples)
+    found = tool_acceleration_bound(robot, trajectory)
+    assert abs(found.value) <= truth * (1 + 1e-6) + 1e-6
+    assert found.bound >= truth * (1 - 1e-6) - 1e-6
+    nearest = singular_value_bound(robot, trajectory)
+    truth = -peak(curve, nearness_of(robot), samples)
+    assert nearest.bound <= truth + 1e-9
+    assert nearest.bound <= nearest.value + 1e-12
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_motions_peak_below_their_bounds(name: str) -> None:
+    plan = kw.plan(name)
+    examine(plan.space.robot, plan.trajectory, 3_000)
+
+
+def robots() -> Iterator[kw.Robot]:
+    for name in kw.robot_names():
+        robot = kw.load_robot(name)
+        yield robot if robot.tool_frame else robot.with_tool(robot.tool_candidates[0])
+
+
+def test_random_motions_peak_below_their_bounds() -> None:
+    rng = np.random.default_rng(5)
+    for robot in robots():
+        examine(robot, random_trajectory(robot, rng), 600)
+
+
+@pytest.mark.exhaustive
+def test_many_random_motions_peak_below_their_bounds() -> None:
+    rng = np.random.default_rng(6)
+    for robot in robots():
+        for _ in range(15):
+            examine(robot, random_trajectory(robot, rng), 2_000)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_million_samples_stay_below_the_proved_torque(name: str) -> None:
+    plan = kw.plan(name)
+    robot, trajectory = plan.space.robot, plan.trajectory
+    data = robot.model.createData()
+    peaks = np.zeros(robot.dof)
+    times = np.linspace(trajectory.start_time, trajectory.end_time, 1_000_000)
+    for block in np.array_split(times, 100):
+        for state in zip(*(trajectory.polynomial(block, nu) for nu in range(3)), strict=True):
+            np.maximum(peaks, np.abs(pin.rnea(robot.model, data, *state)), out=peaks)
+    for found, truth in zip(torque_bound(robot, trajectory), peaks, strict=True):
+        assert found.proved
+        assert found.bound >= truth
+
+
+def test_a_limit_just_above_the_peak_is_proved_and_one_just_below_is_found_broken() -> None:
+    plan = kw.plan("ur5_deburring")
+    robot, trajectory = plan.space.robot, plan.trajectory
+    tight = torque_bound(robot, trajectory, limit=np.full(6, np.inf))
+    peaks = [peak(trajectory.polynomial, torque_of(robot, joint), 20_000) for joint in range(6)]
+    assert all(found.excess <= 1.01e-3 * truth for found, truth in zip(tight, peaks, strict=True))
+    for share, ok in ((1e-6, True), (-1e-6, False)):
+        found = torque_bound(robot, trajectory, limit=np.array(peaks) * (1 + share))
+        assert [bound.ok for bound in found] == [ok] * 6
+        assert [bound.proved for bound in found] == [True] * 6
+    speed = peak(trajectory.polynomial, speed_of(robot), 20_000)
+    assert tool_speed_bound(robot, trajectory, limit=speed * (1 + 1e-7)).proved
+    assert not tool_speed_bound(robot, trajectory, limit=speed * (1 - 1e-7)).ok
+    nearest = -peak(trajectory.polynomial, nearness_of(robot), 20_000)
+    assert singular_value_bound(robot, trajectory, limit=nearest * (1 - 1e-5)).proved
+    assert not singular_value_bound(robot, trajectory, limit=nearest * (1 + 1e-5)).ok
+
+
+def test_a_verdict_that_the_budget_does_not_allow_for_is_not_called_proved() -> None:
+    plan = kw.plan("ur5_deburring")
+    robot, trajectory = plan.space.robot, plan.trajectory
+    truth = peak(trajectory.polynomial, torque_of(robot, 1), 20_000)
+    limit = np.full(6, truth * (1 + 1e-6))
+    found = torque_bound(robot, trajectory, limit=limit, budget=0)[1]
+    assert found.ok
+    assert not found.proved
+    assert found.bound > truth
+
+
+def test_a_singular_motion_is_seen_to_be_singular() -> None:
+    """The elbow of a UR arm passes through straight."""
+    robot = kw.load_robot("ur5")
+    q = robot.configuration(next(iter(robot.configurations)))
+    start, end = q.copy(), q.copy()
+    start[2], end[2] = -0.2, 0.31
+    trajectory = kw.JointTrajectory.from_knots(
+        robot.joint_names, [0, 1], [start, end], np.zeros((2, 6))
+    )
+    found = singular_value_bound(robot, trajectory, limit=0.01)
+    assert not found.ok
+    assert found.proved
+    assert found.bound == pytest.approx(0.0, abs=1e-3)
+
+
+BENT = np.array([0.0, -0.4, 0.8, 0.0, 0.0, 0.0])
+
+
+def quick_move(start: np.ndarray, end: np.ndarray, at: float) -> kw.JointTrajectory:
+    """A long rest, a quick move, a long rest."""
+    return kw.JointTrajectory.from_knots(
+        kw.load_robot("ur5").joint_names,
+        [0.0, at, at + 1.3, 2000.0],
+        [start, start, end, end],
+        np.zeros((4, 6)),
+    )
+
+
+def swing() -> kw.JointTrajectory:
+    """From hanging down to upright: gravity is strongest half-way."""
+    down = np.array([0.0, np.pi / 2, 0.0, 0.0, 0.0, 0.0])
+    return quick_move(down, down * [1, -1, 1, 1, 1, 1], 999.3)
+
+
+def spin() -> kw.JointTrajectory:
+    """The base turns the bent arm: what turning does to the elbow is strongest half-way."""
+    return quick_move(BENT, BENT + np.eye(6)[0] * 5.0, 999.4)
+
+
+def ramp() -> kw.JointTrajectory:
+    """The base's acceleration grows up to a break and is zero after it."""
+    c = np.zeros((4, 3, 6))
+    c[-1] = BENT
+    c[0, 1, 0], c[-1, 2, 0], c[-2, 2, 0] = 1.0, 8.0, 12.0
+    return of_pieces(c, [0.0, 1000.1, 1002.1, 1003.0])
+
+
+def bump() -> kw.JointTrajectory:
+    """One piece of degree 26 between rests, its acceleration a narrow bump in the middle."""
+    shape = np.array([20.0])
+    for _ in range(12):
+        shape = np.polymul(shape, [-1.0, 1.0, 0.0])
+        shape *= 4.0
+    path = np.polyint(np.polyint(shape))
+    c = np.zeros((path.size, 3, 6))
+    c[-1] = BENT
+    c[:, 1, 0] = path
+    c[-1, 2, 0], c[-2, 2, 0] = np.polyval(path, 1.0), np.polyval(np.polyder(path), 1.0)
+    return of_pieces(c, [0.0, 3000.4, 3001.4, 3005.0])
+
+
+def of_pieces(c: np.ndarray, x: list[float]) -> kw.JointTrajectory:
+    joints = kw.load_robot("ur5").joint_names
+    return kw.JointTrajectory(joints, kw.PiecewisePolynomial(c, x))
+
+
+HIDDEN = {"swing": (swing, 1), "spin": (spin, 2), "ramp": (ramp, 0), "bump": (bump, 0)}
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_a_peak_between_samples_is_found(name: str) -> None:
+    """500 even samples and one at each break miss more than 2 % of these."""
+    make, joint = HIDDEN[name]
+    robot, trajectory = kw.load_robot("ur5"), make()
+    torque = torque_of(robot, joint)
+    times = np.linspace(trajectory.start_time, trajectory.end_time, 500)
+    times = np.sort(np.concatenate([times, trajectory.breaks]))
+    sampled = max(
+        torque(*state) for state in zip(*(trajectory(times, nu) for nu in range(3)), strict=True)
+    )
+    truth = peak(trajectory.polynomial, torque, 20_000)
+    assert truth > 1.02 * sampled
+    limit = np.full(6, np.inf)
+    limit[joint] = (truth + sampled) / 2.0
+    found = torque_bound(robot, trajectory, limit=limit)[joint]
+    assert not found.ok
+    assert found.proved
+    assert found.bound >= truth * (1 - 1e-12)
+
+
+def test_frames_and_limits_that_do_not_exist_are_refused() -> None:
+    plan = kw.plan("ur5_deburring")
+    robot, trajectory = plan.space.robot, plan.trajectory
+    with pytest.raises(kw.InputError, match="unknown frame 'forearm'; did you mean 'forearm_link'"):
+        tool_speed_bound(robot, trajectory, frame="forearm")
+    with pytest.raises(kw.InputError, match="limit of the tool speed is 0; it must be positive"):
+        tool_speed_bound(robot, trajectory, limit=0)
+    with pytest.raises(kw.InputError, match="give 6 positive numbers"):
+        torque_bound(robot, trajectory, limit=[1.0])
+    other = kw.JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
+    with pytest.raises(kw.InputError, match="the trajectory is of joints a; robot 'ur5' has"):
+        singular_value_bound(robot, other)
+
+
+def test_the_elbow_has_a_speed_of_its_own() -> None:
+    plan = kw.plan("ur5_deburring")
+    elbow = plan.space.robot.with_tool("forearm_link")
+    found = tool_speed_bound(plan.space.robot, plan.trajectory, frame="forearm_link")
+    only = kw.PiecewisePolynomial(
+        plan.trajectory.polynomial.c[:, :, : elbow.dof], plan.trajectory.breaks
+    )
+    compare(found, peak(only, speed_of(elbow), 3_000))
