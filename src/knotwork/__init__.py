@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from knotwork import verification as verification
     from knotwork.comparison import Comparison, compare
     from knotwork.errors import CheckFailedError, InputError, KnotworkError
     from knotwork.interpolation import (
@@ -89,6 +90,6 @@ __getattr__, __dir__ = lazy_names(
         "storage": ("load_trajectory",),
         "trajectory": ("JointTrajectory",),
         "waypoints": ("CartesianWaypoint", "JointWaypoints"),
-        "verification": ("Report", "check"),
+        "verification": ("Report", "check", "verification"),
     },
 )

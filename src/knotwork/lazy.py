@@ -15,14 +15,16 @@ def lazy_names(
 
     Args:
         package: Full name of the package.
-        homes: The public names that each module of the package has.
+        homes: The public names that each module of the package has; its own name stands for the
+            module itself.
     """
     module_of = {name: module for module, names in homes.items() for name in names}
 
     def load(name: str) -> Any:
         if name not in module_of:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(importlib.import_module(f"{package}.{module_of[name]}"), name)
+        module = importlib.import_module(f"{package}.{module_of[name]}")
+        value = module if name == module_of[name] else getattr(module, name)
         setattr(sys.modules[package], name, value)
         return value
 

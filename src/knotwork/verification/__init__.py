@@ -1,5 +1,8 @@
 """Verification, independent of planning: does a trajectory do what its scenario asks for?"""
 
+from typing import TYPE_CHECKING
+
+from knotwork.lazy import lazy_names
 from knotwork.verification.report import (
     Defect,
     Jump,
@@ -10,4 +13,39 @@ from knotwork.verification.report import (
 )
 from knotwork.verification.verdict import check
 
-__all__ = ["Defect", "Jump", "LimitUse", "Report", "Requirement", "Singularity", "check"]
+if TYPE_CHECKING:
+    from knotwork.verification.bounds import (
+        Bound,
+        singular_value_bound,
+        tool_acceleration_bound,
+        tool_speed_bound,
+        torque_bound,
+    )
+
+__all__ = [
+    "Bound",
+    "Defect",
+    "Jump",
+    "LimitUse",
+    "Report",
+    "Requirement",
+    "Singularity",
+    "check",
+    "singular_value_bound",
+    "tool_acceleration_bound",
+    "tool_speed_bound",
+    "torque_bound",
+]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "bounds": (
+            "Bound",
+            "singular_value_bound",
+            "tool_acceleration_bound",
+            "tool_speed_bound",
+            "torque_bound",
+        )
+    },
+)
