@@ -288,7 +288,7 @@ def test_frames_and_limits_that_do_not_exist_are_refused() -> None:
     with pytest.raises(kw.InputError, match="give 6 positive numbers"):
         torque_bound(robot, trajectory, limit=[1.0])
     other = kw.JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
-    with pytest.raises(kw.InputError, match="the trajectory is of joints a; robot 'ur5' has"):
+    with pytest.raises(kw.InputError, match="has joint a; the joints of robot 'ur5' are"):
         singular_value_bound(robot, other)
 
 

@@ -79,14 +79,5 @@ def curve_of(robot: Robot, trajectory: JointTrajectory) -> PiecewisePolynomial:
     Raises:
         InputError: The trajectory is not of the robot's joints.
     """
-    ours, theirs = robot.joint_names, trajectory.joint_names
-    if ours == theirs:
-        return trajectory.polynomial
-    if sorted(ours) != sorted(theirs):
-        raise InputError(
-            f"the trajectory is of joints {', '.join(theirs)}; robot {robot.name!r} has "
-            f"{', '.join(ours)}"
-        )
-    polynomial = trajectory.polynomial
-    order = [theirs.index(name) for name in ours]
-    return PiecewisePolynomial(polynomial.c[:, :, order], polynomial.x)
+    owner = f"robot {robot.name!r}"
+    return trajectory.reordered(robot.joint_names, robot.joint_units, owner=owner).polynomial

@@ -33,8 +33,8 @@ def singular_value_bound(
     """Bound the smallest singular value σ of the tool Jacobian from below, over all time.
 
     σ² is the smallest eigenvalue of G = J Jᵀ (Jᵀ J with fewer than six joints). It is a concave
-    function of G, so between samples h apart σ² is at least the smaller of both less
-    h²/8 · max |G''|: see "Proved over all time" in the documentation.
+    function of G, so between samples h apart σ² is at least the smaller of both less h²/8 times a
+    bound on the second derivative of G: see "Proved over all time" in the documentation.
 
     Args:
         robot: The arm, with a tool frame.

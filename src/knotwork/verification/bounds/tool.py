@@ -31,10 +31,10 @@ def tool_speed_bound(
     limit: float | None = None,
     budget: int = BUDGET,
 ) -> Bound:
-    """Bound the speed |p'| of the tool centre point, or of a frame's origin, over all time [m/s].
+    """Bound the speed of the tool centre point, or of a frame's origin, over all time [m/s].
 
-    Between samples h apart the speed is at most the larger of both plus h²/8 · max |p'''|, and
-    |p'''| is bounded along the chain of joints: see "Proved over all time" in the documentation.
+    Between samples h apart the speed is at most the larger of both plus h²/8 times a bound on its
+    second derivative along the chain of joints: see "Proved over all time" in the documentation.
 
     Args:
         robot: The arm.
@@ -64,7 +64,7 @@ def tool_acceleration_bound(
     limit: float | None = None,
     budget: int = BUDGET,
 ) -> Bound:
-    """Bound the acceleration |p''| of the tool centre point, or of a frame's origin [m/s²].
+    """Bound the acceleration of the tool centre point, or of a frame's origin [m/s²].
 
     It holds over all time, on both sides of breaks. Arguments and errors are those of
     `tool_speed_bound`, the limit in m/s².

@@ -29,8 +29,8 @@ def torque_bound(
 ) -> tuple[Bound, ...]:
     """Bound every joint's torque (its force, if prismatic) over all time [N m or N].
 
-    Between samples h apart |torque| is at most the larger of both plus h²/8 · max |torque''|, and
-    |torque''| is bounded by Newton's and Euler's laws for every link: see "Proved over all time" in
+    Between samples h apart a torque is at most the larger of both plus h²/8 times a bound on its
+    second derivative, by Newton's and Euler's laws for every link: see "Proved over all time" in
     the documentation. Gravity, inertias and the inertia of the motors count as in `Robot.torque`.
 
     Args:
