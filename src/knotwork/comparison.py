@@ -161,6 +161,10 @@ def compare(
     Every planner gets those of the scenario's options that it supports; what is given for each
     waypoint (accelerations and above) is for the scenario's own planner.
 
+    >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
+    >>> {row.planner: round(row.acceleration_jump, 4) for row in comparison.scores}
+    {'modified-hermite': 0.0, 'cubic': 0.0175}
+
     Args:
         scenario: As for `knotwork.plan`.
         planners: Names of planners; a rule may follow after a colon: `septic:estimated`. By

@@ -110,6 +110,11 @@ def plan(
 ) -> Plan:
     """Plan a scenario and check the result.
 
+    >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
+    >>> plan = kw.plan({"waypoints": lift})
+    >>> plan.report.ok, plan.trajectory.position(1.0)
+    (True, array([0.5]))
+
     Args:
         scenario: A shipped scenario's name, the path of a file, a mapping of the same shape, or
             a loaded scenario.

@@ -36,6 +36,10 @@ class BalancedKnots:
     cases lower and in some higher. A small `c` trades jerk, which grows as 1/c, for a lower peak
     velocity.
 
+    >>> x, y, v = [0, 5, 15, 25], [0, 30, 90, 180], [0, 6, 9, 0]
+    >>> kw.ModifiedHermiteSpline(x, y, v, knots=kw.BalancedKnots(0.1)).x
+    array([ 0. ,  4.5,  5.5, 14. , 16. , 25. ])
+
     Attributes:
         c: The fraction, 0 < c <= 1/2. At 1/2 knots coincide, which is a `KnotError` when they are
             placed, wherever no interval beside the one between two waypoints is shorter.

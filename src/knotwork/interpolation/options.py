@@ -29,6 +29,10 @@ class PlannerOptions:
     planner accepts them, and those that can shape their motion by them do. Arrays are kept
     read-only, `knots` and `end_acceleration` as tuples; options can be compared.
 
+    >>> options = kw.PlannerOptions(knots="balanced", end_acceleration="zero")
+    >>> options.requested
+    ('knots', 'end_acceleration')
+
     Attributes:
         knots: Where the rebuilt knots sit: `"paper"` for Eq. (39), `"balanced"`, a
             `BalancedKnots`, or the knot times [s] themselves.

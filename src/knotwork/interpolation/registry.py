@@ -50,6 +50,11 @@ def get_planner(name: str) -> Planner:
     A planner with a rule takes the same options but the one that the rule stands for, and its
     trajectories bear its whole name.
 
+    >>> waypoints = kw.JointWaypoints(("lift",), [0, 1, 3], [[0], [1], [2]], [[0], [1], [0]])
+    >>> trajectory = kw.get_planner("quintic:estimated")(waypoints)
+    >>> trajectory.planner, trajectory.velocity(1.0)
+    ('quintic:estimated', array([1.]))
+
     Raises:
         UnknownNameError: There is no such planner, or it has no such rule.
     """

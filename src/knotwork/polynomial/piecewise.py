@@ -42,6 +42,10 @@ class PiecewisePolynomial(ReadOnlyArrays):
     `scipy.interpolate.PPoly`. Pieces are half open, [x[i], x[i+1]), the last one closed. Unlike
     SciPy's, the curve is never extrapolated, and its arrays are read-only.
 
+    >>> curve = kw.PiecewisePolynomial([[1, -1], [0, 2], [0, 1]], [0, 1, 2])  # t², 1 + 2 s - s²
+    >>> curve([0.5, 1, 2]), curve.derivative()(1.5)
+    (array([0.25, 1.  , 2.  ]), array(1.))
+
     Args:
         c: Coefficients, shape (k+1, m, ...), highest power first; with `axis` = p > 0, the axes
             of length k+1 and m stand at p and p + 1.
