@@ -28,10 +28,10 @@ types: $(VENV)/dev
 	$(BIN)/mypy
 
 suite: $(VENV)/dev
-	$(BIN)/pytest --numprocesses $(JOBS) -m "not exhaustive"
+	$(BIN)/pytest --numprocesses $(JOBS) --dist worksteal -m "not exhaustive"
 
 exhaustive: $(VENV)/dev
-	$(BIN)/pytest --numprocesses $(JOBS) -m "exhaustive or hypothesis" --hypothesis-profile exhaustive
+	$(BIN)/pytest --numprocesses $(JOBS) --dist worksteal -m "exhaustive or hypothesis" --hypothesis-profile exhaustive
 
 # The tests build the documentation too; this puts it where it can be read: build/docs/index.html.
 docs: $(VENV)/dev
