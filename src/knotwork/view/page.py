@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 ASSETS = Path(__file__).parent / "assets"
-SCRIPTS = ("fit.js", "paper.js", "scene.js")
+# One script on the page, from these files in `assets/scene/`; each may use those before it.
+SCRIPTS = ("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "scene")
 
 
 class Page:
@@ -89,7 +90,7 @@ def scene_page(
             options_json=Markup(json_in_html(options)),
             json=Markup(json_in_html(scene.data)),
             meshcat=Markup(meshcat_viewer()),
-            scripts=[Markup(asset(name)) for name in SCRIPTS],
+            script=Markup("\n".join(asset(f"scene/{name}.js") for name in SCRIPTS)),
             style=Markup(asset("scene.css")),
             version=version(),
         )

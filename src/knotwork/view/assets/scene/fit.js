@@ -1,6 +1,4 @@
 // How near a camera can go, so that all is in view and nothing lies behind a panel.
-"use strict";
-
 // Corners of the smallest convex polygon around points in the plane
 function hull(points) {
   const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
@@ -61,4 +59,13 @@ function parts(taken, pane) {
   const least = Math.min(90, pane.height / 4);
   return lefts.flatMap((left) => tops.flatMap((top) => bottoms.map((bottom) => [left, top, inner[2], bottom])))
     .filter(([left, top, right, bottom]) => right - left > 2 * least && bottom - top > least);
+}
+
+// The nearest of the places for the camera from which no panel hides anything; if there is none,
+// the one at which the whole pane is filled.
+function nearest(points, taken, pane, fov) {
+  const choices = parts(taken, pane).map((part) => fit(points, part, pane, fov));
+  const free = choices.filter(({ outline }) => !taken.some((box) => touches(outline, box)));
+  const whole = () => fit(points, [0, 0, pane.width, pane.height], pane, fov);
+  return free.length ? free.reduce((best, one) => (one.distance < best.distance ? one : best)) : whole();
 }

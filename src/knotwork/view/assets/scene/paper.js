@@ -1,6 +1,4 @@
 // The scene on paper: its canvas, and over it the words as they stand on the screen.
-"use strict";
-
 // `labels` are boxes with the lines that lead to them, `colours` those of the legend's scale, and
 // `fine` the picture's pixels for each of the window's. Gives the address of a picture.
 function pictureWithWords(scene, pane, labels, legend, colours, fine) {
@@ -57,4 +55,23 @@ function pictureWithWords(scene, pane, labels, legend, colours, fine) {
     if (broken) plate(broken);
   }
   return canvas.toDataURL("image/png");
+}
+
+// A still picture for paper: what is seen, with its labels and legend; of one size everywhere
+function still(viewer, camera, labels, colours) {
+  const fine = 2;
+  const { renderer } = viewer;
+  const before = renderer.getPixelRatio();
+  const draw = (pixels) => {
+    renderer.setPixelRatio(pixels);
+    camera.resized();
+    viewer.render();
+    labels.place();
+  };
+  document.body.classList.add("still");
+  draw(fine);
+  const address = pictureWithWords(renderer.domElement, paneBox(), labels.seen(), byId("legend"), colours, fine);
+  document.body.classList.remove("still");
+  draw(before);
+  return address;
 }

@@ -1,0 +1,101 @@
+// Labels: words beside their points, none over another.
+
+// What fails is placed first.
+const ORDER = { miss: 0, waypoint: 1, frame: 2 };
+// Where a label may be, from its point [pixels]: in rings, to the upper right first
+const PLACES = [16, 30, 48, 70, 96, 126, 165, 210].flatMap((radius) =>
+  [...Array(12).keys()].map((k) => {
+    const angle = ((k % 2 ? -1 : 1) * Math.ceil(k / 2) * Math.PI) / 6 - Math.PI / 3;
+    return [radius * Math.cos(angle), radius * Math.sin(angle)];
+  }));
+
+// Area that two boxes [left, top, right, bottom] have in common
+function overlap(a, b) {
+  const [width, height] = [0, 1].map((i) => Math.max(Math.min(a[i + 2], b[i + 2]) - Math.max(a[i], b[i]), 0));
+  return width * height;
+}
+
+class Labels {
+  constructor(viewer, labels) {
+    this.viewer = viewer;
+    this.view = ""; // where it was seen from when labels were placed
+    this.labels = labels.map((label) => {
+      const box = document.createElement("div");
+      box.className = `label ${label.kind}`;
+      box.textContent = label.text;
+      box.title = label.detail;
+      byId("labels").appendChild(box);
+      const line = document.createElementNS("http://www.w3.org/2000/svg", "line");
+      line.setAttribute("class", label.kind);
+      byId("leaders").appendChild(line);
+      return { box, line, point: world(label.at), kind: label.kind, at: -1 };
+    }).sort((a, b) => ORDER[a.kind] - ORDER[b.kind]);
+  }
+
+  show(on) {
+    for (const id of ["labels", "leaders"]) byId(id).style.display = on ? "" : "none";
+  }
+
+  // Labels that are seen
+  seen() {
+    if (byId("labels").style.display === "none") return [];
+    return this.labels.filter(({ box }) => box.style.visibility === "visible");
+  }
+
+  // Place all of them anew if what is seen has changed.
+  place() {
+    const { camera } = this.viewer;
+    camera.updateMatrixWorld();
+    const pane = paneBox();
+    const size = `${pane.width} ${pane.height}`;
+    const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
+    if (view === this.view) return;
+    // While the scene turns, words stay on their side of a point; in another window they start anew.
+    if (!this.view.startsWith(`${size},`)) for (const label of this.labels) label.at = -1;
+    this.view = view;
+    const taken = panels(pane);
+    for (const label of this.labels) {
+      const { width, height } = label.box.getBoundingClientRect(); // on a phone words are smaller
+      const p = label.point.clone().project(camera);
+      const visible = p.z < 1 && Math.abs(p.x) < 1 && Math.abs(p.y) < 1;
+      const [x, y] = [((p.x + 1) / 2) * pane.width, ((1 - p.y) / 2) * pane.height];
+      if (visible) taken.push([x - 4, y - 4, x + 4, y + 4]);
+      Object.assign(label, { width, height, visible, x, y });
+    }
+    for (const label of this.labels) this.placeOne(label, taken, pane);
+  }
+
+  placeOne(label, taken, pane) {
+    const { box, line, x, y, width, height } = label;
+    const choices = label.visible ? [label.at, ...PLACES.keys()].filter((choice) => choice >= 0) : [];
+    const boxAt = (choice) => {
+      const [dx, dy] = PLACES[choice];
+      const left = x + dx - (dx < 0 ? width : 0);
+      return [left, y + dy - height / 2, left + width, y + dy + height / 2];
+    };
+    const moved = (choice) => { // into the pane
+      const [left, top] = boxAt(choice);
+      const [x0, y0] = [[left, pane.width - width], [top, pane.height - height]]
+        .map(([value, most]) => Math.max(Math.min(value, most - 2), 2));
+      return [x0, y0, x0 + width, y0 + height];
+    };
+    const free = (at) =>
+      at[0] >= 2 && at[1] >= 2 && at[2] <= pane.width - 2 && at[3] <= pane.height - 2 &&
+      taken.every((t) => at[2] < t[0] || at[0] > t[2] || at[3] < t[1] || at[1] > t[3]);
+    let choice = choices.find((one) => free(boxAt(one)));
+    // What fails is said even where there is no free place for it: where it covers the least.
+    if (choice === undefined && label.kind === "miss" && label.visible) {
+      const costs = choices.map((one) => taken.reduce((sum, t) => sum + overlap(moved(one), t), 0));
+      choice = choices[costs.indexOf(Math.min(...costs))];
+    }
+    label.at = choice ?? -1;
+    box.style.visibility = line.style.visibility = choice === undefined ? "hidden" : "visible";
+    if (choice === undefined) return;
+    const at = moved(choice);
+    taken.push([at[0] - 2, at[1] - 1, at[2] + 2, at[3] + 1]);
+    box.style.transform = `translate(${at[0]}px, ${at[1]}px)`;
+    const edge = PLACES[choice][0] < 0 ? at[2] : at[0];
+    const ends = { x1: x, y1: y, x2: edge, y2: (at[1] + at[3]) / 2 };
+    for (const [name, value] of Object.entries(ends)) line.setAttribute(name, value);
+  }
+}

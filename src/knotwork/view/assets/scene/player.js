@@ -1,0 +1,96 @@
+// The player: a slider of time, a button, keys, and the clock, on top of Meshcat's animator.
+
+// Times are in single precision: one that is this near to a frame's is the frame's [s].
+const AT_FRAME = 1e-3;
+
+class Player {
+  constructor(animator, arm) {
+    this.animator = animator;
+    this.start = arm.start;
+    this.times = floats(arm.time);
+    this.speeds = arm.speed ? floats(arm.speed) : null;
+    this.time = 0; // shown; after the end Meshcat's own clock goes back to 0 while the end is shown
+    this.ran = false;
+    this.slider = byId("scrub");
+    this.slider.max = animator.duration || 1;
+    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
+    byId("play").addEventListener("click", () => this.toggle());
+    byId("rate").addEventListener("change", (event) => {
+      animator.mixer.timeScale = Number(event.target.value);
+    });
+    document.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  // The last frame that begins no later than a time
+  frame(time = this.time) {
+    let [low, high] = [0, this.times.length - 1];
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.times[middle] <= time + AT_FRAME) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+
+  seek(time) {
+    const { animator } = this;
+    const within = Math.min(Math.max(time, 0), animator.duration);
+    const frame = this.times[this.frame(within)];
+    this.time = Math.abs(frame - within) < AT_FRAME ? frame : within;
+    if (animator.playing) animator.pause();
+    for (const action of animator.actions) {
+      action.paused = false;
+      action.play();
+    }
+    animator.seek(this.time);
+    animator.time = this.time;
+    this.ran = false;
+  }
+
+  step(count) {
+    const frame = this.frame() + count;
+    this.seek(this.times[Math.min(Math.max(frame, 0), this.times.length - 1)]);
+  }
+
+  toggle() {
+    if (this.animator.playing) {
+      this.animator.pause();
+      this.ran = false;
+    } else {
+      this.seek(this.time >= this.animator.duration - 1e-6 ? 0 : this.time);
+      this.animator.play();
+    }
+  }
+
+  key(event) {
+    // Buttons, lists and Meshcat's controls have a use of their own for these keys.
+    if (event.target.closest("input:not(#scrub), select, button, summary, .dg")) return;
+    if (event.key === " ") this.toggle();
+    else if (event.key === "ArrowLeft") this.step(-1);
+    else if (event.key === "ArrowRight") this.step(1);
+    else return;
+    event.preventDefault();
+  }
+
+  // Show where the animation is.
+  update() {
+    const { animator, slider } = this;
+    if (animator.playing) {
+      this.time = animator.time;
+      this.ran = true;
+    } else if (this.ran) {
+      // It has come to its end by itself: Meshcat shows the last frame.
+      if (animator.time < 1e-9 || animator.time >= animator.duration) this.time = animator.duration;
+      this.ran = false;
+    } else if (animator.time !== this.time && animator.time > 0) {
+      this.time = animator.time; // moved by Meshcat's own controls
+    }
+    // Only what has changed is written: a scene at rest costs no drawing.
+    const write = (element, name, value) => { if (element[name] !== value) element[name] = value; };
+    if (Math.abs(slider.value - this.time) > 1e-6) slider.value = this.time;
+    const speed = this.speeds ? `  ${(1000 * this.speeds[this.frame()]).toFixed(0)} mm/s` : "";
+    write(byId("clock"), "textContent", `${(this.start + this.time).toFixed(2)} s${speed}`);
+    write(byId("play"), "textContent", animator.playing ? "❚❚" : "▶");
+    write(byId("play"), "ariaLabel", animator.playing ? "pause" : "play");
+  }
+}

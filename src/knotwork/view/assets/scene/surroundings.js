@@ -1,0 +1,41 @@
+// What is around the arm: background, floor and lamps; and the marks of the task.
+
+function addSurroundings(viewer, data) {
+  viewer.set_property(["Background"], "top_color", [0.93, 0.95, 0.97]);
+  viewer.set_property(["Background"], "bottom_color", [0.78, 0.82, 0.87]);
+  for (const name of ["Grid", "Axes"]) viewer.set_property([name], "visible", false);
+  const cell = 10 ** Math.floor(Math.log10(data.size / 3));
+  const cells = 2 * Math.ceil((1.4 * data.size) / cell);
+  const grid = new THREE.GridHelper(cells * cell, cells, 0x7c8794, 0xb4bdc8);
+  grid.rotateX(Math.PI / 2);
+  grid.position.z = data.floor - 0.002 * data.size;
+  viewer.set_object([...ROOT, "grid"], grid);
+  addLamps(viewer, data.view.from);
+}
+
+// In place of Meshcat's: from both sides of the one who looks, and from behind
+function addLamps(viewer, from) {
+  for (const name of ["PointLightNegativeX", "PointLightPositiveX", "FillLight"]) {
+    viewer.set_property(["Lights", name], "visible", false);
+  }
+  viewer.set_property(["Lights", "AmbientLight", "<object>"], "intensity", 0.46);
+  const aside = new THREE.Vector3(-from[1], from[0], 0).normalize();
+  const lamps = [
+    [new THREE.Vector3(...from).addScaledVector(aside, -0.7).setZ(1.3), 0.5],
+    [new THREE.Vector3(...from).addScaledVector(aside, 1.1).setZ(0.35), 0.24],
+    [new THREE.Vector3(-from[0], -from[1], 0.9), 0.25],
+  ];
+  lamps.forEach(([direction, intensity], i) => {
+    const lamp = new THREE.DirectionalLight(0xffffff, intensity);
+    lamp.position.copy(direction.multiplyScalar(10));
+    viewer.set_object([...ROOT, `lamp ${i + 1}`], lamp);
+  });
+}
+
+// The path, waypoints, arrows and what fails; the tool moves with the joint that carries it.
+function addMarks(viewer, data) {
+  for (const { name, mesh, lit, carrier } of data.things) {
+    const path = carrier === undefined ? [...ROOT, name] : [...pathOf(data.joints, "arm", carrier), name];
+    viewer.set_object(path, new THREE.Mesh(geometry(mesh), material(mesh, { lit })));
+  }
+}

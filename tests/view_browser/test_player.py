@@ -1,0 +1,107 @@
+"""The player below a scene: its slider and its keys, in the scene's page and in the report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import knotwork as kw
+from knotwork.view.report_page import report_page
+
+FRAMES = 120
+NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+@pytest.fixture(scope="module")
+def plan() -> kw.Plan:
+    return kw.plan("ur5_deburring")
+
+
+@pytest.fixture
+def scene(tabs: Any, plan: kw.Plan, tmp_path: Path) -> Any:
+    """A scene's page, at rest at the start; nothing has the focus."""
+    tab = tabs.scene("ur5_deburring player", plan.view, tmp_path)
+    tab.evaluate("document.activeElement.blur()")
+    return tab
+
+
+def click_slider(tab: Any, page: Any, share: float) -> None:
+    """Click the slider at a share of its width; `page` is the tab or the frame that has it."""
+    slider = page.locator("#scrub")
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    tab.mouse.click(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
+    page.locator("body").evaluate(NEXT_FRAME)
+
+
+def time_in(page: Any) -> float:
+    return float(page.locator("body").evaluate("() => knotwork.time()"))
+
+
+def press(tab: Any, key: str) -> float:
+    """Press a key; the time shown thereafter."""
+    tab.keyboard.press(key)
+    tab.evaluate(NEXT_FRAME)
+    return time_in(tab)
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 0.98])
+def test_the_slider_covers_the_whole_motion(scene: Any, plan: kw.Plan, share: float) -> None:
+    duration = plan.trajectory.duration
+    click_slider(scene, scene, share)
+    # the slider's knob takes a little of its width at both ends
+    assert time_in(scene) == pytest.approx(share * duration, abs=0.03 * duration)
+    assert f"{time_in(scene):.2f} s" in scene.inner_text("#clock")
+    assert float(scene.input_value("#scrub")) == pytest.approx(time_in(scene), abs=1e-3)
+
+
+def test_the_slider_of_a_report_covers_the_whole_motion(
+    tabs: Any, plan: kw.Plan, tmp_path: Path
+) -> None:
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 1000, "height": 700})
+    tab.goto(report_page(plan).save(tmp_path / "report.html").as_uri())
+    tab.wait_for_selector("html.has-still", state="attached")
+    inside = tab.frame_locator("iframe")
+    duration = plan.trajectory.duration
+    for share in (0.25, 0.5, 0.98):
+        click_slider(tab, inside, share)
+        assert time_in(inside) == pytest.approx(share * duration, abs=0.03 * duration)
+    tab.close()
+
+
+def test_space_plays_and_pauses_while_the_slider_has_the_focus(scene: Any) -> None:
+    click_slider(scene, scene, 0.3)
+    assert scene.evaluate("document.activeElement.id") == "scrub"
+    before = time_in(scene)
+    scene.keyboard.press(" ")
+    scene.wait_for_function(f"knotwork.time() > {before} + 0.1")
+    scene.keyboard.press(" ")
+    paused = press(scene, "Shift")
+    assert press(scene, "Shift") == paused
+
+
+@pytest.mark.parametrize("sought", [1.2, 2.5, 7.975])
+def test_each_arrow_key_moves_by_one_frame_after_a_seek(scene: Any, sought: float) -> None:
+    scene.evaluate("(time) => knotwork.seek(time)", sought)
+    times = [time_in(scene), *(press(scene, "ArrowRight") for _ in range(3))]
+    times += [press(scene, "ArrowLeft") for _ in range(2)]
+    frames = [0, 1, 2, 3, 2, 1]
+    assert times == pytest.approx([sought + k / FRAMES for k in frames], abs=1e-5)
+
+
+def test_arrow_keys_move_by_frames_while_the_slider_has_the_focus(scene: Any) -> None:
+    click_slider(scene, scene, 0.5)
+    first = press(scene, "ArrowRight")
+    assert press(scene, "ArrowRight") == pytest.approx(first + 1 / FRAMES, abs=1e-5)
+    assert press(scene, "ArrowLeft") == pytest.approx(first, abs=1e-5)
+
+
+def test_space_on_a_button_or_list_is_its_own(scene: Any) -> None:
+    scene.focus("#shown summary")
+    opened = scene.locator("#shown").get_attribute("open") is not None
+    before = press(scene, " ")
+    assert (scene.locator("#shown").get_attribute("open") is not None) != opened
+    assert press(scene, "Shift") == before
