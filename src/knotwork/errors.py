@@ -1,4 +1,4 @@
-"""Every error Knotwork raises on purpose: one base class, each leaf carrying its data.
+"""Every error Knotwork raises on purpose: one base class, each leaf with its data.
 
 The command line turns `InputError` into exit code 2 and `CheckFailedError` into exit code 1.
 """
@@ -297,7 +297,7 @@ class SingularityError(TaskError):
 
 
 class ExportError(InputError):
-    """A motion that a format can't carry without loss.
+    """A motion that a format can't hold without loss.
 
     Attributes:
         joint: Joint at which it would be off most, or `None`.

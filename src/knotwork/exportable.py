@@ -1,4 +1,4 @@
-"""`Exportable`: the `to_…` methods of a trajectory.
+"""`Exportable`: the `to_…` methods of a trajectory, and the options that they take.
 
 What writes the formats knows trajectories, so trajectories must not know it. When one of these
 methods is called, it asks the package itself for `knotwork.export`, and hands it the trajectory;
@@ -19,14 +19,50 @@ if TYPE_CHECKING:
 _EXPORT = f"{__package__}.export"
 
 
+class MessageOptions(TypedDict, total=False):
+    """Options of ROS 2 messages.
+
+    Attributes:
+        goal: Give a goal of `FollowJointTrajectory`, which holds the message as `trajectory`.
+        accelerations: Send accelerations too, which makes the controller join by quintics.
+        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
+            the knots must define it exactly.
+    """
+
+    goal: bool
+    accelerations: bool
+    fit: float | None
+
+
+class DriveOptions(TypedDict, total=False):
+    """Options of position-velocity-time tables.
+
+    A drive's position is scale·q + offset and its velocity scale·q̇, with q in rad, deg or m.
+
+    Attributes:
+        degrees: Give revolute joints in deg instead of rad; prismatic ones stay in m.
+        scale: Drive units a rad (deg, m) by joint name, not 0; 1 for joints left out.
+        offset: Drive's position, in its own units, where the joint is at 0; 0 for joints left out.
+        incremental: Give each row's time since the row before it instead of since the start.
+        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
+            the knots must define it exactly.
+    """
+
+    degrees: bool
+    scale: Mapping[str, float] | None
+    offset: Mapping[str, float] | None
+    incremental: bool
+    fit: float | None
+
+
 class TableOptions(TypedDict, total=False):
     """Options of the sampled formats: CSV, JSON, npz and Parquet.
 
     Attributes:
         rate: Samples a second [Hz], 100 by default; the last one is at the end exactly, whatever
             the rate.
-        knots_only: Take points that carry the whole motion instead of samples.
-        accelerations: These points carry accelerations too, for quintics instead of cubics.
+        knots_only: Take points that define the whole motion instead of samples.
+        accelerations: These points have accelerations too, for quintics instead of cubics.
         fit: Insert points until the motion is met within this tolerance [rad or m].
         robot: `knotwork.Robot` that gives pose and twist of the tool.
     """
@@ -46,41 +82,19 @@ class Exportable:
 
     def save_as(self, name: str, path: Path | str, *, force: bool = False, **options: Any) -> Path:
         """Write it to a file in the format of a name; see `knotwork.export.save`."""
-        path = self._exported("save", name, path, force=force, **options)
-        return Path(path)
+        return Path(self._exported("save", name, path, force=force, **options))
 
-    def to_ros2(
-        self, *, goal: bool = False, accelerations: bool = False, fit: float | None = None
-    ) -> str:
+    def to_ros2(self, **options: Unpack[MessageOptions]) -> str:
         """Give YAML of a ROS 2 message or action goal; see `knotwork.export.to_ros2`."""
-        return str(self._exported("to_ros2", goal=goal, accelerations=accelerations, fit=fit))
+        return str(self._exported("to_ros2", **options))
 
-    def to_ros2_message(
-        self, *, goal: bool = False, accelerations: bool = False, fit: float | None = None
-    ) -> Any:
+    def to_ros2_message(self, **options: Unpack[MessageOptions]) -> Any:
         """Give the ROS 2 message object; see `knotwork.export.to_ros2_message`."""
-        return self._exported("to_ros2_message", goal=goal, accelerations=accelerations, fit=fit)
+        return self._exported("to_ros2_message", **options)
 
-    def to_pvt(
-        self,
-        *,
-        degrees: bool = False,
-        scale: Mapping[str, float] | None = None,
-        offset: Mapping[str, float] | None = None,
-        incremental: bool = False,
-        fit: float | None = None,
-    ) -> str:
+    def to_pvt(self, **options: Unpack[DriveOptions]) -> str:
         """Give a position-velocity-time table; see `knotwork.export.to_pvt`."""
-        return str(
-            self._exported(
-                "to_pvt",
-                degrees=degrees,
-                scale=scale,
-                offset=offset,
-                incremental=incremental,
-                fit=fit,
-            )
-        )
+        return str(self._exported("to_pvt", **options))
 
     def to_csv(self, **options: Unpack[TableOptions]) -> str:
         """Give samples or knots as CSV; see `knotwork.export.to_csv`."""

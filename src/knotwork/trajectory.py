@@ -23,7 +23,7 @@ from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times, read_o
 
 @dataclass(frozen=True, eq=False)
 class Knots:
-    """A trajectory at its breaks; for degree three or less this carries the whole curve.
+    """A trajectory at its breaks; for degree three or less this defines the whole curve.
 
     Attributes:
         time: Times [s], shape (m,).

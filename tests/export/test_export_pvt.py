@@ -14,7 +14,7 @@ from motions import hermite_data, motion
 from replay import hermite
 
 from knotwork.errors import ExportError, InputError, UnknownNameError
-from knotwork.export import carry
+from knotwork.export import motion_points
 from knotwork.trajectory import JointTrajectory
 
 
@@ -147,7 +147,7 @@ def test_factors_that_lose_the_motion_are_refused(value: float, degrees: bool) -
 @pytest.mark.parametrize("value", [1e20, -1e12, 1.7e308])
 @pytest.mark.parametrize("scale", [1.0, 1e4])
 def test_offsets_that_lose_the_motion_are_refused(value: float, scale: float) -> None:
-    with pytest.raises(ExportError, match=r"offset of joint 'slide' is .*counts as carried") as got:
+    with pytest.raises(ExportError, match=r"offset of joint 'slide' is .*is accepted") as got:
         motion().to_pvt(offset={"slide": value}, scale={"slide": scale})
     assert got.value.joint == "slide"
     accepted = re.search(r"to (\S+) drive units is accepted", str(got.value))
@@ -175,7 +175,7 @@ def test_a_fit_leaves_room_for_rounding() -> None:
     with pytest.raises(ExportError, match="offset of joint 'a' is"):
         curve.to_pvt(fit=1e-6, offset={"a": 1e12})
     _, _, rows = read(curve.to_pvt(fit=1e-3, offset={"a": 1e9}))
-    assert len(rows) == carry(curve, fit=1e-3).count
+    assert len(rows) == motion_points(curve, fit=1e-3).count
 
 
 def test_a_joint_at_rest_takes_any_offset() -> None:

@@ -12,7 +12,7 @@ from replay import NANOSECONDS, accepted_by_ros2, controller, nanoseconds
 
 import knotwork as kw
 from knotwork.errors import ExportError, InputError
-from knotwork.export import carry
+from knotwork.export import motion_points
 from knotwork.export.ros2 import replay_bound
 from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
@@ -170,7 +170,7 @@ def test_a_fit_is_replayed_within_its_tolerance(tolerance: float) -> None:
     trajectory = motion("quintic")
     message = accepted_by_ros2(trajectory.to_ros2(fit=tolerance), goal=False)
     assert len(message["points"]) > trajectory.breaks.size
-    bound = replay_bound(carry(trajectory, fit=tolerance).trajectory)
+    bound = replay_bound(motion_points(trajectory, fit=tolerance).trajectory)
     assert replayed_error(trajectory, message) <= tolerance + bound + ROUNDING
 
 

@@ -9,7 +9,13 @@ import click
 from knotwork.cli.export_source import Source, passes, points_pass, read_source
 from knotwork.cli.parameters import FAILED, PASSED, scenario_option
 from knotwork.errors import InputError
-from knotwork.export.registry import FORMATS, Format, checked_options, get_format
+from knotwork.export.registry import (
+    FORMATS,
+    Format,
+    checked_options,
+    file_format,
+    get_format,
+)
 
 if TYPE_CHECKING:
     from knotwork.export import Points
@@ -71,18 +77,18 @@ class _JointNumbers(click.ParamType[Any]):
     "The last sample is at the end exactly.",
 )
 @click.option(
-    "--knots-only", is_flag=True, help="Points that carry the whole motion, in place of samples."
+    "--knots-only", is_flag=True, help="Points that define the whole motion, in place of samples."
 )
 @click.option(
     "--accelerations",
     is_flag=True,
-    help="Points carry accelerations too; receivers then join them by quintics, not cubics.",
+    help="Points have accelerations too; receivers then join them by quintics, not cubics.",
 )
 @click.option(
     "--fit",
     metavar="TOLERANCE",
     type=float,
-    help="Insert points until a motion that points can't carry exactly is met within this, at all "
+    help="Insert points until a motion that its knots do not define is met within this, at all "
     "times [rad or m]. Without --accelerations the acceleration then jumps at the points, and a "
     "check of them fails if the scenario asks for continuity: 2, as by default.",
 )
@@ -126,7 +132,7 @@ def export(
     ros2     YAML for ros2 topic pub, or with --goal for ros2 action send_goal
     pvt      position-velocity-time table for motion drives, as CSV
     csv, json, npz, parquet
-             samples at a rate, or with --knots-only the points that carry
+             samples at a rate, or with --knots-only the points that define
              the motion; with a robot the tool's pose and twist, too
     mat      polynomials for MATLAB's ppval
     scipy    c and x of a PPoly in an npz; trajectory.to_scipy() in Python
@@ -171,12 +177,7 @@ def _check(form: Format, given: dict[str, Any], out: str | None, force: bool) ->
     Raises:
         InputError: The format has no file, or takes no such option; or the file can't be written.
     """
-    checked_options(form, given)
-    if not form.file_function:
-        raise InputError(
-            f"format {form.name!r} is an object in memory and has no file; make it in Python with "
-            f"trajectory.{form.function}()"
-        )
+    checked_options(file_format(form.name), given)
     if out is None and form.binary:
         raise InputError(f"format {form.name!r} is binary: give a file to write with -o FILE")
     if out is not None:
@@ -188,7 +189,7 @@ def _check(form: Format, given: dict[str, Any], out: str | None, force: bool) ->
 def _made(
     form: Format, source: Source, given: dict[str, Any], allowed: bool
 ) -> tuple[str | bytes, str] | None:
-    """The content and what it is worth in words, or `None` where its points fail the check."""
+    """The content and how exact it is in words, or `None` where its points fail the check."""
     from knotwork import export as exporting
 
     made: JointTrajectory | Points = source.trajectory
@@ -196,7 +197,7 @@ def _made(
     if form.takes_points(given):
         fit = given.pop("fit", None)
         taken = given.get("accelerations", False) if "accelerations" in form.options else None
-        made = points = exporting.carry(source.trajectory, accelerations=taken, fit=fit)
+        made = points = exporting.motion_points(source.trajectory, accelerations=taken, fit=fit)
         note = points.describe()
         if not points_pass(source, points, form, allowed):
             return None

@@ -238,7 +238,7 @@ def check(trajectory: Path, reference: str, as_json: bool) -> int:
     TRAJECTORY is a trajectory.json, a folder with one in it, or another tool's: CSV with headings,
     JSON with joint_names, time and positions, or YAML of a ROS 2 JointTrajectory. Joints are
     matched by name. Between the points of another tool the motion is what a ROS 2 controller
-    makes of them: quintics if they carry velocities and accelerations, cubics if they carry
+    makes of them: quintics if they have velocities and accelerations, cubics if they have
     velocities, and straight lines otherwise.
     """
     checked = read_checked(trajectory, reference)

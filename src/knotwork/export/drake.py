@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import ExportError
-from knotwork.export.carrying import carry
+from knotwork.export.lossless import motion_points
 from knotwork.export.packages import needed
 from knotwork.trajectory import JointTrajectory
 
@@ -25,7 +25,7 @@ def to_drake(trajectory: JointTrajectory) -> Any:
     curves = needed("pydrake.trajectories", "a Drake trajectory", how)
     polynomials = needed("pydrake.polynomial", "a Drake trajectory", how)
     try:
-        knots = carry(trajectory).trajectory.knots
+        knots = motion_points(trajectory).trajectory.knots
     except ExportError:
         return _from_coefficients(trajectory, curves, polynomials)
     return curves.PiecewisePolynomial.CubicHermite(

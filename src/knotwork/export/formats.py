@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.errors import InputError
-from knotwork.export.carrying import Points
-from knotwork.export.registry import Format, checked_options, get_format
+from knotwork.export.lossless import Points
+from knotwork.export.registry import Format, checked_options, file_format, get_format
 from knotwork.export.table import MotionTable
 from knotwork.storage import write_file
 from knotwork.trajectory import JointTrajectory
@@ -18,20 +18,23 @@ from knotwork.trajectory import JointTrajectory
 def export(motion: JointTrajectory | Points | MotionTable, name: str, **options: Any) -> Any:
     """Give a motion in a format: text, bytes or an object, as its `to_…` function does.
 
-    Formats of points take points as `carry` makes them, too, and tables a table as `motion_table`
-    makes it.
+    >>> import knotwork as kw
+    >>> motion = kw.plan("paper_case").trajectory
+    >>> export(motion, "csv", rate=100).partition(",")[0]
+    'time_s'
 
     Args:
-        motion: The motion, or what was made of it.
+        motion: The motion. Formats of points also take points as `motion_points` makes them, and
+            tables a table as `motion_table` makes it.
         name: Of the format.
         options: Those of the format.
 
     Raises:
         UnknownNameError: There is no such format.
-        InputError: The format takes no such option, or can't carry the motion.
+        InputError: The format takes no such option, or can't hold the motion.
     """
     form = get_format(name)
-    return _function(form, form.function)(motion, **checked_options(form, options))
+    return _made(form, form.function, motion, options)
 
 
 def content(
@@ -39,29 +42,17 @@ def content(
 ) -> str | bytes:
     """Give the content of a file in a format, of what `export` takes.
 
-    Args:
-        motion: The motion, or what was made of it.
-        name: Of the format.
-        options: Those of the format.
-
     Raises:
-        UnknownNameError: There is no such format.
-        InputError: It has no file, takes no such option, or can't carry the motion.
+        InputError: The format has no file, or as for `export`.
     """
-    form = get_format(name)
-    if not form.file_function:
-        raise InputError(
-            f"format {form.name!r} is an object in memory and has no file of its own; make it in "
-            f"Python with trajectory.{form.function}()"
-        )
-    made: str | bytes = _function(form, form.file_function)(
-        motion, **checked_options(form, options)
-    )
+    form = file_format(name)
+    made: str | bytes = _made(form, form.file_function, motion, options)
     return made
 
 
-def _function(form: Format, function: str) -> Any:
-    return getattr(importlib.import_module(f"knotwork.export.{form.module}"), function)
+def _made(form: Format, function: str, motion: Any, options: dict[str, Any]) -> Any:
+    module = importlib.import_module(f"knotwork.export.{form.module}")
+    return getattr(module, function)(motion, **checked_options(form, options))
 
 
 def checked_target(path: Path | str, *, force: bool = False) -> Path:
@@ -117,7 +108,7 @@ def save(
 
     Raises:
         UnknownNameError: There is no such format.
-        InputError: The file exists or can't be written, or the format can't carry the motion.
+        InputError: The file exists or can't be written, or the format can't hold the motion.
     """
     checked_target(path, force=force)
     return write(path, content(trajectory, name, **options), force=force)

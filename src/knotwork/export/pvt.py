@@ -1,6 +1,6 @@
 """Position-velocity-time tables, as motion drives in PVT mode take them.
 
-A drive in PVT mode joins positions and velocities by cubics, so the knots carry the whole motion.
+A drive in PVT mode joins positions and velocities by cubics, so the knots define the whole motion.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from knotwork.errors import ExportError, InputError, UnknownNameError
-from knotwork.export.carrying import LOSSLESS, Points, carry
+from knotwork.export.lossless import LOSSLESS, Points, motion_points
 from knotwork.export.numbers import finite_number, flag
 from knotwork.storage import to_csv
 from knotwork.trajectory import JointTrajectory
@@ -40,24 +40,26 @@ def to_pvt(
 ) -> str:
     """Write a position-velocity-time table as CSV whose header says what each column is.
 
-    A drive's position is scale·q + offset and its velocity scale·q̇, with q in rad, deg or m.
+    >>> import knotwork as kw
+    >>> text = to_pvt(kw.plan("paper_case").trajectory, degrees=True)
+    >>> text.splitlines()[4]
+    'time_from_start_s,joint_1.position_deg,joint_1.velocity_deg_per_s'
 
     Args:
-        motion: The motion, or points of it as `carry` makes them.
-        degrees: Give revolute joints in deg instead of rad; prismatic ones stay in m.
-        scale: Drive units a rad (deg, m) by joint name, not 0; 1 for joints left out.
-        offset: Drive's position, in its own units, where the joint is at 0; 0 for joints left out.
-        incremental: Give each row's time since the row before it instead of since the start.
-        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
-            the knots must carry it exactly.
+        motion: The motion, or points of it as `motion_points` makes them.
+        degrees: This and the others are described at `knotwork.exportable.DriveOptions`.
+        scale: Drive units a rad (deg, m) by joint name.
+        offset: Drive's position where the joint is at 0, by joint name.
+        incremental: Times are since the row before.
+        fit: Tolerance of the motion [rad or m].
 
     Raises:
-        ExportError: The points can't carry the motion without loss, see `carry`; or they could,
-            but in drive units their digits no longer hold it.
+        ExportError: The points can't define the motion, see `motion_points`; or they could, but in
+            drive units their digits no longer do.
         InputError: A factor or the tolerance is out of range, or names no joint.
     """
     degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
-    points = carry(motion, accelerations=None, fit=fit)
+    points = motion_points(motion, accelerations=None, fit=fit)
     trajectory = points.trajectory
     names, units = trajectory.joint_names, trajectory.joint_units
     factors = _by_joint(trajectory, scale, 1.0, "scale")
@@ -101,12 +103,12 @@ def _in_drive_units(
     shifts: FloatArray,
     held: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Positions and velocities of the knots as the drives have them, shape (n, d) each.
+    """Positions and velocities of the knots in drive units, shape (n, d) each.
 
     Raises:
-        ExportError: Numbers this large or small do not hold the motion: undoing the factor would
-            not give it back within 1e-12 of the largest value, or of 1 rad or m (per
-            second), whichever is more; or undoing the offset not within that or `held`.
+        ExportError: Numbers this large or small do not hold the motion. Undoing the factor must
+            give it back within 1e-12 of the largest value, or of 1 rad or m (per second),
+            whichever is more; undoing the offset, within that or `held`.
     """
     knots = trajectory.knots
     own = np.stack((knots.position, knots.velocity))
@@ -163,8 +165,8 @@ def _offset_error(
     held = f"only within {worst:.3g} {unit}" if math.isfinite(worst) else "not at all"
     return ExportError(
         f"offset of joint {name!r} is {shift!r}: beside it the digits of a number hold the "
-        f"motion {held}, and {bound:.3g} {unit} counts as carried; with this scale an offset from "
-        f"{-room:.1e} to {room:.1e} drive units is accepted",
+        f"motion {held}, and at most {bound:.3g} {unit} is accepted; with this scale an offset "
+        f"from {-room:.1e} to {room:.1e} drive units is accepted",
         joint=name,
         error=worst,
     )

@@ -1,4 +1,4 @@
-"""The formats in words, by name; what writes them is loaded elsewhere."""
+"""The export formats by name, and what each takes; the modules that write them are loaded later."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from knotwork.errors import InputError, UnknownNameError
+from knotwork.exportable import DriveOptions, MessageOptions, TableOptions
 
 
 @dataclass(frozen=True)
@@ -17,95 +18,82 @@ class Format:
     Attributes:
         name: Its name.
         summary: What it is.
-        suffix: What its files end in.
-        binary: Its files are no text.
-        options: Names of the keyword arguments that its exporter takes.
+        suffix: What its files end in; empty if it has no file.
         module: Module of `knotwork.export` that writes it.
-        function: What gives it in Python: text, bytes or an object.
-        file_function: What gives the content of a file; empty if it has no file.
+        takes: The keyword arguments that its exporter takes, as a `TypedDict`.
+        binary: Its files are no text.
     """
 
     name: str
     summary: str
     suffix: str
-    binary: bool
-    options: tuple[str, ...]
     module: str
-    function: str
-    file_function: str
+    takes: type | None = None
+    binary: bool = False
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Names of the keyword arguments that its exporter takes."""
+        return tuple(self.takes.__annotations__) if self.takes is not None else ()
+
+    @property
+    def function(self) -> str:
+        """Name of what gives it in Python: text, bytes or an object."""
+        return f"to_{self.name}"
+
+    @property
+    def file_function(self) -> str:
+        """Name of what gives the content of a file; empty if it has no file."""
+        if self.name == "scipy":
+            return "to_scipy_npz"
+        return self.function if self.suffix else ""
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
         """Whether it is made of points of the motion, with these options."""
-        sampled = "knots_only" in self.options and not options.get("knots_only")
+        sampled = self.tabular and not options.get("knots_only")
         return "fit" in self.options and not sampled
 
     @property
     def tabular(self) -> bool:
         """Whether it is a table of samples or points."""
-        return "knots_only" in self.options
+        return self.takes is TableOptions
 
-
-_TABLE = ("rate", "knots_only", "accelerations", "fit", "robot")
 
 _ALL = (
     Format(
         "ros2",
         "YAML of a trajectory_msgs/JointTrajectory or, with --goal, a FollowJointTrajectory goal",
         ".yaml",
-        False,
-        ("goal", "accelerations", "fit"),
         "ros2",
-        "to_ros2",
-        "to_ros2",
+        MessageOptions,
     ),
     Format(
         "pvt",
         "position-velocity-time table for motion drives, as CSV",
         ".csv",
-        False,
-        ("degrees", "scale", "offset", "incremental", "fit"),
         "pvt",
-        "to_pvt",
-        "to_pvt",
+        DriveOptions,
     ),
-    Format("csv", "samples or knots as CSV", ".csv", False, _TABLE, "samples", "to_csv", "to_csv"),
-    Format(
-        "json", "samples or knots as JSON", ".json", False, _TABLE, "samples", "to_json", "to_json"
-    ),
-    Format(
-        "npz", "samples or knots for NumPy", ".npz", True, _TABLE, "samples", "to_npz", "to_npz"
-    ),
+    Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions),
+    Format("json", "samples or knots as JSON", ".json", "samples", TableOptions),
+    Format("npz", "samples or knots for NumPy", ".npz", "samples", TableOptions, binary=True),
     Format(
         "parquet",
         "samples or knots as Parquet (needs pyarrow)",
         ".parquet",
-        True,
-        _TABLE,
         "samples",
-        "to_parquet",
-        "to_parquet",
+        TableOptions,
+        binary=True,
     ),
-    Format("mat", "polynomials for MATLAB's ppval", ".mat", True, (), "mat", "to_mat", "to_mat"),
+    Format("mat", "polynomials for MATLAB's ppval", ".mat", "mat", binary=True),
     Format(
         "scipy",
         "PPoly of SciPy; as a file, its arrays c and x in an npz",
         ".npz",
-        True,
-        (),
         "scipy_ppoly",
-        "to_scipy",
-        "to_scipy_npz",
+        binary=True,
     ),
-    Format(
-        "drake",
-        "PiecewisePolynomial of Drake; in Python only",
-        "",
-        True,
-        (),
-        "drake",
-        "to_drake",
-        "",
-    ),
+    Format("drake", "PiecewisePolynomial of Drake; in Python only", "", "drake", binary=True),
 )
 
 FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL})
@@ -137,3 +125,19 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
                 + (f"; formats that do: {', '.join(takers)}" if takers else "")
             )
     return dict(options)
+
+
+def file_format(name: str) -> Format:
+    """Return the format of a name if it has a file.
+
+    Raises:
+        UnknownNameError: There is none of this name.
+        InputError: It is an object in memory.
+    """
+    form = get_format(name)
+    if not form.file_function:
+        raise InputError(
+            f"format {form.name!r} is an object in memory and has no file of its own; make it in "
+            f"Python with trajectory.{form.function}()"
+        )
+    return form

@@ -1,25 +1,24 @@
 """ROS 2: `trajectory_msgs/msg/JointTrajectory` and `control_msgs/action/FollowJointTrajectory`.
 
-joint_trajectory_controller joins points that carry positions and velocities by cubics, and points
-that carry accelerations too by quintics (interpolation method `spline`, the default). So the
-knots alone carry the motion.
+joint_trajectory_controller joins points of positions and velocities by cubics, and points that have
+accelerations too by quintics (interpolation method `spline`, the default). So the knots alone
+define the motion.
 
-Times are said in nanoseconds: a point is up to 1/2 ns off its knot, the last one up to 1 ns early.
-There are two ways to fill it, and the one with the smaller bound on the error is taken.
+A message gives times in nanoseconds. A point is up to 1/2 ns off its knot, and the last one up to
+1 ns early. There are two ways to fill a point. That with the smaller bound on the error is taken.
 
-* The motion at the time that the message says. Then a piece holds up to 1/2 ns of the piece beside
-  it, which differs from its own continuation by the jump J of the acceleration at the knot: by
-  J·1/2 ns in velocity. The shape functions of a cubic's end velocities are at most 4/27 of its
-  length H, so that a position is off by at most (4/27) H (J0 + J1)·1/2 ns for the jumps at both
-  ends of a piece, and J·(1/2 ns)². Where the acceleration does not jump, nothing is left. Between
-  quintics the jerk may jump, by 1/2 ns·J in acceleration, whose shape functions are at most
-  0.01728 H².
+* The motion at the time in the message. Then a piece includes up to 1/2 ns of the piece beside it.
+  The two differ by the jump J of the acceleration at the knot, so by J·1/2 ns in velocity. The
+  shape functions of a cubic's end velocities are at most 4/27 of its length H. So a position is off
+  by at most (4/27) H (J0 + J1)·1/2 ns for the jumps at both ends of a piece, and J·(1/2 ns)².
+  Without a jump of the acceleration there is no error. Between quintics the jerk may jump, which
+  gives 1/2 ns·J in acceleration; its shape functions are at most 0.01728 H².
 * The motion at the knot. Then a piece is up to 1 ns too short or long and up to 1/2 ns early or
   late. With the peak velocity V, a position is off by at most (1/2 + 2·4/27) V·1 ns, and for
   quintics (1/2 + 2·16/81) V·1 ns + 4·0.01728 H A·1 ns with the peak acceleration A.
 
-After the last point it is held: up to 1 ns early, at the speed that the motion ends with. See
-`replay_bound`.
+The controller holds the last point, up to 1 ns early, where the motion still has its end velocity.
+See `replay_bound`.
 
 The message starts at `time_from_start` 0: the arm must stand at the first point when it is sent.
 """
@@ -29,15 +28,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.errors import ExportError, InputError
-from knotwork.export.carrying import Points, carry
+from knotwork.export.lossless import Points, motion_points
 from knotwork.export.numbers import flag
 from knotwork.export.packages import needed
 from knotwork.trajectory import JointTrajectory
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from knotwork.exportable import MessageOptions
 
 NANOSECONDS = 1_000_000_000
 LONGEST = 2**31 - 1
@@ -53,7 +57,7 @@ ACCELERATION_SHAPE = 0.01728
 """The same of s²(1 - s)³/2: what an end acceleration does to a quintic."""
 
 STANDING = 1e-7
-"""Below this the controller takes the last velocity for none [rad/s or m/s]."""
+"""The controller takes a smaller last velocity for zero [rad/s or m/s]."""
 
 MESSAGE = "trajectory_msgs/msg/JointTrajectory"
 GOAL = "control_msgs/action/FollowJointTrajectory"
@@ -63,12 +67,12 @@ _VALUES = ("positions", "velocities", "accelerations")
 def ticks(trajectory: JointTrajectory) -> list[int]:
     """Times of the points after the start [ns], each rounded once, so that errors don't add up.
 
-    The exact difference of a knot's time and the start time is rounded to the nearest; the last
-    one, if that lies behind the end, down.
+    The exact difference of a knot's time and the start time is rounded to the nearest integer, but
+    the last one never beyond the end.
 
     Raises:
         ExportError: Two knots round to the same nanosecond.
-        InputError: The motion is longer than a message can say.
+        InputError: The motion is longer than a message can hold.
     """
     if trajectory.duration > LONGEST:
         raise InputError(
@@ -82,7 +86,7 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
         if rounded[i] <= rounded[i - 1]:
             raise ExportError(
                 f"knots {i - 1} and {i} at {times[i]:.12g} s are {times[i] - times[i - 1]:.3g} s "
-                "apart and round to the same nanosecond, the finest that ROS 2 can say; choose "
+                "apart and round to the same nanosecond, the resolution of ROS 2; choose "
                 "knots farther apart",
                 time=times[i],
             )
@@ -90,29 +94,36 @@ def ticks(trajectory: JointTrajectory) -> list[int]:
 
 
 def ros2_dict(
+    motion: JointTrajectory | Points, **options: Unpack[MessageOptions]
+) -> dict[str, Any]:
+    """Give the message as plain data: its fields by name, nested as in the message.
+
+    Args:
+        motion: The motion, or points of it as `motion_points` makes them.
+        options: See `knotwork.exportable.MessageOptions`.
+
+    Raises:
+        ExportError: The points can't define the motion; see `motion_points`.
+        InputError: The tolerance can't be met, or a time does not fit into a message.
+    """
+    points, goal = _points(motion, **options)
+    message = _message(points)
+    return {"trajectory": message} if goal else message
+
+
+def _points(
     motion: JointTrajectory | Points,
     *,
     goal: bool = False,
     accelerations: bool = False,
     fit: float | None = None,
-) -> dict[str, Any]:
-    """Give the message as plain data: its fields by name, nested as in the message.
-
-    Args:
-        motion: The motion, or points of it as `carry` makes them.
-        goal: Give a goal of `FollowJointTrajectory`, which holds the message as `trajectory`.
-        accelerations: Send accelerations too.
-        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
-            the knots must carry it exactly.
-
-    Raises:
-        ExportError: The points can't carry the motion without loss; see `carry`.
-        InputError: The tolerance can't be met, or a time can't be said.
-    """
-    return _as_dict(carry(motion, accelerations=accelerations, fit=fit), flag(goal, "goal"))
+) -> tuple[Points, bool]:
+    """Points of a message, and whether it is in a goal."""
+    goal = flag(goal, "goal")
+    return motion_points(motion, accelerations=accelerations, fit=fit), goal
 
 
-def _as_dict(points: Points, goal: bool) -> dict[str, Any]:
+def _message(points: Points) -> dict[str, Any]:
     curve = points.trajectory
     after_start = ticks(curve)
     timed, own = _bounds(curve, points.with_acceleration)
@@ -130,21 +141,14 @@ def _as_dict(points: Points, goal: bool) -> dict[str, Any]:
         sec, nanosec = divmod(tick, NANOSECONDS)
         row["time_from_start"] = {"sec": sec, "nanosec": nanosec}
         rows.append(row)
-    message = {
+    return {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},
         "joint_names": list(curve.joint_names),
         "points": rows,
     }
-    return {"trajectory": message} if goal else message
 
 
-def to_ros2(
-    motion: JointTrajectory | Points,
-    *,
-    goal: bool = False,
-    accelerations: bool = False,
-    fit: float | None = None,
-) -> str:
+def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> str:
     """Write a motion as YAML for `ros2 topic pub` or, as a goal, `ros2 action send_goal`.
 
     Both take the text as it is:
@@ -152,29 +156,23 @@ def to_ros2(
         ros2 topic pub --once TOPIC trajectory_msgs/msg/JointTrajectory "$(cat motion.yaml)"
         ros2 action send_goal ACTION control_msgs/action/FollowJointTrajectory "$(cat goal.yaml)"
 
-    Args:
-        motion: The motion, or points of it as `carry` makes them; positions in rad or m, as ROS
-            has them.
-        goal: Write a goal of `FollowJointTrajectory` instead of the message.
-        accelerations: Send accelerations too, which makes the controller join by quintics.
-        fit: Insert points until the motion is met within this tolerance [rad or m]; by default
-            the knots must carry it exactly.
+    Positions are in rad or m, as ROS has them. Arguments and errors are those of `ros2_dict`.
 
-    Raises:
-        ExportError: The points can't carry the motion without loss; see `carry`.
-        InputError: The tolerance can't be met, or a time can't be said.
+    >>> import knotwork as kw
+    >>> text = to_ros2(kw.plan("ur5_deburring").trajectory)
+    >>> text.splitlines()[2]
+    'header:'
     """
-    goal = flag(goal, "goal")
-    points = carry(motion, accelerations=accelerations, fit=fit)
+    points, goal = _points(motion, **options)
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
     lines.append("# The arm must stand at the first point when this is sent.")
-    data = _as_dict(points, goal)
-    message = data["trajectory"] if goal else data
+    message = _message(points)
     if max(abs(v) for v in message["points"][-1]["velocities"]) > STANDING:
         lines.append(
             "# The last point has a velocity: joint_trajectory_controller takes that only with "
             "allow_nonzero_velocity_at_trajectory_end."
         )
+    data = {"trajectory": message} if goal else message
     return "\n".join(lines) + "\n" + "".join(_lines(data, ""))
 
 
@@ -218,30 +216,20 @@ def _number(value: float) -> str:
     return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else text
 
 
-def to_ros2_message(
-    motion: JointTrajectory | Points,
-    *,
-    goal: bool = False,
-    accelerations: bool = False,
-    fit: float | None = None,
-) -> Any:
+def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> Any:
     """Make the ROS 2 message object itself, where ROS 2's Python packages can be imported.
 
-    Args:
-        motion: The motion, or points of it as `carry` makes them.
-        goal: Make a `control_msgs.action.FollowJointTrajectory.Goal` instead of a
-            `trajectory_msgs.msg.JointTrajectory`.
-        accelerations: Send accelerations too.
-        fit: As for `to_ros2`.
+    It is a `trajectory_msgs.msg.JointTrajectory`, or with `goal` a
+    `control_msgs.action.FollowJointTrajectory.Goal`. Arguments are those of `ros2_dict`.
 
     Raises:
-        InputError: ROS 2 is not importable, or as `to_ros2`.
+        InputError: ROS 2 can't be imported, or as `ros2_dict`.
     """
-    points = carry(motion, accelerations=accelerations, fit=fit)
+    points, goal = _points(motion, **options)
     how = "source a ROS 2 installation that has it"
     messages = needed("trajectory_msgs.msg", "a ROS 2 message object", how)
     duration = needed("builtin_interfaces.msg", "a ROS 2 message object", how).Duration
-    data = _as_dict(points, False)
+    data = _message(points)
     message = messages.JointTrajectory(joint_names=data["joint_names"])
     for row in data["points"]:
         time = duration(**row.pop("time_from_start"))
@@ -253,21 +241,21 @@ def to_ros2_message(
 
 
 def replay_bound(trajectory: JointTrajectory, *, accelerations: bool = False) -> float:
-    """Bound on what saying times in nanoseconds does to a replayed position [rad or m].
+    """Bound on the error of a replayed position due to times in whole nanoseconds [rad or m].
 
-    It holds over all joints and all time, up to rounding of the positions; the module's text
+    It holds over all joints and all time, up to rounding of the positions; the text of the module
     derives it.
 
     Args:
-        trajectory: A motion that its knots carry.
-        accelerations: They carry accelerations too.
+        trajectory: A motion that its knots define.
+        accelerations: The points have accelerations too.
     """
     end_speed = float(np.abs(trajectory.velocity(trajectory.end_time)).max())
     return min(_bounds(trajectory, accelerations)) + end_speed * 1e-9
 
 
 def _bounds(trajectory: JointTrajectory, accelerations: bool) -> tuple[float, float]:
-    """Bounds for points at the times that the message says, and at the knots."""
+    """Bounds for points at the times in the message, and at the knots."""
     order = 3 if accelerations else 2
     h = np.diff(trajectory.breaks)[:, None]
     jumps = np.zeros((trajectory.breaks.size, len(trajectory.joint_names)))

@@ -1,7 +1,8 @@
 """The sampled formats: CSV, JSON, NumPy's npz and Parquet, all of one `MotionTable`.
 
-Each also takes `knots_only`, and then holds the points that carry the motion without loss. In place
-of a motion each takes points of it as `carry` makes them, or a table made already.
+With `knots_only` each holds the points that define the motion exactly. In place of a motion each
+takes points of it as `motion_points` makes them, or a table as `motion_table` makes it. Options and
+errors are those of `motion_table`.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.export.carrying import Points
+from knotwork.export.lossless import Points
 from knotwork.export.packages import needed
 from knotwork.export.table import MotionTable, motion_table
+from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.storage import to_csv as columns_to_csv
 from knotwork.storage import to_json as json_text
 from knotwork.trajectory import JointTrajectory
@@ -25,12 +27,6 @@ if TYPE_CHECKING:
     from knotwork.exportable import TableOptions
 
 JSON_FORMAT = "knotwork.samples"
-_PLURALS = {
-    "position": "positions",
-    "velocity": "velocities",
-    "acceleration": "accelerations",
-    "jerk": "jerks",
-}
 
 
 def _table(
@@ -46,7 +42,7 @@ def _table(
 def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as CSV with one header row, units in the names of the columns.
 
-    Options and errors are those of `knotwork.export.motion_table`.
+    Options and errors are those of `motion_table`.
     """
     return columns_to_csv(_table(motion, **options).columns())
 
@@ -54,7 +50,7 @@ def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Tab
 def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[TableOptions]) -> str:
     """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
 
-    Options and errors are those of `knotwork.export.motion_table`.
+    Options and errors are those of `motion_table`.
     """
     table = _table(motion, **options)
     data: dict[str, Any] = {
@@ -67,20 +63,10 @@ def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Ta
         "time": table.time.tolist(),
     }
     for quantity, values in table.joints.items():
-        data[_PLURALS[quantity]] = values.tolist()
+        data[JOINT_QUANTITIES[quantity].plural] = values.tolist()
     for key, values in table.tool.items():
         data[key] = values.tolist()
     return json_text(data)
-
-
-def _arrays(table: MotionTable) -> dict[str, Any]:
-    arrays: dict[str, Any] = {"time": table.time}
-    arrays.update(table.joints)
-    arrays.update(table.tool)
-    arrays["joint_names"] = np.array(table.joint_names)
-    arrays["joint_units"] = np.array(table.joint_units)
-    arrays["planner"] = np.array(table.planner)
-    return arrays
 
 
 def to_npz(
@@ -92,10 +78,12 @@ def to_npz(
     `joint_units` (d,); with a robot also `tool_position` (s, 3), `tool_quaternion` (s, 4, scalar
     last), `tool_linear_velocity` and `tool_angular_velocity` (s, 3).
 
-    Options and errors are those of `knotwork.export.motion_table`.
+    Options and errors are those of `motion_table`.
     """
     table = _table(motion, **options)
-    return npz_bytes(_arrays(table))
+    names = {"joint_names": table.joint_names, "joint_units": table.joint_units}
+    labels = {key: np.array(value) for key, value in (names | {"planner": table.planner}).items()}
+    return npz_bytes({"time": table.time, **table.joints, **table.tool, **labels})
 
 
 def npz_bytes(arrays: dict[str, Any]) -> bytes:
@@ -110,7 +98,7 @@ def to_parquet(
 ) -> bytes:
     """Write samples or knots as Parquet, its columns those of the CSV (needs `pyarrow`).
 
-    Options and errors are those of `knotwork.export.motion_table`.
+    Options and errors are those of `motion_table`.
     """
     table = _table(motion, **options)
     how = "install it with pip install 'knotwork[parquet]'"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.export.carrying import Points, carry
+from knotwork.export.lossless import Points, motion_points
 from knotwork.export.numbers import finite_number, flag
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.trajectory import JointTrajectory
@@ -91,19 +91,23 @@ def motion_table(
     fit: float | None = None,
     robot: Robot | None = None,
 ) -> MotionTable:
-    """Sample a motion, or take the points that carry it without loss.
+    """Sample a motion, or take the points that define it.
+
+    >>> import knotwork as kw
+    >>> table = motion_table(kw.plan("paper_case").trajectory, rate=10)
+    >>> table.joints["velocity"].shape
+    (251, 1)
 
     Args:
-        motion: The motion; for knots, points of it as `carry` makes them, too.
-        rate: Samples a second [Hz], 100 by default; the last one is at the end exactly, whatever
-            the rate.
-        knots_only: Take points that carry the whole motion instead of samples.
-        accelerations: These points carry accelerations too, for quintics instead of cubics.
-        fit: Insert points until the motion is met within this tolerance [rad or m].
+        motion: The motion; for knots, points of it as `motion_points` makes them, too.
+        rate: This and the others are described at `knotwork.exportable.TableOptions` [Hz].
+        knots_only: Take the knots instead of samples.
+        accelerations: The knots have accelerations.
+        fit: Tolerance of the motion for knots [rad or m].
         robot: Gives pose and twist of the tool.
 
     Raises:
-        ExportError: The points can't carry the motion without loss; see `carry`.
+        ExportError: The points can't define the motion; see `motion_points`.
         InputError: Options contradict each other, the rate makes more numbers than a
             table may have, or the robot has other joints or is none.
     """
@@ -111,7 +115,7 @@ def motion_table(
     if flag(knots_only, "knots_only"):
         if rate is not None:
             raise InputError("samples at a rate and knots only were both asked for; choose one")
-        points = carry(motion, accelerations=accelerations, fit=fit)
+        points = motion_points(motion, accelerations=accelerations, fit=fit)
         trajectory, knots = points.trajectory, points.trajectory.knots
         time, note = knots.time, points.describe()
         joints = {"position": knots.position, "velocity": knots.velocity}

@@ -100,7 +100,7 @@ def _refuse_not_finite(table: PointTable) -> None:
 
 
 def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
-    """Join points as ROS 2's joint_trajectory_controller does (C0, C1 or C2, as they carry).
+    """Join points as ROS 2's joint_trajectory_controller does (C0, C1 or C2, by what they hold).
 
     Between two points it is a quintic if both have velocities and accelerations, a cubic if both
     have velocities, and a straight line otherwise.

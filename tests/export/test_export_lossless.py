@@ -1,4 +1,4 @@
-"""How many points carry a motion, and what they are worth."""
+"""How many points define a motion, and how exact they are."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from motions import hermite_data, motion
 
 from knotwork import plan
 from knotwork.errors import ExportError, InputError
-from knotwork.export import carry, motion_table, to_csv, to_pvt, to_ros2
+from knotwork.export import motion_points, motion_table, to_csv, to_pvt, to_ros2
 from knotwork.interpolation import PLANNERS
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
@@ -26,19 +26,19 @@ CUBIC = [
 
 
 @pytest.mark.parametrize("planner", CUBIC)
-def test_knots_carry_cubics(planner: str) -> None:
-    points = carry(motion(planner))
+def test_knots_define_cubics(planner: str) -> None:
+    points = motion_points(motion(planner))
     assert points.exact
     assert points.inserted == 0
     assert points.trajectory is motion(planner)
     assert points.error < 1e-14
-    assert "carry the whole motion" in points.describe()
+    assert "define the whole motion exactly" in points.describe()
 
 
 @pytest.mark.parametrize("planner", sorted(set(PLANNERS) - set(CUBIC)))
-def test_knots_do_not_carry_more(planner: str) -> None:
+def test_knots_do_not_define_more(planner: str) -> None:
     with pytest.raises(ExportError, match="fit"):
-        carry(motion(planner))
+        motion_points(motion(planner))
 
 
 @pytest.mark.parametrize("planner", sorted(set(PLANNERS) - set(CUBIC)))
@@ -46,7 +46,7 @@ def test_knots_do_not_carry_more(planner: str) -> None:
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
 def test_a_fit_meets_its_tolerance(planner: str, accelerations: bool, tolerance: float) -> None:
     trajectory = motion(planner)
-    points = carry(trajectory, accelerations=accelerations, fit=tolerance)
+    points = motion_points(trajectory, accelerations=accelerations, fit=tolerance)
     dense = np.linspace(trajectory.start_time, trajectory.end_time, 30001)
     off = np.abs(points.trajectory(dense) - trajectory(dense)).max()
     slow = np.abs(points.trajectory(dense, 1) - trajectory(dense, 1)).max()
@@ -72,7 +72,9 @@ def test_a_fit_meets_its_tolerance(planner: str, accelerations: bool, tolerance:
 
 def test_a_fit_takes_few_points() -> None:
     """The error falls with the fourth power: a hundredfold tolerance, about 3.2 times fewer."""
-    counts = [carry(motion("quintic"), fit=tolerance).count for tolerance in (1e-4, 1e-6, 1e-8)]
+    counts = [
+        motion_points(motion("quintic"), fit=tolerance).count for tolerance in (1e-4, 1e-6, 1e-8)
+    ]
     assert 2.0 < counts[1] / counts[0] < 5.0
     assert 2.0 < counts[2] / counts[1] < 5.0
 
@@ -93,15 +95,15 @@ def test_points_that_a_fit_takes(planner: str) -> None:
     """To within one, because another machine's rounding may settle a close case otherwise."""
     trajectory = plan("ur5_deburring", planner=planner).trajectory
     for tolerance, count in zip((1e-3, 1e-4, 1e-6), COUNTS[planner], strict=True):
-        assert carry(trajectory, fit=tolerance).count == pytest.approx(count, abs=1)
+        assert motion_points(trajectory, fit=tolerance).count == pytest.approx(count, abs=1)
 
 
 @given(hermite_data(), st.floats(1e-9, 1e-1))
 @settings(max_examples=30, deadline=None)
-def test_a_fit_of_what_is_carried_inserts_nothing(
+def test_a_fit_of_what_is_exact_inserts_nothing(
     trajectory: JointTrajectory, tolerance: float
 ) -> None:
-    points = carry(trajectory, fit=tolerance)
+    points = motion_points(trajectory, fit=tolerance)
     assert points.exact
     assert points.inserted == 0
 
@@ -112,19 +114,19 @@ def test_a_fit_of_what_is_carried_inserts_nothing(
 )
 def test_tolerances_that_can_not_be(fit: float) -> None:
     with pytest.raises(InputError):
-        carry(motion("quintic"), fit=fit)
+        motion_points(motion("quintic"), fit=fit)
 
 
 def test_points_are_points_of_themselves() -> None:
-    points = carry(motion("quintic"), fit=1e-4)
-    assert carry(points) is points
+    points = motion_points(motion("quintic"), fit=1e-4)
+    assert motion_points(points) is points
     assert to_pvt(points) == to_pvt(motion("quintic"), fit=1e-4)
     assert to_ros2(points) == to_ros2(motion("quintic"), fit=1e-4)
     table = motion_table(points, knots_only=True)
     assert to_csv(table) == to_csv(motion("quintic"), knots_only=True, fit=1e-4)
     for options in ({"fit": 1e-3}, {"accelerations": True}):
         with pytest.raises(InputError, match="made already"):
-            carry(points, **options)  # type: ignore[arg-type]
+            motion_points(points, **options)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="made already"):
         to_csv(table, rate=10.0)
     with pytest.raises(InputError, match="no motion to sample"):
@@ -132,9 +134,9 @@ def test_points_are_points_of_themselves() -> None:
 
 
 def test_a_tolerance_that_takes_too_many_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knotwork.export.carrying.MOST_POINTS", 50)
+    monkeypatch.setattr("knotwork.export.lossless.MOST_POINTS", 50)
     with pytest.raises(InputError, match="more than 50 points"):
-        carry(motion("quintic"), fit=1e-9)
+        motion_points(motion("quintic"), fit=1e-9)
 
 
 @pytest.mark.parametrize("order", [0, 1])
@@ -145,7 +147,7 @@ def test_a_jump_is_no_point(order: int) -> None:
     unit = ("rad", "rad/s")[order]
     for fit in (None, 1e-3):
         with pytest.raises(ExportError, match=f"'a' jumps by 1 {unit} at 1 s") as got:
-            carry(trajectory, fit=fit)
+            motion_points(trajectory, fit=fit)
         assert (got.value.joint, got.value.error, got.value.time) == ("a", 1.0, 1.0)
 
 

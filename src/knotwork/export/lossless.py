@@ -1,13 +1,13 @@
-"""What a list of points carries of a motion, and points enough to carry it within a tolerance.
+"""Lossless export: points that give a motion back exactly, or within a tolerance.
 
-A receiver that joins positions and velocities by cubics, or positions, velocities and
-accelerations by quintics, gives back a curve that is made of such pieces exactly. Of any other
-curve it makes something else; by how much it is off follows from the polynomials themselves.
+A receiver joins positions and velocities by cubics, or positions, velocities and accelerations by
+quintics. If the motion is made of such pieces, the receiver gets the motion itself. Otherwise it
+gets another curve; the difference follows from the polynomials.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 LOSSLESS = 1e-12
-"""A curve counts as carried if it is off by less than this, relative to the largest term of its
-polynomials: some hundred times what rounding makes."""
+"""Points count as lossless if their curve is off by less than this, relative to the largest term of
+the motion's polynomials: some hundred times what rounding makes."""
 
 MOST_POINTS = 1_000_000
 """More points than this are refused: no controller takes them in one message."""
@@ -31,7 +31,7 @@ MOST_PARTS = 64
 """Into how many parts a piece is cut at once."""
 
 PIECE_NAMES = {2: "cubics", 3: "quintics"}
-CARRIED = {2: "position and velocity", 3: "position, velocity and acceleration"}
+CONTENTS = {2: "position and velocity", 3: "position, velocity and acceleration"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +40,14 @@ class Points:
 
     Attributes:
         trajectory: The curve that the receiver makes of the points: its knots are the points.
-        with_acceleration: The points carry accelerations, and the pieces are quintics.
+        with_acceleration: The points have accelerations, and the pieces are quintics.
         exact: The curve is the motion itself up to rounding.
         error: How far it is off at most [rad or m], over all joints and all time.
         velocity_error: How far its velocity is off at most [rad/s or m/s].
         acceleration_error: How far its acceleration is off at most [rad/s² or m/s²].
-        acceleration_jump: By how much its acceleration jumps at most where the motion is fitted
-            and the points carry none [rad/s² or m/s²]; otherwise 0.
-        inserted: Points between the knots of the motion.
+        acceleration_jump: By how much its acceleration jumps at most where the motion is fitted by
+            points without accelerations [rad/s² or m/s²]; otherwise 0.
+        inserted: Number of points between the knots of the motion.
     """
 
     trajectory: JointTrajectory
@@ -65,20 +65,20 @@ class Points:
         return int(self.trajectory.breaks.size)
 
     def describe(self) -> str:
-        """Say how many points it took and what they are worth."""
-        carried = CARRIED[3 if self.with_acceleration else 2]
+        """Say how many points there are and how exact they are."""
+        points = f"{self.count} points of {CONTENTS[3 if self.with_acceleration else 2]}"
         if self.exact:
-            return f"{self.count} points of {carried} carry the whole motion"
+            return f"{points} define the whole motion exactly"
         smooth = f"C1: acceleration jumps by up to {self.acceleration_jump:.3g} [per s^2]"
         return (
-            f"{self.count} points of {carried}, {self.inserted} of them inserted; off by at most "
+            f"{points}, {self.inserted} of them inserted; off by at most "
             f"{self.error:.3g} in position [rad or m], {self.velocity_error:.3g} in velocity "
             f"[per s] and {self.acceleration_error:.3g} in acceleration [per s^2]; "
             f"{'C2' if self.with_acceleration else smooth}"
         )
 
 
-def carry(
+def motion_points(
     motion: JointTrajectory | Points,
     *,
     accelerations: bool | None = False,
@@ -90,15 +90,22 @@ def carry(
     the tolerance. The error is the largest value of the difference of the polynomials, found
     from its critical points and not from samples.
 
+    >>> import knotwork as kw
+    >>> quintic = kw.plan("paper_case", planner="quintic").trajectory
+    >>> motion_points(quintic, accelerations=True).exact
+    True
+    >>> motion_points(quintic, fit=1e-4).count > quintic.breaks.size
+    True
+
     Args:
         motion: The motion, or points of it, which are returned as they are.
-        accelerations: Points carry accelerations, so that receivers join them by quintics; `None`
-            for receivers that take none.
+        accelerations: The points have accelerations, so that receivers join them by quintics;
+            `None` for receivers that take none.
         fit: How far the result may be off [rad or m]; by default it must not be off at all.
 
     Raises:
-        ExportError: The knots alone do not carry the motion and no tolerance is given; or they
-            can't with any number of points, because a quantity that they carry jumps.
+        ExportError: The knots alone do not define the motion and no tolerance is given; or no
+            number of points can, because a quantity that they have jumps.
         InputError: The tolerance is not positive, is below the rounding of the values, or takes
             more than a million points; or points are given, and others are asked for.
     """
@@ -108,31 +115,35 @@ def carry(
         if motion.with_acceleration != bool(accelerations) or fit is not None:
             raise InputError("these points are made already; make others from the trajectory")
         return motion
-    trajectory = motion
     order = 3 if accelerations else 2
     tolerance = None if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
-    times = np.array(trajectory.breaks)
-    derivatives = _derivatives(trajectory, times, order)
-    joined = two_point_coefficients(times, derivatives)
-    if (largest_difference(trajectory, times, joined) <= LOSSLESS * _scale(trajectory)).all():
-        return _points(trajectory, times, joined, bool(accelerations), exact=True)
-    _refuse_jumps(trajectory, order, tolerance)
-    if tolerance is None:
-        raise _not_carried(trajectory, order, times, joined, may_accelerate=accelerations is False)
-    floor = float(_scale(trajectory).max()) * LOSSLESS
-    if tolerance < floor:
-        raise InputError(
-            f"a fit within {tolerance:g} is finer than the values are rounded; at least "
-            f"{floor:.3g} is accepted"
-        )
-    times, joined = _refine(trajectory, times, joined, order, tolerance)
-    return _points(trajectory, times, joined, bool(accelerations), exact=False)
+    times = np.array(motion.breaks)
+    joined = _joined(motion, times, order)
+    exact = bool((largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
+    if not exact:
+        _refuse_jumps(motion, order, tolerance)
+        if tolerance is None:
+            raise _lossy(motion, order, times, joined, may_accelerate=accelerations is False)
+        floor = float(_scale(motion).max()) * LOSSLESS
+        if tolerance < floor:
+            raise InputError(
+                f"a fit within {tolerance:g} is finer than the values are rounded; at least "
+                f"{floor:.3g} is accepted"
+            )
+        times, joined = _refine(motion, times, joined, order, tolerance)
+    off, slow, slower = (
+        float(largest_difference(motion, times, joined, nu).max()) for nu in range(3)
+    )
+    curve = motion if exact else replace(motion, polynomial=PiecewisePolynomial(joined, times))
+    jump = 0.0 if exact or accelerations else curve.continuity.acceleration.jump
+    inserted = int(times.size - motion.breaks.size)
+    return Points(curve, bool(accelerations), exact, off, slow, slower, jump, inserted)
 
 
-def _derivatives(
-    trajectory: JointTrajectory, times: FloatArray, order: int
-) -> tuple[FloatArray, ...]:
-    return tuple(trajectory(times, nu) for nu in range(order))
+def _joined(trajectory: JointTrajectory, times: FloatArray, order: int) -> FloatArray:
+    """Pieces that a receiver makes of points, as coefficients of shape (2·order, pieces, d)."""
+    derivatives = tuple(trajectory(times, nu) for nu in range(order))
+    return two_point_coefficients(times, derivatives)
 
 
 def _scale(trajectory: JointTrajectory) -> FloatArray:
@@ -143,19 +154,19 @@ def _scale(trajectory: JointTrajectory) -> FloatArray:
 
 
 def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) -> None:
-    """Refuse a motion in which a quantity jumps that each point carries only once."""
+    """Refuse a motion in which a quantity jumps that each point has only once."""
     smooth = trajectory.continuity
     if smooth.order >= order - 1:
         return
     quantity = DERIVATIVES[smooth.order + 1]
     jump = getattr(smooth, quantity)
-    joint_unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
-    unit = rate_unit(joint_unit, smooth.order + 1)
+    unit = trajectory.joint_units[trajectory.joint_names.index(jump.joint)]
+    unit = rate_unit(unit, smooth.order + 1)
     instead = (
         "leave the accelerations out" if quantity == "acceleration" else "choose another planner"
     )
     raise ExportError(
-        f"points of {CARRIED[order]} can't carry this motion"
+        f"points of {CONTENTS[order]} can't define this motion"
         f"{'' if fit is None else ', however many there are'}: the {quantity} of joint "
         f"{jump.joint!r} jumps by {jump.jump:.3g} {unit} at {jump.time:.9g} s, and a point holds "
         f"one value of it; {instead}",
@@ -165,7 +176,7 @@ def _refuse_jumps(trajectory: JointTrajectory, order: int, fit: float | None) ->
     )
 
 
-def _not_carried(
+def _lossy(
     trajectory: JointTrajectory,
     order: int,
     times: FloatArray,
@@ -173,6 +184,7 @@ def _not_carried(
     *,
     may_accelerate: bool,
 ) -> ExportError:
+    """The error for a motion that its knots do not define."""
     off = largest_difference(trajectory, times, joined)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
@@ -180,12 +192,12 @@ def _not_carried(
     jumps = ", and accept that the acceleration jumps" if order == 2 else ""
     ways = [f"give a tolerance to fit within, in rad or m (--fit){jumps}"]
     if may_accelerate and degree <= 5 and trajectory.continuity.order >= 2:
-        ways.insert(0, "send accelerations too (--accelerations), which carry it exactly")
+        ways.insert(0, "send accelerations too (--accelerations), which makes it exact")
     ways.append("choose a planner of cubics")
     planner = f"planner {trajectory.planner!r}" if trajectory.planner else "this motion"
     return ExportError(
         f"{planner} makes polynomials of degree {degree}; {PIECE_NAMES[order]} through the "
-        f"{CARRIED[order]} of its {times.size} knots would be off by up to "
+        f"{CONTENTS[order]} of its {times.size} knots would be off by up to "
         f"{off[piece, joint]:.3g} {unit} (joint {name!r}, between {times[piece]:.6g} s and "
         f"{times[piece + 1]:.6g} s): {'; or '.join(ways)}",
         joint=name,
@@ -201,10 +213,10 @@ def _refine(
     order: int,
     tolerance: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Cut the spans that are off by more than the tolerance until none is.
+    """Cut the pieces that are off by more than the tolerance until none is.
 
-    The error of a piece falls with the power 2·order of its length, so that tells how many parts
-    it needs; what they are worth is measured anew.
+    The error of a piece falls with the power 2·order of its length, which tells how many parts it
+    needs; the error of the parts is then measured.
     """
     while True:
         worst = largest_difference(trajectory, times, joined).max(axis=1)
@@ -223,38 +235,4 @@ def _refine(
         index = np.arange(start.size) - np.repeat(np.cumsum(parts) - parts, parts)
         step = np.repeat(np.diff(times) / parts, parts)
         times = np.append(start + index * step, times[-1])
-        joined = two_point_coefficients(times, _derivatives(trajectory, times, order))
-
-
-def _points(
-    trajectory: JointTrajectory,
-    times: FloatArray,
-    joined: FloatArray,
-    accelerations: bool,
-    *,
-    exact: bool,
-) -> Points:
-    off = float(largest_difference(trajectory, times, joined).max())
-    curve = trajectory
-    if not exact:
-        curve = JointTrajectory(
-            trajectory.joint_names,
-            PiecewisePolynomial(joined, times),
-            joint_units=trajectory.joint_units,
-            planner=trajectory.planner,
-            waypoint_times=trajectory.waypoint_times,
-        )
-    jump = curve.continuity.acceleration.jump if not (exact or accelerations) else 0.0
-    slow, slower = (
-        float(largest_difference(trajectory, times, joined, order).max()) for order in (1, 2)
-    )
-    return Points(
-        curve,
-        accelerations,
-        exact,
-        off,
-        slow,
-        slower,
-        jump,
-        int(times.size - trajectory.breaks.size),
-    )
+        joined = _joined(trajectory, times, order)
