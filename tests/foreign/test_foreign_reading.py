@@ -217,7 +217,7 @@ def test_units_say_what_a_column_is(heading: str, factor: float, order: int) -> 
         ({"positions": "deg"}, "units.positions: joint 'joint_1' is in 'deg' ('rad')"),
         ({"velocities": ["rad/s", "deg/s", "m/s"]}, "'joint_10' is in 'deg/s' ('rad/s')"),
         ({"velocities": "rad"}, "units.velocities: joint 'joint_1' is in 'rad' ('rad/s')"),
-        ({"accelerations": ["rad/s2", "rad/s2", "m/s"]}, "joint 'slide' is in 'm/s' ('m/s2')"),
+        ({"accelerations": ["rad/s2", "rad/s2", "m/s"]}, "joint 'slide' is in 'm/s' ('m/s²')"),
         ({"joints": ["rad", "rad", "mm"]}, "units.joints: joint 'slide' is in 'mm' ('m')"),
         ({"joints": ["rad", "rad"]}, "units.joints: has 2 entries (3, as joint names)"),
         ({"postions": "rad"}, "units.postions: unknown key (did you mean 'positions'"),

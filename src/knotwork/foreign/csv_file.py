@@ -10,8 +10,8 @@ import numpy as np
 
 from knotwork.documents import read_text
 from knotwork.errors import DocumentError, Problem
-from knotwork.foreign.header import QUANTITIES, Column, HeadingError, column
-from knotwork.foreign.table import Place, PointTable
+from knotwork.foreign.header import Column, HeadingError, column
+from knotwork.foreign.table import QUANTITIES, Place, PointTable
 from knotwork.waypoints import FloatArray
 
 DELIMITERS = (",", ";", "\t")
@@ -48,31 +48,21 @@ def read_csv(
         accepted = f"a line above the numbers, with time and {', '.join(joint_names)}"
         raise DocumentError(path, [Problem(head, "", "has no headings", accepted)])
     columns = _columns(path, head, cells, joint_names, joint_units)
-    lines, values = _numbers(path, rows[1:], cells)
+    lines, numbers = _numbers(path, rows[1:], cells)
     time = np.empty(len(lines))
-    tables = {quantity: np.full((len(lines), len(joint_names)), np.nan) for quantity in QUANTITIES}
+    values = {quantity: np.full((len(lines), len(joint_names)), np.nan) for quantity in QUANTITIES}
     where: dict[tuple[str, int | None], int] = {}
     for i, content in enumerate(columns):
         if content.quantity == "time":
-            time = _absolute(values[:, i] * content.factor, content.clock, start_time)
+            time = _absolute(numbers[:, i] * content.factor, content.clock, start_time)
         elif content.quantity:
-            tables[content.quantity][:, content.joint] = values[:, i] * content.factor
+            values[content.quantity][:, content.joint] = numbers[:, i] * content.factor
         else:
             continue
         where[content.quantity, content.joint] = i
-    given = {quantity: (quantity, 0) in where for quantity in QUANTITIES}
-    count = len(lines)
-    return PointTable(
-        tuple(joint_names),
-        tuple(joint_units),
-        time,
-        tables["position"],
-        tables["velocity"],
-        tables["acceleration"],
-        np.full(count, given["velocity"]),
-        np.full(count, given["acceleration"]),
-        _places(path, lines, cells, where),
-    )
+    has = {quantity: np.full(len(lines), (quantity, 0) in where) for quantity in QUANTITIES}
+    place = _places(path, lines, cells, where)
+    return PointTable(tuple(joint_names), tuple(joint_units), time, values, has, place)
 
 
 def _places(

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from knotwork.errors import did_you_mean
+from knotwork.foreign.table import QUANTITIES
 from knotwork.foreign.units import BASES, LOADS, PER_TIME, SECONDS, time_order, words
+from knotwork.joint_quantities import DERIVATIVES
 
-QUANTITIES = ("position", "velocity", "acceleration")
 _WORDS = {
     "position": ("position", "positions", "pos", "q", "angle"),
     "velocity": ("velocity", "velocities", "vel", "qd", "dq", "qdot", "speed"),
@@ -18,7 +19,6 @@ _WORDS = {
     "effort": ("effort", "efforts", "torque", "tau", "force", "current", "voltage", "temperature"),
 }
 _QUANTITY = {word: quantity for quantity, words in _WORDS.items() for word in words}
-_ORDERS = (*QUANTITIES, "jerk")
 _CLOCKS = {
     "absolute": (
         ("time", "times", "t", "timestamp", "stamp"),
@@ -134,7 +134,7 @@ def _content(heading: str, said: list[str], name: str, unit: str) -> tuple[str, 
             f"the column {heading!r} is in {bases[0]}, but joint {name!r} is in {unit}", accepted
         )
     order = time_order(per)
-    quantity = _ORDERS[order] if order < len(_ORDERS) else ""
+    quantity = DERIVATIVES[order] if order < len(DERIVATIVES) else ""
     if not quantity or (named and named != [quantity]):
         what = f"a {named[0]} with the unit of another quantity" if named else "of no known unit"
         raise HeadingError(f"the column {heading!r} is {what}", accepted)

@@ -7,14 +7,20 @@ from typing import Any
 
 from knotwork.documents import Document, Location
 from knotwork.errors import did_you_mean
-from knotwork.foreign.point_rows import KEYS, UNUSED_IN_POINT
+from knotwork.foreign.table import QUANTITIES
 from knotwork.foreign.units import SECONDS, is_rate
+from knotwork.joint_quantities import rate_unit
 
-_ORDERS = {"joints": 0} | {
-    key: order
-    for order, quantity in enumerate(("position", "velocity", "acceleration"))
-    for key in KEYS[quantity]
+KEYS: dict[str, tuple[str, ...]] = {
+    "time": ("time_from_start", "time", "times", "t"),
+    "position": ("positions", "position", "q"),
+    "velocity": ("velocities", "velocity", "qd"),
+    "acceleration": ("accelerations", "acceleration", "qdd"),
 }
+"""Keys under which a mapping may give each quantity."""
+
+UNUSED_IN_POINT = ("effort", "efforts", "jerk", "jerks")
+_ORDERS = {"joints": 0} | {key: i for i, name in enumerate(QUANTITIES) for key in KEYS[name]}
 
 
 def check_units(
@@ -69,5 +75,5 @@ def _check_joints(
         raise document.error(where, f"has {len(listed)} entries", f"{len(joints)}, as joint names")
     for (name, unit), said in zip(joints, listed, strict=True):
         if not isinstance(said, str) or not is_rate(said, unit, order):
-            wanted = unit + ("", "/s", "/s2")[order]
+            wanted = rate_unit(unit, order)
             raise document.error(where, f"joint {name!r} is in {said!r}", f"{wanted!r}")

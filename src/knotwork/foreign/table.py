@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from knotwork.errors import DocumentError
 from knotwork.interpolation.pieces import two_point_coefficients
+from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
@@ -18,37 +19,36 @@ Place = Callable[[int, str, "int | None"], Callable[[str, str], DocumentError]]
 """Row, quantity and joint (or `None`) to what makes the error for that place, given a message and
 what would be accepted."""
 
+QUANTITIES = DERIVATIVES[:3]
+"""What a controller joins points by: position, velocity and acceleration."""
+
 _CURVES = ("straight lines", "cubics", "quintics")
 
 
 @dataclass(frozen=True, eq=False)
 class PointTable:
-    """Points of named joints, in SI; NaN in the rows that lack velocity or acceleration.
+    """Points of named joints, in SI.
 
     Attributes:
         joint_names: Names, length d.
         joint_units: `"rad"` or `"m"` for each.
         time: Times [s], shape (n,).
-        position: [rad or m], shape (n, d).
-        velocity: [rad/s or m/s], shape (n, d).
-        acceleration: [rad/s² or m/s²], shape (n, d).
-        has_velocity, has_acceleration: Whether a row has them, shape (n,).
+        values: By the name of each of `QUANTITIES` [rad or m, and per s], shape (n, d); NaN in the
+            rows that lack it.
+        has: Which rows have each of them, shape (n,).
         place: Says where in the file a value stands.
     """
 
     joint_names: tuple[str, ...]
     joint_units: tuple[str, ...]
     time: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    has_velocity: NDArray[np.bool_]
-    has_acceleration: NDArray[np.bool_]
+    values: Mapping[str, FloatArray]
+    has: Mapping[str, NDArray[np.bool_]]
     place: Place
 
 
-def checked(table: PointTable) -> PointTable:
-    """Return a table if a controller can make a curve of it.
+def check_points(table: PointTable) -> None:
+    """Refuse points of which a controller can't make a curve.
 
     Raises:
         DocumentError: There are fewer than two points, a value is not finite, times do not
@@ -65,12 +65,11 @@ def checked(table: PointTable) -> PointTable:
             "the one before it",
             "times that increase",
         )
-    alone = np.flatnonzero(table.has_acceleration & ~table.has_velocity)
+    alone = np.flatnonzero(table.has["acceleration"] & ~table.has["velocity"])
     if alone.size:
         raise table.place(int(alone[0]), "acceleration", None)(
             "is given without a velocity", "both, or velocities alone"
         )
-    return table
 
 
 def _digits(value: float) -> str:
@@ -85,12 +84,8 @@ def _refuse_not_finite(table: PointTable) -> None:
         raise table.place(row, "time", None)(
             f"the time is {table.time[row]}", "a finite number of seconds"
         )
-    for quantity, values, given in (
-        ("position", table.position, np.ones(table.time.size, dtype=bool)),
-        ("velocity", table.velocity, table.has_velocity),
-        ("acceleration", table.acceleration, table.has_acceleration),
-    ):
-        wrong = np.argwhere(~np.isfinite(values) & given[:, None])
+    for quantity, values in table.values.items():
+        wrong = np.argwhere(~np.isfinite(values) & table.has[quantity][:, None])
         if wrong.size:
             row, joint = (int(i) for i in wrong[0])
             raise table.place(row, quantity, joint)(
@@ -110,17 +105,17 @@ def to_trajectory(table: PointTable, source: str) -> JointTrajectory:
         source: What they come from, for the report.
 
     Raises:
-        DocumentError: As `checked`; or the numbers make a curve beyond the range of floats.
+        DocumentError: As `check_points`; or the numbers make a curve beyond the range of floats.
     """
-    checked(table)
-    cubic = table.has_velocity[:-1] & table.has_velocity[1:]
-    quintic = cubic & table.has_acceleration[:-1] & table.has_acceleration[1:]
+    check_points(table)
+    cubic = table.has["velocity"][:-1] & table.has["velocity"][1:]
+    quintic = cubic & table.has["acceleration"][:-1] & table.has["acceleration"][1:]
     kinds = cubic.astype(int) + quintic
-    velocity = np.where(table.has_velocity[:, None], table.velocity, 0.0)
-    acceleration = np.where(table.has_acceleration[:, None], table.acceleration, 0.0)
-    derivatives = (table.position, velocity, acceleration)
+    derivatives = tuple(
+        np.where(table.has[name][:, None], table.values[name], 0.0) for name in QUANTITIES
+    )
     size = 2 * (int(kinds.max()) + 1)
-    c = np.zeros((size, *table.position[1:].shape))
+    c = np.zeros((size, table.time.size - 1, len(table.joint_names)))
     for kind in sorted(set(kinds.tolist())):
         made = two_point_coefficients(table.time, derivatives[: kind + 1])
         of_kind = kinds == kind
@@ -145,7 +140,7 @@ def joint_order(
     joint_names: Sequence[str],
     error: Callable[[int | None, str, str], DocumentError],
 ) -> list[int]:
-    """Where in a list of names each joint stands.
+    """Find each joint in a list of names.
 
     Args:
         given: Names as the file lists them.
