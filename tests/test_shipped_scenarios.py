@@ -116,8 +116,11 @@ def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
         q, v = trajectory(waypoint.time), trajectory(waypoint.time, 1)
         if isinstance(waypoint, JointTarget):
             if not isinstance(waypoint.joints.values, str):
-                units = trajectory.joint_units or ()
-                wanted = waypoint.joints.array(trajectory.joint_names, units)
+                scale = {"rad": waypoint.joints.angle, "m": waypoint.joints.length}
+                given = waypoint.joints.values
+                assert isinstance(given, dict)
+                units = zip(trajectory.joint_names, trajectory.joint_units or (), strict=True)
+                wanted = np.array([given[joint] * scale[unit] for joint, unit in units])
                 np.testing.assert_allclose(q, wanted, atol=1e-9)
             if waypoint.velocity is None:
                 np.testing.assert_allclose(v, 0, atol=1e-9)
@@ -156,10 +159,11 @@ def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:
     space = joint_space(scenario)
     assert space.robot is not None
     q, positions, velocities = space.configurations["home"], [], []
-    for waypoint in scenario.waypoints:
-        if isinstance(waypoint, JointTarget):
-            q, v = space.values(waypoint.joints), np.zeros(len(space.joint_names))
+    for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+        if state is not None:
+            q, v = state.position, state.velocity
         else:
+            assert isinstance(waypoint, CartesianWaypoint)
             q = kw.solve_pose_ik(space.robot, waypoint.pose, q).q
             v = kw.solve_velocity_ik(space.robot, q, waypoint.twist)
         positions.append(q)

@@ -1,38 +1,59 @@
-"""The joints a scenario is about: its robot with its tool and limits, or bare joints without one.
+"""The joints a scenario moves, and what it asks of them in SI.
 
-What plans a scenario and what checks it both start here, so both speak of the same joints.
+The joints are those of its robot, with its tool and limits, or bare joints without a robot. What
+plans a scenario and what checks it both start here, so both speak of the same joints. Here, and
+nowhere else, joint values leave the units of the file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.errors import UnknownNameError
-from knotwork.joint_quantities import MAGNITUDES
-from knotwork.scenario import JointValues, LimitOverrides, Scenario
+from knotwork.errors import UnknownNameError, did_you_mean
+from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
+from knotwork.scenario import JointTarget, JointValues, LimitOverrides, Scenario
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class JointState:
+    """What a waypoint asks of the joints.
+
+    Attributes:
+        position: [rad or m], shape (d,).
+        velocity: [rad/s or m/s], shape (d,).
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class JointSpace:
-    """Joints with their units and limits, and the robot they belong to, if any.
+    """Joints with their units and limits, the robot they belong to, and what is asked of them.
 
     Attributes:
         joint_names: Names, length d.
         joint_units: `"rad"` or `"m"` for each joint.
         lower_position_limit, upper_position_limit: [rad or m], shape (d,); infinite where there
             is none.
-        limits: Largest magnitude by quantity: `"velocity"`, `"acceleration"`, `"jerk"` (of rad
-            or m) and `"effort"` [N m or N], each of shape (d,), infinite where none is given.
+        limits: Largest magnitude by quantity, each of shape (d,), in the unit of
+            `JOINT_QUANTITIES`, infinite where none is given.
         configurations: Named joint positions, each of shape (d,).
         robot: The robot with the scenario's tool and position limits, or `None`.
+        targets: For each waypoint what it asks of the joints; `None` for one given by a pose.
+        near: Joint positions that solutions are to be near [rad or m], shape (d,), or `None`.
+        end_acceleration: Asked for at the start and at the end [rad/s² or m/s²], shape (d,) each,
+            or `None`.
+        presets: What the planner is told at the waypoints: `"accelerations"`, `"jerks"` and
+            `"snaps"`, those that are given, each of shape (n, d) in SI.
     """
 
     joint_names: tuple[str, ...]
@@ -40,27 +61,29 @@ class JointSpace:
     lower_position_limit: FloatArray
     upper_position_limit: FloatArray
     limits: Mapping[str, FloatArray]
-    configurations: Mapping[str, FloatArray]
+    configurations: Mapping[str, FloatArray] = field(default_factory=dict)
     robot: Robot | None = None
-
-    def values(self, given: JointValues, *, missing: float | None = None) -> FloatArray:
-        """Read joint values of the scenario as an array of shape (d,) in SI.
-
-        Raises:
-            DocumentError: A joint or configuration is unknown, or a joint is left out.
-        """
-        return given.array(self.joint_names, self.joint_units, self.configurations, missing=missing)
+    targets: tuple[JointState | None, ...] = ()
+    near: FloatArray | None = None
+    end_acceleration: tuple[FloatArray, FloatArray] | None = None
+    presets: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def joint_space(scenario: Scenario) -> JointSpace:
-    """Load what a scenario moves: its robot with tool and limits, or its bare joints.
+    """Load what a scenario moves, and resolve its joint values.
 
     Raises:
-        InputError: The robot, its tool frame or a joint named in the scenario's limits does not
-            exist, or the robot can't be planned for.
+        InputError: The robot, its tool frame or a joint or configuration named in the scenario
+            does not exist, joint values leave a joint out, or the robot can't be planned for.
+
+    >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 90}, "after": 1}]
+    >>> from knotwork import load_scenario
+    >>> space = joint_space(load_scenario({"units": {"angle": "deg"}, "waypoints": ends}))
+    >>> space.targets[1].position
+    array([1.57079633])
     """
     if scenario.robot is None:
-        return _bare_joints(scenario)
+        return _of_bare_joints(scenario)
     from knotwork.robot import load_robot
 
     with scenario.error_context("robot"):
@@ -69,54 +92,126 @@ def joint_space(scenario: Scenario) -> JointSpace:
         robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
     with scenario.error_context("robot"):
         robot.require_tool()
-    names, units = robot.joint_names, robot.joint_units
-    position = _position_overrides(scenario.limits, names, units)
-    robot = robot.with_limits(position, **_overrides(scenario.limits, names, units))
-    limits = {kind: getattr(robot, f"{kind}_limit") for kind in MAGNITUDES}
+    read = _Reader(robot.joint_names, robot.joint_units, robot.configurations)
+    position, magnitudes = read.limits(scenario.limits)
+    robot = robot.with_limits(position, **magnitudes)
     return JointSpace(
         robot.joint_names,
         robot.joint_units,
         robot.lower_position_limit,
         robot.upper_position_limit,
-        limits,
+        dict(robot.limits),
         dict(robot.configurations),
         robot,
+        *read.task(scenario),
     )
 
 
-def _bare_joints(scenario: Scenario) -> JointSpace:
+def _of_bare_joints(scenario: Scenario) -> JointSpace:
     names = scenario.joint_names
     for name in scenario.joint_units:
         if name not in names:
             with scenario.error_context("joint_units", name):
                 raise UnknownNameError("joint", name, names)
     units = tuple(scenario.joint_units.get(name, "rad") for name in names)
-    none = np.full(len(names), np.inf)
-    lower, upper = -none, none.copy()
-    for name, bounds in _position_overrides(scenario.limits, names, units).items():
-        lower[names.index(name)], upper[names.index(name)] = bounds
+    read = _Reader(names, units, {})
+    position, magnitudes = read.limits(scenario.limits)
+    lower, upper = np.array([position.get(name, (-np.inf, np.inf)) for name in names]).T
     limits = {
-        kind: np.array([values.get(name, np.inf) for name in names])
-        for kind, values in _overrides(scenario.limits, names, units).items()
+        kind: np.array([magnitudes.get(kind, {}).get(name, np.inf) for name in names])
+        for kind in MAGNITUDES
     }
-    return JointSpace(names, units, lower, upper, limits, {})
+    return JointSpace(names, units, lower, upper, limits, {}, None, *read.task(scenario))
 
 
-def _position_overrides(
-    limits: LimitOverrides, names: tuple[str, ...], units: tuple[str, ...]
-) -> dict[str, tuple[float, float]]:
-    if limits.position_lower is None or limits.position_upper is None:
-        return {}
-    lower = limits.position_lower.by_joint(names, units)
-    upper = limits.position_upper.by_joint(names, units)
-    return {name: (lower[name], upper[name]) for name in lower}
+@dataclass(frozen=True)
+class _Reader:
+    """Reads joint values of a scenario file for some joints, in SI."""
 
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    configurations: Mapping[str, FloatArray]
 
-def _overrides(
-    limits: LimitOverrides, names: tuple[str, ...], units: tuple[str, ...]
-) -> dict[str, dict[str, float]]:
-    given: dict[str, JointValues | None] = {kind: getattr(limits, kind) for kind in MAGNITUDES}
-    return {
-        kind: values.by_joint(names, units, si=kind == "effort") if values is not None else {}
-        for kind, values in given.items()
-    }
+    def by_joint(self, given: JointValues, *, si: bool = False) -> dict[str, float]:
+        """Values by joint [rad or m, and per second]; `si` if they are in SI in any file."""
+        scales = {"rad": 1.0 if si else given.angle, "m": 1.0 if si else given.length}
+        scale = {name: scales[unit] for name, unit in zip(self.names, self.units, strict=True)}
+        if not isinstance(given.values, Mapping):
+            return {name: float(given.values) * scale[name] for name in self.names}
+        for name in given.values:
+            if name not in scale:
+                raise given.document.error(
+                    (*given.location, name),
+                    f"unknown joint {name!r}",
+                    did_you_mean(name, self.names),
+                )
+        return {name: float(value) * scale[name] for name, value in given.values.items()}
+
+    def array(self, given: JointValues, *, missing: float | None = None) -> FloatArray:
+        """A value for every joint, shape (d,); `missing` for those left out, if any may be."""
+        if isinstance(given.values, str):
+            if given.values not in self.configurations:
+                raise given.document.error(
+                    given.location,
+                    f"unknown configuration {given.values!r}",
+                    did_you_mean(given.values, self.configurations),
+                )
+            return np.array(self.configurations[given.values])
+        values = self.by_joint(given)
+        absent = [name for name in self.names if name not in values]
+        if absent and missing is None:
+            raise given.document.error(
+                given.location,
+                f"gives no value for joint {', '.join(absent)}",
+                f"a value for each of {', '.join(self.names)}",
+            )
+        return np.array([values.get(name, missing or 0.0) for name in self.names])
+
+    def limits(
+        self, given: LimitOverrides
+    ) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
+        """Position limits by joint, and magnitudes by quantity and joint."""
+        position: dict[str, tuple[float, float]] = {}
+        if given.position_lower is not None and given.position_upper is not None:
+            upper = self.by_joint(given.position_upper)
+            lower = self.by_joint(given.position_lower)
+            position = {name: (lower[name], upper[name]) for name in lower}
+        magnitudes = {
+            kind: self.by_joint(values, si=JOINT_QUANTITIES[kind].order is None)
+            for kind, values in given.magnitudes.items()
+        }
+        return position, magnitudes
+
+    def task(
+        self, scenario: Scenario
+    ) -> tuple[
+        tuple[JointState | None, ...],
+        FloatArray | None,
+        tuple[FloatArray, FloatArray] | None,
+        dict[str, FloatArray],
+    ]:
+        """What a `JointSpace` holds of the task: targets, near, end accelerations, presets."""
+        ends = scenario.end_acceleration
+        rest = np.zeros(len(self.names))
+        presets = {
+            name: np.array([self.array(values) for values in given])
+            for name in ("accelerations", "jerks", "snaps")
+            if isinstance(given := getattr(scenario.presets, name), tuple)
+        }
+        return (
+            tuple(
+                self._state(waypoint) if isinstance(waypoint, JointTarget) else None
+                for waypoint in scenario.waypoints
+            ),
+            self.array(scenario.near) if scenario.near is not None else None,
+            (rest, rest)
+            if isinstance(ends, str)
+            else ends and (self.array(ends[0], missing=0.0), self.array(ends[1], missing=0.0)),
+            presets,
+        )
+
+    def _state(self, target: JointTarget) -> JointState:
+        position = self.array(target.joints)
+        if target.velocity is None:
+            return JointState(position, np.zeros_like(position))
+        return JointState(position, self.array(target.velocity, missing=0.0))

@@ -21,7 +21,7 @@ from knotwork.interpolation import (
     planner_and_rule,
 )
 from knotwork.joint_space import JointSpace, joint_space
-from knotwork.scenario import JointValues, Scenario, load_scenario
+from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
@@ -222,23 +222,17 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     Raises:
         InputError: An option names a joint that does not exist, or is out of range.
     """
-    knots, ends, presets = scenario.knots, scenario.end_acceleration, scenario.presets
-
-    def table(given: tuple[JointValues, ...] | None) -> FloatArray | None:
-        if given is None:
-            return None
-        return np.array([space.values(values) for values in given])
-
-    accelerations = presets.accelerations
+    knots, ends = scenario.knots, scenario.end_acceleration
+    accelerations = scenario.presets.accelerations
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
-        end_acceleration=ends
-        if ends is None or isinstance(ends, str)
-        else (space.values(ends[0], missing=0.0), space.values(ends[1], missing=0.0)),
-        accelerations=accelerations if isinstance(accelerations, str) else table(accelerations),
-        jerks=table(presets.jerks),
-        snaps=table(presets.snaps),
-        transition_time=presets.transition_time,
+        end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
+        accelerations=accelerations
+        if isinstance(accelerations, str)
+        else space.presets.get("accelerations"),
+        jerks=space.presets.get("jerks"),
+        snaps=space.presets.get("snaps"),
+        transition_time=scenario.presets.transition_time,
         velocity_limit=space.limits["velocity"],
         acceleration_limit=space.limits["acceleration"],
     )

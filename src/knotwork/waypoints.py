@@ -81,7 +81,7 @@ class ReadOnlyArrays:
 
 
 @dataclass(frozen=True, eq=False)
-class CartesianWaypoint(ReadOnlyArrays):
+class CartesianWaypoint:
     """A pose the tool must reach at a time, with the velocity it must have there.
 
     Everything is in the axes of the robot's base frame, at the tool centre point (TCP).
@@ -89,50 +89,65 @@ class CartesianWaypoint(ReadOnlyArrays):
     Attributes:
         name: Name of the waypoint.
         time: When [s].
-        position: TCP position [m], shape (3,).
-        rotation: Rotation matrix of the tool, shape (3, 3).
-        linear: Linear velocity of the TCP [m/s], shape (3,).
-        angular: Angular velocity of the tool [rad/s], shape (3,).
+        pose: Of the tool [m]. The waypoint keeps a copy.
+        twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
         where: Where the waypoint was defined, for messages.
+
+    Raises:
+        WaypointDataError: The pose is not a `pin.SE3`, the twist not a `pin.Motion`, a value is not
+            finite, or the pose's rotation is not a rotation matrix.
+
+    >>> import pinocchio as pin
+    >>> pose = pin.SE3(pin.rpy.rpyToMatrix(0, 3.14, 0), np.array([0.4, 0.1, 0.3]))
+    >>> CartesianWaypoint("on", 1.5, pose, pin.Motion.Zero()).position
+    array([0.4, 0.1, 0.3])
     """
 
     name: str
     time: float
-    position: FloatArray
-    rotation: FloatArray
-    linear: FloatArray
-    angular: FloatArray
+    pose: pin.SE3
+    twist: pin.Motion
     where: str = ""
 
     def __post_init__(self) -> None:
-        for field, shape in (
-            ("position", (3,)),
-            ("rotation", (3, 3)),
-            ("linear", (3,)),
-            ("angular", (3,)),
-        ):
-            array = read_only(getattr(self, field), shape, f"{self.name}: {field}")
-            object.__setattr__(self, field, array)
-        error = float(np.abs(self.rotation.T @ self.rotation - np.eye(3)).max())
-        if error > 1e-9 or np.linalg.det(self.rotation) < 0:
+        import pinocchio as pin
+
+        for field, kind in (("pose", pin.SE3), ("twist", pin.Motion)):
+            value = getattr(self, field)
+            if not isinstance(value, kind):
+                raise WaypointDataError(
+                    f"{self.name}: {field} must be a pin.{kind.__name__}, not {value!r}"
+                )
+            object.__setattr__(self, field, value.copy())
+        read_only(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
+        read_only(self.twist.vector, (6,), f"{self.name}: twist")
+        R = self.pose.rotation
+        error = float(np.abs(R.T @ R - np.eye(3)).max())
+        if error > 1e-9 or np.linalg.det(R) < 0:
             raise WaypointDataError(
-                f"{self.name}: rotation is no rotation matrix: R'R differs from I by {error:.3g}, "
-                f"det R = {np.linalg.det(self.rotation):.3g}"
+                f"{self.name}: pose has no rotation matrix: R'R differs from I by {error:.3g}, "
+                f"det R = {np.linalg.det(R):.3g}"
             )
 
     @property
-    def pose(self) -> pin.SE3:
-        """Pose of the tool in the base frame."""
-        import pinocchio as pin
-
-        return pin.SE3(np.array(self.rotation), np.array(self.position))
+    def position(self) -> FloatArray:
+        """TCP position [m], shape (3,)."""
+        return np.array(self.pose.translation)
 
     @property
-    def twist(self) -> pin.Motion:
-        """Velocity of the tool at the TCP, in base axes (`local_world_aligned`)."""
-        import pinocchio as pin
+    def rotation(self) -> FloatArray:
+        """Rotation matrix of the tool, shape (3, 3)."""
+        return np.array(self.pose.rotation)
 
-        return pin.Motion(np.array(self.linear), np.array(self.angular))
+    @property
+    def linear(self) -> FloatArray:
+        """Linear velocity of the TCP [m/s], shape (3,)."""
+        return np.array(self.twist.linear)
+
+    @property
+    def angular(self) -> FloatArray:
+        """Angular velocity of the tool [rad/s], shape (3,)."""
+        return np.array(self.twist.angular)
 
 
 @dataclass(frozen=True, eq=False)

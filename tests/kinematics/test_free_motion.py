@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import knotwork as kw
@@ -95,8 +96,7 @@ def test_settling_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: in
     twists = 0.05 * generator.uniform(-1, 1, (5, 6))
     waypoints = []
     for i, (x, twist) in enumerate(zip(q, twists, strict=True)):
-        pose = robot.forward(x)
-        arguments = pose.translation, pose.rotation, twist[:3], twist[3:]
+        arguments = robot.forward(x), pin.Motion(twist)
         waypoints.append(CartesianWaypoint(str(i), 15.0 * i, *arguments))
     times = np.array([w.time for w in waypoints])
     v = solve_velocities(robot, q, twists)[0]

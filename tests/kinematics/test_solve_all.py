@@ -123,10 +123,8 @@ def test_every_branch_is_found_along_a_sequence(
         if straight:
             q = np.linspace(q[0], q[0] + 0.2 * (q[1] - q[0]), 12)
         poses = [robot.forward(x) for x in q]
-        still = np.zeros(3)
         waypoints = [
-            CartesianWaypoint(str(i), i, pose.translation, pose.rotation, still, still)
-            for i, pose in enumerate(poses)
+            CartesianWaypoint(str(i), i, pose, pin.Motion.Zero()) for i, pose in enumerate(poses)
         ]
         for pose, candidates in zip(poses, find_candidates(robot, waypoints, list(q)), strict=True):
             wanted = [x for x in truth(robot, pose) if (np.abs(x) <= np.pi).all()]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from knotwork.errors import DocumentError
+from knotwork.joint_space import joint_space
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.waypoints import CartesianWaypoint
 
@@ -216,17 +217,12 @@ def test_units_hold_for_velocities_tool_frames_limits_and_tolerances_alike() -> 
     assert tolerances.angular_velocity == pytest.approx(np.pi / 50)
     assert tolerances.joint_position == pytest.approx({"rad": np.pi / 1000, "m": 0.18e-3})
     assert tolerances.joint_velocity == pytest.approx({"rad": np.pi / 10, "m": 18e-3})
-    names, units = ["elbow_joint", "slide"], ["rad", "m"]
-    limits = scenario.limits
-    assert limits.velocity is not None
-    assert limits.velocity.by_joint(names, units) == {"elbow_joint": pytest.approx(np.pi)}
-    assert limits.acceleration is not None
-    both = limits.acceleration.by_joint(names, units)
-    assert both == {"elbow_joint": pytest.approx(2 * np.pi), "slide": pytest.approx(0.36)}
-    assert limits.effort is not None
-    assert limits.effort.by_joint(names, units, si=True) == {"elbow_joint": 100}
-    assert limits.position_lower is not None
-    assert limits.position_lower.by_joint(names, units)["elbow_joint"] == pytest.approx(-np.pi / 2)
+    space = joint_space(scenario)
+    elbow = space.joint_names.index("elbow_joint")
+    assert space.limits["velocity"][elbow] == pytest.approx(np.pi)
+    np.testing.assert_allclose(space.limits["acceleration"], 2 * np.pi)
+    assert space.limits["effort"][elbow] == 100
+    assert space.lower_position_limit[elbow] == pytest.approx(-np.pi / 2)
     np.testing.assert_array_equal(
         scenario.knots, [0, 0.25, 0.75, 1]
     )  # times have no unit to choose

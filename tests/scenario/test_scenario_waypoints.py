@@ -12,6 +12,7 @@ import yaml
 from knotwork import resources
 from knotwork.documents import Document
 from knotwork.errors import DocumentError, InputError, UnknownNameError
+from knotwork.joint_space import joint_space
 from knotwork.scenario import JointTarget, Scenario, load_scenario
 from knotwork.waypoints import CartesianWaypoint
 
@@ -197,51 +198,60 @@ def test_stop_is_true_or_left_out() -> None:
 # Joint values
 
 
-def target(scenario: Scenario, index: int) -> JointTarget:
-    waypoint = scenario.waypoints[index]
-    assert isinstance(waypoint, JointTarget)
-    return waypoint
-
-
 def test_joint_values_are_read_in_the_unit_of_each_joint() -> None:
     scenario = load_scenario(
         {
             "units": {"length": "mm", "angle": "deg"},
+            "joint_units": {"slide": "m"},
+            "limits": {"velocity": 180, "position": {"slide": [-400, 500]}, "effort": {"slide": 7}},
+            "planner_options": {"jerks": [{"turn": 1, "slide": 1}, {"turn": 2, "slide": 2}]},
             "waypoints": [
                 {"joints": {"turn": 90, "slide": 250}, "velocity": {"slide": 10}},
                 {"joints": {"slide": 0, "turn": 0}, "after": 1},
             ],
         }
     )
-    names, units = ("slide", "turn"), ("m", "rad")
-    np.testing.assert_allclose(target(scenario, 0).joints.array(names, units), [0.25, np.pi / 2])
-    velocity = target(scenario, 0).velocity
-    assert velocity is not None
-    np.testing.assert_allclose(velocity.array(names, units, missing=0.0), [0.01, 0])
+    space = joint_space(scenario)
+    assert space.joint_names == ("turn", "slide")
+    first, last = space.targets
+    assert first is not None
+    assert last is not None
+    np.testing.assert_allclose(first.position, [np.pi / 2, 0.25])
+    np.testing.assert_allclose(first.velocity, [0, 0.01])
+    np.testing.assert_array_equal([last.position, last.velocity], np.zeros((2, 2)))
+    np.testing.assert_allclose(space.lower_position_limit, [-np.inf, -0.4])
+    np.testing.assert_allclose(space.upper_position_limit, [np.inf, 0.5])
+    np.testing.assert_allclose(space.limits["velocity"], [np.pi, 0.18])
+    np.testing.assert_allclose(space.limits["effort"], [np.inf, 7])
+    np.testing.assert_allclose(
+        space.presets["jerks"], [[np.pi / 180, 1e-3], [2 * np.pi / 180, 2e-3]]
+    )
 
 
 def test_a_configuration_is_named_and_copied() -> None:
-    scenario = load_scenario(
-        {"robot": "ur5", "start": "up", "waypoints": [{"pose": POSE, "time": 1}]}
-    )
-    up = np.array([1.0, 2.0])
-    values = target(scenario, 0).joints
-    result = values.array(("a", "b"), ("rad", "rad"), {"up": up})
-    np.testing.assert_array_equal(result, up)
-    result[0] = 9
-    assert up[0] == 1
+    task: dict[str, Any] = {"robot": "ur5", "waypoints": [{"pose": POSE, "time": 1}]}
+    space = joint_space(load_scenario({**task, "start": "home", "near": "home"}))
+    start, pose = space.targets
+    assert start is not None
+    assert pose is None
+    for q in (start.position, space.near):
+        assert q is not None
+        np.testing.assert_array_equal(q, space.configurations["home"])
+        assert q is not space.configurations["home"]
     with pytest.raises(DocumentError, match=r"start: unknown configuration 'up' .*home"):
-        values.array(("a", "b"), ("rad", "rad"), {"home": up})
+        joint_space(load_scenario({**task, "start": "up"}))
 
 
 def test_an_unknown_or_missing_joint_is_named_with_its_waypoint() -> None:
-    scenario = joints({"joints": {"elbw": 1}}, {"after": 1})
-    with pytest.raises(DocumentError, match=r"waypoints\[0\]\.joints\.elbw: .*mean 'elbow'"):
-        target(scenario, 0).joints.array(("elbow",), ("rad",))
+    whole = {"shoulder": 0, "elbow": 1}
+    scenario = joints({"joints": whole}, {"joints": {"elbw": 1}, "after": 1}, robot="planar2")
+    with pytest.raises(DocumentError, match=r"waypoints\[1\]\.joints\.elbw: .*mean 'elbow'"):
+        joint_space(scenario)
+    scenario = joints({"joints": {"a": 0, "b": 1, "c": 2}}, {"joints": {"a": 1}, "after": 1})
     with pytest.raises(
         DocumentError, match=r"waypoints\[1\]\.joints: gives no value for joint b, c"
     ):
-        target(scenario, 1).joints.array(("a", "b", "c"), ("rad",) * 3)
+        joint_space(scenario)
 
 
 def test_a_waypoint_has_either_a_pose_or_joints() -> None:
@@ -282,10 +292,12 @@ def test_the_rest_of_the_file_arrives() -> None:
     assert (scenario.name, scenario.description, scenario.planner) == ("n", "d", "p")
     assert scenario.knots == 0.3
     assert (scenario.continuity, scenario.rate) == (1, 250)
-    assert isinstance(scenario.end_acceleration, tuple)
-    values = [end.array("ab", ("rad",) * 2, missing=0.0) for end in scenario.end_acceleration]
-    np.testing.assert_allclose(values, [[np.pi, 0], [0, -np.pi]])
-    assert joints({}, {"after": 1}, end_acceleration="zero").end_acceleration == "zero"
+    ends = joint_space(scenario).end_acceleration
+    assert ends is not None
+    np.testing.assert_allclose(ends, [[np.pi, 0], [0, -np.pi]])
+    zero = joints({}, {"after": 1}, end_acceleration="zero")
+    assert zero.end_acceleration == "zero"
+    assert joint_space(zero).end_acceleration == ([0], [0])
     assert joints({}, {"after": 1}, knots="balanced").knots == "balanced"
 
 
@@ -367,7 +379,9 @@ def test_a_mapping_is_not_changed_and_not_kept() -> None:
     }
     scenario = load_scenario(mapping)
     mapping["waypoints"][0]["joints"]["a"] = 9
-    assert target(scenario, 0).joints.values == {"a": 0}
+    state = joint_space(scenario).targets[0]
+    assert state is not None
+    assert state.position == [0]
     assert mapping["waypoints"][1] == {"joints": {"a": 1}, "after": 1}
 
 

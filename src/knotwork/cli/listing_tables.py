@@ -101,15 +101,9 @@ def robot_to_dict(robot: Robot) -> dict[str, Any]:
         "frames": list(robot.frame_names),
         "joints": dict(zip(names, robot.joint_units, strict=True)),
         "limits": {
-            kind: finite(getattr(robot, kind))
-            for kind in (
-                "lower_position_limit",
-                "upper_position_limit",
-                "velocity_limit",
-                "acceleration_limit",
-                "jerk_limit",
-                "effort_limit",
-            )
+            "lower_position_limit": finite(robot.lower_position_limit),
+            "upper_position_limit": finite(robot.upper_position_limit),
+            **{f"{kind}_limit": finite(values) for kind, values in robot.limits.items()},
         },
         "locked": dict(robot.locked),
         "configurations": {

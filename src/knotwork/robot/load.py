@@ -12,9 +12,8 @@ from typing import Any
 from knotwork import resources
 from knotwork.documents import Document, read, validate
 from knotwork.errors import InputError, RobotError, UnknownNameError
-from knotwork.joint_quantities import MAGNITUDES
-from knotwork.robot.file import LimitsFile, RobotFile
-from knotwork.robot.limits import LimitTables, check_tables
+from knotwork.robot.file import RobotFile
+from knotwork.robot.limits import limit_tables
 from knotwork.robot.model import Description, Robot
 from knotwork.robot.urdf import Urdf, read_urdf
 
@@ -81,7 +80,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
         name = document.file.stem if whole_file and document.file else Path(content.urdf).stem
     path = _urdf_path(content.urdf, folder, name)
     urdf = read_urdf(path, name)
-    _check_names(content, document, urdf, name)
+    _check_names(content, document, urdf)
     robot = Robot(
         Description(
             name=name,
@@ -92,7 +91,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
             tool_frame=content.tool_frame,
             locked=content.locked,
             configurations=content.configurations,
-            limits=_tables(content.limits),
+            limits=limit_tables(dict(content.limits), list(urdf.types), urdf, name),
         )
     )
     if robot.tool_frame is not None:
@@ -101,13 +100,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
     return robot
 
 
-def _tables(limits: LimitsFile) -> LimitTables:
-    given = {kind: getattr(limits, kind) for kind in MAGNITUDES}
-    rates = {kind: table for kind, table in given.items() if table is not None}
-    return LimitTables(limits.position or {}, rates)
-
-
-def _check_names(content: RobotFile, document: Document, urdf: Urdf, robot: str) -> None:
+def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
     """Check every joint and frame named, to say in which line a wrong one stands."""
     for field in ("base_frame", "tool_frame"):
         link = getattr(content, field)
@@ -117,16 +110,13 @@ def _check_names(content: RobotFile, document: Document, urdf: Urdf, robot: str)
     places: list[tuple[tuple[str, ...], Mapping[str, Any]]] = [(("locked",), content.locked)]
     places += [(("configurations", k), v) for k, v in content.configurations.items()]
     places += [
-        (("limits", kind), table)
-        for kind in ("position", *MAGNITUDES)
-        if isinstance(table := getattr(content.limits, kind), Mapping)
+        (("limits", kind), table) for kind, table in content.limits if isinstance(table, Mapping)
     ]
     for place, table in places:
         for joint in table:
             if joint not in joints:
                 where = document.where((*place, joint))
                 raise UnknownNameError("joint", joint, joints, where=where)
-    check_tables(_tables(content.limits), joints, robot)
 
 
 def _check_configuration(robot: Robot, name: str) -> None:

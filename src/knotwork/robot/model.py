@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.chain import select_chain
-from knotwork.robot.limits import LimitTables, chain_limits, check_tables
+from knotwork.robot.limits import LimitTables, chain_limits, limit_tables
 from knotwork.robot.solvable import Solvable
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray, read_only
@@ -46,7 +46,7 @@ class Description:
     tool_offset: Any = field(default_factory=pin.SE3.Identity)
     locked: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    limits: LimitTables = field(default_factory=LimitTables)
+    limits: LimitTables = field(default_factory=dict)
 
 
 class Robot(Solvable):
@@ -68,6 +68,7 @@ class Robot(Solvable):
         acceleration_limit: [rad/s² or m/s²].
         jerk_limit: [rad/s³ or m/s³].
         effort_limit: [N m or N].
+        limits: The limits from `velocity_limit` on, by name of the quantity.
         base_frame: Link that poses are given in.
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
         tool_offset: TCP in the tool frame.
@@ -124,15 +125,13 @@ class Robot(Solvable):
     def _set_limits(self) -> None:
         given = self._given
         planned = self.tool_frame is not None
-        limits = chain_limits(
+        self.lower_position_limit, self.upper_position_limit, magnitudes = chain_limits(
             given.urdf, given.limits, self.joint_names, self.name, planned=planned
         )
-        self.lower_position_limit = limits.lower_position
-        self.upper_position_limit = limits.upper_position
-        self.velocity_limit = limits.velocity
-        self.acceleration_limit = limits.acceleration
-        self.jerk_limit = limits.jerk
-        self.effort_limit = limits.effort
+        self.limits = MappingProxyType(magnitudes)
+        self.velocity_limit = magnitudes["velocity"]
+        self.acceleration_limit = magnitudes["acceleration"]
+        self.jerk_limit, self.effort_limit = magnitudes["jerk"], magnitudes["effort"]
 
     @property
     def dof(self) -> int:
@@ -202,29 +201,23 @@ class Robot(Solvable):
     def with_limits(
         self,
         position: Mapping[str, tuple[float, float]] | None = None,
-        velocity: float | Mapping[str, float] | None = None,
-        acceleration: float | Mapping[str, float] | None = None,
-        jerk: float | Mapping[str, float] | None = None,
-        effort: float | Mapping[str, float] | None = None,
+        **magnitudes: float | Mapping[str, float] | None,
     ) -> Robot:
         """Replace limits, each given by joint, or as one number for all joints.
 
         Args:
             position: Joint to lower and upper limit [rad or m].
-            velocity: [rad/s or m/s].
-            acceleration: [rad/s² or m/s²].
-            jerk: [rad/s³ or m/s³].
-            effort: [N m or N].
+            magnitudes: `velocity` [rad/s or m/s], `acceleration` [rad/s² or m/s²], `jerk`
+                [rad/s³ or m/s³], `effort` [N m or N].
 
         Raises:
-            UnknownNameError: There is no such joint.
+            UnknownNameError: There is no such joint or limit.
             RobotError: A magnitude isn't positive, or lower isn't below upper.
         """
-        rates = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk, "effort": effort}
-        given = {kind: value for kind, value in rates.items() if value is not None}
-        check_tables(LimitTables(position or {}, given), self.joint_names, self.name)
-        tables = self._given.limits.merged(position or {}, given)
-        return Robot(replace(self._given, limits=tables))
+        given, old = {"position": position, **magnitudes}, self._given.limits
+        new = limit_tables(given, self.joint_names, self._given.urdf, self.name)
+        merged = {kind: {**old.get(kind, {}), **table} for kind, table in new.items()}
+        return Robot(replace(self._given, limits={**old, **merged}))
 
     def configuration(self, name: str) -> FloatArray:
         """A named configuration [rad or m], shape (d,).

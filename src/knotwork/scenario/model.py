@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.documents import Document, Location
-from knotwork.errors import DocumentError, InputError, did_you_mean
+from knotwork.errors import DocumentError, InputError
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class JointValues:
-    """Values by joint name as the file gives them, to be read once the joints are known.
+    """Values by joint name as the file gives them, in its units.
 
-    Whether a value is an angle or a length, and so its unit, depends on the joint.
+    Whether a value is an angle or a length depends on the joint: `joint_space` turns them into SI.
 
     Attributes:
         values: By joint name, or one number for every joint, or the name of a configuration.
@@ -42,71 +42,6 @@ class JointValues:
     def names(self) -> tuple[str, ...]:
         """Names of the joints that values are given for."""
         return tuple(self.values) if isinstance(self.values, Mapping) else ()
-
-    def by_joint(
-        self, joint_names: Sequence[str], joint_units: Sequence[str], *, si: bool = False
-    ) -> dict[str, float]:
-        """Read the values in SI [rad or m, and per second] by joint name.
-
-        Args:
-            joint_names: The joints there are.
-            joint_units: `"rad"` or `"m"` for each.
-            si: The values are in SI whatever the file's units (efforts).
-
-        Raises:
-            DocumentError: A joint is unknown.
-        """
-        scales = {"rad": 1.0 if si else self.angle, "m": 1.0 if si else self.length}
-        scale = {name: scales[unit] for name, unit in zip(joint_names, joint_units, strict=True)}
-        if isinstance(self.values, int | float):
-            return {name: float(self.values) * scale[name] for name in joint_names}
-        if isinstance(self.values, str):
-            raise TypeError("the name of a configuration holds no values of its own")
-        for name in self.values:
-            if name not in scale:
-                raise self.document.error(
-                    (*self.location, name),
-                    f"unknown joint {name!r}",
-                    did_you_mean(name, joint_names),
-                )
-        return {name: float(value) * scale[name] for name, value in self.values.items()}
-
-    def array(
-        self,
-        joint_names: Sequence[str],
-        joint_units: Sequence[str],
-        configurations: Mapping[str, FloatArray] | None = None,
-        *,
-        missing: float | None = None,
-    ) -> FloatArray:
-        """Read a value for every joint in SI, shape (d,), in the order of the joints.
-
-        Args:
-            joint_names: The joints there are.
-            joint_units: `"rad"` or `"m"` for each.
-            configurations: Named configurations that may be referred to.
-            missing: Value of joints that are left out; `None`: none may be.
-
-        Raises:
-            DocumentError: A joint is unknown or left out, or a configuration is unknown.
-        """
-        if isinstance(self.values, str):
-            if not configurations or self.values not in configurations:
-                raise self.document.error(
-                    self.location,
-                    f"unknown configuration {self.values!r}",
-                    did_you_mean(self.values, configurations or ()),
-                )
-            return np.array(configurations[self.values])
-        given = self.by_joint(joint_names, joint_units)
-        absent = [name for name in joint_names if name not in given]
-        if absent and missing is None:
-            raise self.document.error(
-                self.location,
-                f"gives no value for joint {', '.join(absent)}",
-                f"a value for each of {', '.join(joint_names)}",
-            )
-        return np.array([given.get(name, missing or 0.0) for name in joint_names])
 
 
 @dataclass(frozen=True)
@@ -191,20 +126,17 @@ class Presets:
 
 @dataclass(frozen=True)
 class LimitOverrides:
-    """Limits that take the place of the robot's, each `None` where the robot's holds.
+    """Limits that take the place of the robot's.
 
     Attributes:
-        position_lower, position_upper: Joint position.
-        velocity, acceleration, jerk: Of joints.
-        effort: Joint torque or force, in SI whatever the file's units [N m or N].
+        position_lower, position_upper: Joint position, or `None` where the robot's hold.
+        magnitudes: By quantity, for example `"velocity"`; those left out are the robot's. Efforts
+            are in SI whatever the file's units [N m or N].
     """
 
     position_lower: JointValues | None = None
     position_upper: JointValues | None = None
-    velocity: JointValues | None = None
-    acceleration: JointValues | None = None
-    jerk: JointValues | None = None
-    effort: JointValues | None = None
+    magnitudes: Mapping[str, JointValues] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -192,17 +192,20 @@ class _Resolver:
         )
 
     def _limits(self) -> LimitOverrides:
-        limits = self.file.limits
-        values: dict[str, JointValues] = {
-            kind: self.reader.joint_values(given, ("limits", kind))
+        limits, read = self.file.limits, self.reader.joint_values
+        magnitudes = {
+            kind: read(given, ("limits", kind))
             for kind in MAGNITUDES
             if (given := getattr(limits, kind)) is not None
         }
-        for side, name in enumerate(("position_lower", "position_upper")):
-            if limits.position is not None:
-                bounds = {joint: pair[side] for joint, pair in limits.position.items()}
-                values[name] = self.reader.joint_values(bounds, ("limits", "position"))
-        return LimitOverrides(**values)
+        if limits.position is None:
+            return LimitOverrides(magnitudes=magnitudes)
+        place: Location = ("limits", "position")
+        lower, upper = (
+            read({joint: pair[side] for joint, pair in limits.position.items()}, place)
+            for side in (0, 1)
+        )
+        return LimitOverrides(lower, upper, magnitudes)
 
     def _tolerances(self) -> ToleranceSet:
         given = self.file.tolerances

@@ -58,9 +58,7 @@ def _tangent(before: _Chord, after: _Chord) -> FloatArray:
     return np.asarray(mean / np.linalg.norm(mean))
 
 
-def passing_velocity(
-    poses: Sequence[pin.SE3], index: int, speed: float
-) -> tuple[FloatArray, FloatArray]:
+def passing_twist(poses: Sequence[pin.SE3], index: int, speed: float) -> pin.Motion:
     """Velocity of a tool that passes a pose at a speed along the smooth path.
 
     At the first and the last pose the path is the circle through the three poses at that end;
@@ -72,7 +70,7 @@ def passing_velocity(
         speed: [m/s]
 
     Returns:
-        Linear [m/s] and angular [rad/s] velocity in base axes, each of shape (3,).
+        Velocity in base axes (`local_world_aligned`) [m/s, rad/s].
 
     Raises:
         NoDirectionError: A neighbour is at the same place, or the path turns straight back.
@@ -80,7 +78,7 @@ def passing_velocity(
     last = len(poses) - 1
     if last == 1:
         chord = _chord(poses[0], poses[1])
-        return speed * chord.direction, speed * chord.turn / chord.length
+        return pin.Motion(speed * chord.direction, speed * chord.turn / chord.length)
     middle = min(max(index, 1), last - 1)
     before = _chord(poses[middle - 1], poses[middle])
     after = _chord(poses[middle], poses[middle + 1])
@@ -89,7 +87,7 @@ def passing_velocity(
     rates = before.turn / arcs[0], after.turn / arcs[1]
     if index == middle:
         rate = (arcs[1] * rates[0] + arcs[0] * rates[1]) / (arcs[0] + arcs[1])
-        return speed * tangent, speed * rate
+        return pin.Motion(speed * tangent, speed * rate)
     end = before if index < middle else after
     mirrored = 2 * (tangent @ end.direction) * end.direction - tangent
-    return speed * mirrored, speed * (rates[0] if index < middle else rates[1])
+    return pin.Motion(speed * mirrored, speed * (rates[0] if index < middle else rates[1]))

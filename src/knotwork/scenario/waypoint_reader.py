@@ -11,7 +11,7 @@ from knotwork.documents import Document, Location
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioWaypoint
 from knotwork.scenario.schema import ScenarioFile
 from knotwork.scenario.waypoint_schema import JointWaypoint, PoseWaypoint, Velocity
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -69,13 +69,8 @@ class WaypointReader:
                 joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
                 waypoints.append(JointTarget(names[i], times[i], joints, velocity, where))
                 continue
-            pose = poses[i]
-            linear, angular = self._velocity(i, waypoint, inner, poses)
-            waypoints.append(
-                CartesianWaypoint(
-                    names[i], times[i], pose.translation, pose.rotation, linear, angular, where
-                )
-            )
+            twist = self._twist(i, waypoint, inner, poses)
+            waypoints.append(CartesianWaypoint(names[i], times[i], poses[i], twist, where))
         return tuple(waypoints)
 
     def _names(self) -> list[str]:
@@ -153,34 +148,36 @@ class WaypointReader:
             return self.frames.find(self.file.frame, ("frame",))
         return "base"
 
-    def _velocity(
+    def _twist(
         self, i: int, waypoint: PoseWaypoint, inner: bool, poses: Mapping[int, pin.SE3]
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> pin.Motion:
+        import pinocchio as pin
+
         if waypoint.velocity is not None:
-            return self._given_velocity(i, waypoint, waypoint.velocity, poses[i])
+            return self._given_twist(i, waypoint, waypoint.velocity, poses[i])
         if waypoint.speed is not None:
-            return self._passing_velocity(i, waypoint.speed, poses)
+            return self._passing_twist(i, waypoint.speed, poses)
         if inner and waypoint.stop is None:
             raise self.document.error(
                 ("waypoints", i),
                 "is passed on the way and says no speed",
                 "velocity: {linear, angular}, speed: along the path, or stop: true",
             )
-        return np.zeros(3), np.zeros(3)
+        return pin.Motion.Zero()
 
-    def _given_velocity(
+    def _given_twist(
         self, i: int, waypoint: PoseWaypoint, velocity: Velocity, pose: pin.SE3
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> pin.Motion:
+        import pinocchio as pin
+
         axes = velocity.axes or self._frame(i, waypoint)
         self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
         turn = pose.rotation if axes == "tool" else self.frames[axes].rotation
-        linear = self.length * np.array(velocity.linear)
-        return turn @ linear, turn @ (self.angle * np.array(velocity.angular))
+        linear, angular = np.array(velocity.linear), np.array(velocity.angular)
+        return pin.Motion(self.length * (turn @ linear), self.angle * (turn @ angular))
 
-    def _passing_velocity(
-        self, i: int, speed: float, poses: Mapping[int, pin.SE3]
-    ) -> tuple[FloatArray, FloatArray]:
-        from knotwork.scenario.speed import NoDirectionError, passing_velocity
+    def _passing_twist(self, i: int, speed: float, poses: Mapping[int, pin.SE3]) -> pin.Motion:
+        from knotwork.scenario.speed import NoDirectionError, passing_twist
 
         location: Location = ("waypoints", i, "speed")
         first = i
@@ -202,7 +199,7 @@ class WaypointReader:
         if not at_start and not at_end:
             first, last = i - 1, i + 1
         try:
-            return passing_velocity(
+            return passing_twist(
                 [poses[k] for k in range(first, last + 1)], i - first, self.length * speed
             )
         except NoDirectionError as error:

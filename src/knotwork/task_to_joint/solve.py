@@ -8,9 +8,9 @@ import numpy as np
 
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.joint_space import JointSpace
-from knotwork.scenario import JointTarget, Scenario
+from knotwork.scenario import Scenario
 from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 
 
 def task_to_joint(scenario: Scenario, space: JointSpace) -> JointWaypoints:
@@ -54,9 +54,8 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
         DocumentError: Joint values name a joint or configuration that does not exist.
     """
     targets = scenario.waypoints
-    given = [space.values(t.joints) if isinstance(t, JointTarget) else None for t in targets]
-    near = space.values(scenario.near, missing=None) if scenario.near is not None else None
-    speeds = [_given_velocity(t, space) if isinstance(t, JointTarget) else None for t in targets]
+    given = [state.position if state is not None else None for state in space.targets]
+    speeds = [state.velocity if state is not None else None for state in space.targets]
     explain: Callable[[], tuple[Choice, ...]] | None = None
     infeasibilities: tuple[Infeasibility, ...] = ()
     _check_pull(scenario, space)
@@ -66,7 +65,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
         from knotwork.task_to_joint.explain import Explanation
         from knotwork.task_to_joint.search import Search
 
-        search = Search(scenario, space, space.robot, given, speeds, near)
+        search = Search(scenario, space, space.robot, given, speeds, space.near)
         found = search.solve()
         explanation = Explanation(search, found)
         explain, infeasibilities = explanation.choices, explanation.infeasibilities()
@@ -93,9 +92,3 @@ def _check_pull(scenario: Scenario, space: JointSpace) -> None:
                 f"has {robot.dof} joints, and none to spare beside the motion of the tool; leave "
                 "it out, or use an arm of seven joints or more",
             )
-
-
-def _given_velocity(target: JointTarget, space: JointSpace) -> FloatArray:
-    if target.velocity is None:
-        return np.zeros(len(space.joint_names))
-    return space.values(target.velocity, missing=0.0)

@@ -34,8 +34,8 @@ def tool_requirements(
     """
     pose = robot.forward(q)
     twist = robot.twist(q, v)
-    turn = float(np.linalg.norm(pin.log3(np.array(waypoint.rotation).T @ pose.rotation)))
-    asked, found = _quaternion(np.array(waypoint.rotation)), _quaternion(pose.rotation)
+    turn = float(np.linalg.norm(pin.log3(waypoint.rotation.T @ pose.rotation)))
+    asked, found = _quaternion(waypoint.rotation), _quaternion(pose.rotation)
     rows = (
         ("position", waypoint.position, pose.translation, None, "m"),
         ("orientation", asked, found if asked @ found >= 0 else -found, turn, "rad"),

@@ -13,11 +13,11 @@ import numpy as np
 
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.scenario import JointTarget, Scenario
+from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.motion import QUANTITIES, continuity, limit_use, rate_unit
 from knotwork.verification.report import Defect, LimitUse, Report, Requirement, Singularity
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Torque and nearness to singularities are looked at this often, and at every break.
 SAMPLES = 500
@@ -83,7 +83,7 @@ def _requirements(
     missed: list[str] = []
     start, end = trajectory.start_time, trajectory.end_time
     slack = TIME_ROUNDING * max(1.0, abs(start), abs(end))
-    for waypoint in scenario.waypoints:
+    for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
         if not start - slack <= waypoint.time <= end + slack:
             missed.append(
                 f"waypoint {waypoint.name!r} is at {waypoint.time:.9g} s, but the trajectory lasts "
@@ -92,9 +92,14 @@ def _requirements(
             continue
         time = min(max(waypoint.time, start), end)
         q, v = curve(time), curve(time, 1)
-        if isinstance(waypoint, JointTarget):
-            requirements += _joint_requirements(waypoint, q, v, space, scenario)
-        elif space.robot is not None:
+        if state is not None:
+            for order, asked, found in ((0, state.position, q), (1, state.velocity, v)):
+                requirements.append(
+                    _joint_requirement(
+                        waypoint.name, waypoint.time, order, asked, found, space, scenario
+                    )
+                )
+        elif isinstance(waypoint, CartesianWaypoint) and space.robot is not None:
             from knotwork.verification.tool import tool_requirements
 
             requirements += tool_requirements(waypoint, space.robot, q, v, scenario.tolerances)
@@ -108,32 +113,15 @@ def _requirements(
     return requirements, missed
 
 
-def _joint_requirements(
-    target: JointTarget, q: FloatArray, v: FloatArray, space: JointSpace, scenario: Scenario
-) -> Iterator[Requirement]:
-    velocity = np.zeros_like(q)
-    if target.velocity is not None:
-        velocity = space.values(target.velocity, missing=0.0)
-    for order, (requested, achieved) in enumerate(
-        ((space.values(target.joints), q), (velocity, v))
-    ):
-        yield _joint_requirement(
-            target.name, target.time, order, requested, achieved, space, scenario
-        )
-
-
 def _end_requirements(
     curve: PiecewisePolynomial, scenario: Scenario, space: JointSpace
 ) -> Iterator[Requirement]:
     """The accelerations at the two ends, where the scenario asks for them."""
-    asked = scenario.end_acceleration
+    asked = space.end_acceleration
     if asked is None:
         return
     ends = (scenario.waypoints[0], scenario.waypoints[-1])
-    for side, (waypoint, time) in enumerate(zip(ends, (curve.x[0], curve.x[-1]), strict=True)):
-        requested = np.zeros(len(space.joint_names))
-        if not isinstance(asked, str):
-            requested = space.values(asked[side], missing=0.0)
+    for waypoint, time, requested in zip(ends, (curve.x[0], curve.x[-1]), asked, strict=True):
         yield _joint_requirement(
             waypoint.name, float(time), 2, requested, curve(time, 2), space, scenario
         )

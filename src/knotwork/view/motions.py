@@ -12,7 +12,7 @@ from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.scenario import JointTarget, Scenario
+from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import LimitUse, Report
 from knotwork.verification.motion import limit_use
@@ -199,12 +199,9 @@ def _marks_of_scenario(scenario: Scenario, space: JointSpace, trajectory: JointT
     """Waypoints of a scenario; joint values only of those that are given by joint values."""
     shape = (len(scenario.waypoints), len(space.joint_names))
     position, velocity = np.full(shape, np.nan), np.full(shape, np.nan)
-    for i, waypoint in enumerate(scenario.waypoints):
-        if isinstance(waypoint, JointTarget):
-            position[i] = space.values(waypoint.joints)
-            velocity[i] = 0.0
-            if waypoint.velocity is not None:
-                velocity[i] = space.values(waypoint.velocity, missing=0.0)
+    for i, state in enumerate(space.targets):
+        if state is not None:
+            position[i], velocity[i] = state.position, state.velocity
     order = [space.joint_names.index(name) for name in trajectory.joint_names]
     names = tuple(waypoint.name for waypoint in scenario.waypoints)
     return Marks(scenario.times, names, (position[:, order], velocity[:, order]))

@@ -10,8 +10,8 @@ import pinocchio as pin
 
 from knotwork.joint_space import JointSpace
 from knotwork.robot import Robot
-from knotwork.scenario import JointTarget, Scenario
-from knotwork.waypoints import FloatArray
+from knotwork.scenario import Scenario
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,18 +36,12 @@ def targets(scenario: Scenario, space: JointSpace, robot: Robot) -> list[Target]
     """Find the tool pose and velocity that each waypoint asks for."""
     base = robot.base_placement
     found = []
-    for waypoint in scenario.waypoints:
-        if isinstance(waypoint, JointTarget):
-            q = space.values(waypoint.joints)
-            v = np.zeros_like(q)
-            if waypoint.velocity is not None:
-                v = space.values(waypoint.velocity, missing=0.0)
-            twist = robot.twist(q, v)
-            pose, linear, angular = robot.forward(q), twist.linear, twist.angular
-        else:
-            pose = waypoint.pose
-            linear, angular = np.array(waypoint.linear), np.array(waypoint.angular)
-        turned = base.rotation @ linear, base.rotation @ angular
+    for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+        if state is not None:
+            pose, twist = robot.forward(state.position), robot.twist(state.position, state.velocity)
+        elif isinstance(waypoint, CartesianWaypoint):
+            pose, twist = waypoint.pose, waypoint.twist
+        turned = base.rotation @ twist.linear, base.rotation @ twist.angular
         found.append(Target(waypoint.name, waypoint.time, base * pose, *turned))
     return found
 
