@@ -326,25 +326,29 @@ def test_a_robot_without_tool_frame_is_named_with_file_key_and_frames(
     tmp_path, knotwork: Command
 ) -> None:
     urdf = resources.folder("robots") / "planar2.urdf"
-    for waypoints in (
-        "[{pose: {position: [0.5, 0, 0], rpy: [0, 0, 0]}, time: 0},"
-        " {pose: {position: [0.6, 0, 0], rpy: [0, 0, 0]}, time: 1}]",
-        "[{joints: {shoulder: 0, elbow: 1}, time: 0}, {joints: {shoulder: 1, elbow: 1}, time: 1}]",
-    ):
-        task = tmp_path / "task.yaml"
-        task.write_text(f"units: {{length: m}}\nrobot: {urdf}\nwaypoints: {waypoints}\n")
-        ran = knotwork("plan", task)
-        assert ran.code == 2
-        assert "task.yaml: line 2: robot" in ran.err
-        assert "tool: {frame: " in ran.err
-        assert "tool_frame" in ran.err
-        assert "tip" in ran.err
-        assert "forearm" in ran.err
-        assert "the Jacobian needs" not in ran.err
+    task = tmp_path / "task.yaml"
+    task.write_text(
+        f"units: {{length: m}}\nrobot: {urdf}\nwaypoints:\n"
+        "- {joints: {shoulder: 0, elbow: 1}, time: 0}\n"
+        "- {pose: {position: [0.6, 0, 0], rpy: [0, 0, 0]}, time: 1}\n"
+    )
+    ran = knotwork("plan", task)
+    assert ran.code == 2
+    assert "task.yaml: line 2: robot" in ran.err
+    assert "tool: {frame: NAME}" in ran.err
+    assert "tool_frame: NAME" in ran.err
+    assert "tip" in ran.err
+    assert "forearm" in ran.err
+    assert "the Jacobian needs" not in ran.err
+
+
+def test_joint_values_need_no_tool_frame(tmp_path) -> None:
+    urdf = resources.folder("robots") / "planar2.urdf"
+    ends = [{"joints": {"shoulder": t, "elbow": 1}, "time": t} for t in (0, 1)]
+    assert plan({"robot": str(urdf), "waypoints": ends}).report.ok
 
 
 def test_a_robot_without_tool_frame_has_one_once_the_scenario_names_it(tmp_path) -> None:
     urdf = resources.folder("robots") / "planar2.urdf"
-    ends = [{"joints": {"shoulder": 0, "elbow": 1}, "time": t} for t in (0, 1)]
-    ends[1]["joints"] = {"shoulder": 1, "elbow": 1}
+    ends = [{"joints": {"shoulder": t, "elbow": 1}, "time": t} for t in (0, 1)]
     assert plan({"robot": str(urdf), "tool": {"frame": "tip"}, "waypoints": ends}).report.ok

@@ -16,7 +16,7 @@ import numpy as np
 from knotwork.errors import UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import JointTarget, JointValues, LimitOverrides, Scenario
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -90,8 +90,9 @@ def joint_space(scenario: Scenario) -> JointSpace:
         robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
     with scenario.error_context("tool", "frame"):
         robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
-    with scenario.error_context("robot"):
-        robot.require_tool()
+    if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
+        with scenario.error_context("robot"):
+            robot.require_tool()
     read = _Reader(robot.joint_names, robot.joint_units, robot.configurations)
     position, magnitudes = read.limits(scenario.limits)
     robot = robot.with_limits(position, **magnitudes)
