@@ -36,6 +36,7 @@ def test_there_are_scenarios_that_fail_in_every_way() -> None:
     assert leaves - set(said) == {
         "KnotworkError",
         "TaskError",
+        "OutOfReachError",
         "WaypointDataError",
         "TimeRangeError",
         "ExportError",

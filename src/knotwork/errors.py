@@ -28,6 +28,10 @@ class InputError(KnotworkError, ValueError):
         """Say in front of the message where the fault is, for example which field of a file."""
         self.args = (f"{where}: {self}", *self.args[1:])
 
+    def add(self, hint: str) -> None:
+        """Say at the end of the message what may be the cause."""
+        self.args = (f"{self}; {hint}", *self.args[1:])
+
 
 def did_you_mean(name: object, available: Iterable[object]) -> str:
     """Say which of the available names is near the given one, or list them all.
@@ -182,19 +186,13 @@ class TaskError(InputError):
         super().__init__(f"{prefix}{named}{message}")
 
 
-class UnreachablePoseError(TaskError):
-    """No configuration of the arm, inside its limits or out, brings the tool to the pose.
+class OutOfReachError(TaskError):
+    """The arm does not bring the tool to the pose inside its limits.
 
     The closest pose is the one with the least distance² + angle² that was found, a metre counting
     as a radian.
 
     Attributes:
-        position_shortfall: Distance left at the closest pose, limits or not [m].
-        orientation_shortfall: Angle left there [rad].
-        point_shortfall: Distance left at the nearest point in any orientation, limits or not [m];
-            within the tolerance where the point is reached.
-        angle_at_point: Angle left where the point is reached, inside the limits if it is reached
-            there [rad]; `None` if it is out of reach.
         closest: Joint positions of the closest pose inside the limits [rad or m].
         closest_distance: Distance left with these [m].
         closest_angle: Angle left with these [rad].
@@ -207,36 +205,51 @@ class UnreachablePoseError(TaskError):
         waypoint: str,
         message: str,
         *,
-        position_shortfall: float,
-        orientation_shortfall: float,
-        point_shortfall: float = 0.0,
-        angle_at_point: float | None = None,
         closest: Sequence[float] = (),
         closest_distance: float = 0.0,
         closest_angle: float = 0.0,
         held: Sequence[str] = (),
         where: str = "",
     ) -> None:
-        self.position_shortfall = position_shortfall
-        self.orientation_shortfall = orientation_shortfall
-        self.point_shortfall, self.angle_at_point = point_shortfall, angle_at_point
         self.closest, self.held = tuple(closest), tuple(held)
         self.closest_distance, self.closest_angle = closest_distance, closest_angle
         super().__init__(waypoint, message, where=where)
 
 
-class OutsideLimitsError(TaskError):
+class UnreachablePoseError(OutOfReachError):
+    """No configuration of the arm, inside its limits or out, brings the tool to the pose.
+
+    Attributes, beside those of `OutOfReachError`:
+        position_shortfall: Distance left at the closest pose, limits or not [m].
+        orientation_shortfall: Angle left there [rad].
+        point_shortfall: Distance left at the nearest point in any orientation, limits or not [m];
+            within the tolerance where the point is reached.
+        angle_at_point: Angle left where the point is reached, inside the limits if it is reached
+            there [rad]; `None` if it is out of reach.
+    """
+
+    def __init__(
+        self,
+        waypoint: str,
+        message: str,
+        *,
+        position_shortfall: float,
+        orientation_shortfall: float,
+        point_shortfall: float = 0.0,
+        angle_at_point: float | None = None,
+        **closest: Any,
+    ) -> None:
+        self.position_shortfall = position_shortfall
+        self.orientation_shortfall = orientation_shortfall
+        self.point_shortfall, self.angle_at_point = point_shortfall, angle_at_point
+        super().__init__(waypoint, message, **closest)
+
+
+class OutsideLimitsError(OutOfReachError):
     """The pose is reachable only with joints outside their position limits.
 
-    The closest pose is the one with the least distance² + angle² that was found, a metre counting
-    as a radian.
-
-    Attributes:
+    Attributes, beside those of `OutOfReachError`:
         joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
-        closest: Joint positions of the closest pose inside the limits [rad or m].
-        closest_distance: Distance left with these [m].
-        closest_angle: Angle left with these [rad].
-        held: Names of the joints that stand at a limit there and would have to go on.
     """
 
     def __init__(
@@ -245,16 +258,10 @@ class OutsideLimitsError(TaskError):
         message: str,
         *,
         joints: Sequence[tuple[str, float, float, float]],
-        closest: Sequence[float] = (),
-        closest_distance: float = 0.0,
-        closest_angle: float = 0.0,
-        held: Sequence[str] = (),
-        where: str = "",
+        **closest: Any,
     ) -> None:
         self.joints = tuple(joints)
-        self.closest, self.held = tuple(closest), tuple(held)
-        self.closest_distance, self.closest_angle = closest_distance, closest_angle
-        super().__init__(waypoint, message, where=where)
+        super().__init__(waypoint, message, **closest)
 
 
 class BranchError(TaskError):

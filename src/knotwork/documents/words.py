@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from knotwork.documents.document import shown
@@ -29,6 +29,8 @@ _WORDS = {
     "less_than": "must be less than {lt:g}",
     "less_than_equal": "must be at most {le:g}",
     "literal_error": "must be {expected}",
+    "too_short": "has {count}, fewer than {min_length}",
+    "too_long": "has {count}, more than {max_length}",
     "recursion_loop": "holds itself",
 }
 # Errors whose text is ours already.
@@ -48,8 +50,10 @@ def problem_words(kind: str, value: Any, said: str, context: Mapping[str, Any]) 
     if kind in _OWN:
         words = said.removeprefix("Value error, ")
         return words if isinstance(value, dict) else f"{_found(value)}: {words}"
-    if kind in _SIZES:
-        return f"{shown(value)}: {_SIZES[kind](value, context)}"
+    if kind == "too_short" and not value:
+        return f"{shown(value)}: is empty"
+    if kind in ("too_short", "too_long"):
+        context = {**context, "count": "1 value" if len(value) == 1 else f"{len(value)} values"}
     words = _WORDS.get(kind, "is not accepted").format(**context)
     if kind == "literal_error" and words == "must be True":
         words = "must be true, or left out"
@@ -62,24 +66,6 @@ def problem_words(kind: str, value: Any, said: str, context: Mapping[str, Any]) 
 
 def _found(value: Any) -> str:
     return "has no value" if value is None else shown(value)
-
-
-def _too_short(value: Any, context: Mapping[str, Any]) -> str:
-    return f"has {_count(value)}, fewer than {context['min_length']}" if value else "is empty"
-
-
-def _too_long(value: Any, context: Mapping[str, Any]) -> str:
-    return f"has {_count(value)}, more than {context['max_length']}"
-
-
-def _count(value: Any) -> str:
-    return "1 value" if len(value) == 1 else f"{len(value)} values"
-
-
-_SIZES: dict[str, Callable[[Any, Mapping[str, Any]], str]] = {
-    "too_short": _too_short,
-    "too_long": _too_long,
-}
 
 
 def hint(description: str | None) -> str:

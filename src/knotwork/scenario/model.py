@@ -149,6 +149,7 @@ class Scenario:
         waypoints: In order of time; at least two.
         robot: Shipped name, path, or inline description; `None` for a task of joints alone.
         relative_to: Folder that relative paths in `robot` start from, or `None`.
+        length_unit: The file's unit of length, `"m"` or `"mm"`, for messages.
         joint_units: Without a robot: `"rad"` or `"m"` by joint; `"rad"` for those left out.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         tool: Where the tool is.
@@ -175,6 +176,7 @@ class Scenario:
     description: str = ""
     robot: str | Document | None = None
     relative_to: Path | None = None
+    length_unit: str = "m"
     joint_units: Mapping[str, str] = field(default_factory=dict)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     tool: ToolPlacement = field(default_factory=ToolPlacement)

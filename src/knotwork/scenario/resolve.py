@@ -90,6 +90,7 @@ class _Resolver:
             waypoints=self.reader.waypoints(),
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
+            length_unit=file.units.length,
             joint_units=file.joint_units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),

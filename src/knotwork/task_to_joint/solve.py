@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from knotwork.errors import RobotError, UnknownNameError
+from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
@@ -64,9 +64,14 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
             raise UnknownNameError("robot", "", (), where=targets[given.index(None)].where)
         from knotwork.task_to_joint.explain import Explanation
         from knotwork.task_to_joint.search import Search
+        from knotwork.task_to_joint.unit_slips import suggest_unit
 
         search = Search(scenario, space, space.robot, given, speeds, space.near)
-        found = search.solve()
+        try:
+            found = search.solve()
+        except OutOfReachError as error:
+            suggest_unit(error, scenario, space.robot)
+            raise
         explanation = Explanation(search, found)
         explain, infeasibilities = explanation.choices, explanation.infeasibilities()
         positions, velocities = found.positions, found.velocities

@@ -1,0 +1,46 @@
+"""Poses that are out of reach because the file's lengths are in another unit than it says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.errors import TaskError
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.waypoints import CartesianWaypoint
+
+# A pose this many times farther than the arm reaches is no pose that was only placed badly, and
+# neither is one this many times nearer to the base.
+FAR_OFF = 20.0
+
+
+def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
+    """Add the unit of length that would put an unreachable pose in reach to its error.
+
+    Args:
+        error: That the pose of a waypoint can't be reached.
+        scenario: The task.
+        robot: The arm.
+    """
+    waypoint = next(one for one in scenario.waypoints if one.name == error.waypoint)
+    if not isinstance(waypoint, CartesianWaypoint):
+        return
+    distance, reach = float(np.linalg.norm(waypoint.position)), _reach(robot)
+    if scenario.length_unit == "m" and FAR_OFF * reach < distance <= 1000 * reach:
+        shown, unit = f"{distance:.4g} m", "mm"
+    elif scenario.length_unit == "mm" and distance < reach / FAR_OFF and 1000 * distance <= reach:
+        shown, unit = f"{1000 * distance:.4g} mm", "m"
+    else:
+        return
+    error.add(
+        f"it is {shown} from the base of an arm that reaches {reach:.2g} m at most; if the file's "
+        f"lengths are in {unit}, say so with `units: {{length: {unit}}}`"
+    )
+
+
+def _reach(robot: Robot) -> float:
+    """Length of the arm stretched out, an upper bound of its reach [m]."""
+    placements = [*robot.model.jointPlacements, robot.model.frames[robot.require_tool()].placement]
+    links = sum(float(np.linalg.norm(placement.translation)) for placement in placements)
+    bounds = np.abs([robot.lower_position_limit, robot.upper_position_limit]).max(axis=0)
+    return links + float(sum(bounds[[unit == "m" for unit in robot.joint_units]]))
