@@ -54,6 +54,10 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
 
     A COLLADA file with a fault that pycollada does not forgive is read without colours.
 
+    >>> meshes = kw.load_robot("ur5").urdf.parents[1] / "meshes"
+    >>> [(len(part.triangles), part.colour) for part in read_mesh(meshes / "ur5/visual/base.dae")]
+    [(1795, (0.5248, 0.5248, 0.5248, 1.0)), (137, (0.064, 0.064, 0.064, 1.0))]
+
     Raises:
         InputError: The file can't be read, holds no triangles, or points that are not finite.
     """

@@ -81,13 +81,13 @@ def read_urdf(path: Path, robot: str) -> Urdf:
     except ExpatError as error:
         raise RobotError(robot, f"{path} is not XML, so it is not a URDF: {error}") from error
     root = _root(document, text, path, robot)
-    joints = {e.getAttribute("name"): e for e in _children(root, "joint")}
+    joints = {e.getAttribute("name"): e for e in child_elements(root, "joint")}
     types = {name: element.getAttribute("type") for name, element in joints.items()}
     unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
     for name in unbounded:
         _bound(document, joints[name])
     model = _build(document.toxml() if unbounded else text, path, robot)
-    links = tuple(e.getAttribute("name") for e in _children(root, "link"))
+    links = tuple(e.getAttribute("name") for e in child_elements(root, "link"))
     parents = {_link(element, "parent") for element in joints.values()}
     children = {_link(element, "child") for element in joints.values()}
     return Urdf(
@@ -122,18 +122,19 @@ def _root(document: Document, text: str, path: Path, robot: str) -> Element:
     return root
 
 
-def _children(element: Element, tag: str) -> list[Element]:
+def child_elements(element: Element, tag: str = "") -> list[Element]:
+    """Elements right below another, those of one name if one is given."""
     nodes = element.childNodes
-    return [node for node in nodes if isinstance(node, Element) and node.tagName == tag]
+    return [node for node in nodes if isinstance(node, Element) and tag in ("", node.tagName)]
 
 
 def _link(joint: Element, end: str) -> str:
-    elements = _children(joint, end)
+    elements = child_elements(joint, end)
     return elements[0].getAttribute("link") if elements else ""
 
 
 def _mimic(joint: Element) -> Mimic | None:
-    elements = _children(joint, "mimic")
+    elements = child_elements(joint, "mimic")
     if not elements:
         return None
     mimic = elements[0]
@@ -148,7 +149,7 @@ def _bound(document: Document, joint: Element) -> None:
     waypoints needs the angle itself, which tells one turn from the next.
     """
     joint.setAttribute("type", "revolute")
-    limits = _children(joint, "limit")
+    limits = child_elements(joint, "limit")
     if limits:
         limit = limits[0]
     else:

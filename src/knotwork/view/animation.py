@@ -23,7 +23,7 @@ MOST_FRAMES = 240_000
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """An animation's frames; between them nothing is shown that is not one of them.
+    """Frames of an animation; between two of them the first is shown, and none is made up.
 
     Attributes:
         time: [s], shape (n,); the first is the start and the last the end of the trajectory.

@@ -13,12 +13,12 @@ from knotwork.waypoints import FloatArray
 
 ELEVATIONS = np.radians([24.0, 38.0])
 STEEP = np.radians(52.0)
-# From the direction in which the task lies; the first that is nearly as good as the best is taken.
+# Angles from the direction of the task; the first that is nearly as good as the best is taken.
 ASIDE = np.radians([-50.0, 50.0, -25.0, 25.0, -75.0, 75.0, -100.0, 100.0, 0.0])
 NEARLY = 0.04
 # A scene lower than this, relative to its width, is looked at from above.
 FLAT = 0.3
-# So many points of the path are looked at, evenly along it.
+# Number of pieces of the path, of one length, that are tested.
 LOOKS = 60
 
 
@@ -27,8 +27,8 @@ def first_view(
 ) -> dict[str, Any]:
     """Choose the direction to look from, and the points that must be in view.
 
-    Of a few directions that one is taken from which most of the path's length is seen: not hidden
-    behind the arm, and not along the line of sight.
+    Among a few directions, the choice is the one that shows most of the path's length: not behind
+    the arm, and not along the line of sight.
 
     Args:
         points: Of the arm and the task [m], z up, shape (n, 3).

@@ -71,6 +71,10 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     Returns:
         The path.
 
+    >>> from knotwork.view import plot_joints
+    >>> save_figure(plot_joints(kw.plan("planar2_closed_form")), "joints.svg").name
+    'joints.svg'
+
     Raises:
         InputError: The suffix is another, or the file can't be written.
     """

@@ -15,6 +15,7 @@ from knotwork.errors import InputError
 from knotwork.meshes.finding import find_mesh
 from knotwork.meshes.reading import Colour, read_mesh
 from knotwork.robot import Robot
+from knotwork.robot.urdf import child_elements
 from knotwork.view.mesh import GREY, Mesh, drawable, merged
 from knotwork.view.solids import box, capsule, cylinder, rod, sphere
 from knotwork.waypoints import FloatArray
@@ -106,15 +107,15 @@ class _Shapes:
         root = expatbuilder.parseString(text, namespaces=False).documentElement
         if root is None:
             raise ValueError(f"{path} is empty")  # it has been read as a robot before
-        self.links = {e.getAttribute("name"): e for e in _children(root, "link")}
+        self.links = {e.getAttribute("name"): e for e in child_elements(root, "link")}
         self.materials: dict[str, Colour] = {}
         for material in root.getElementsByTagName("material"):
             colour = _colour(material)
             if colour is not None:
                 self.materials.setdefault(material.getAttribute("name"), colour)
         self.carried: dict[str, list[FloatArray]] = {}
-        for joint in _children(root, "joint"):
-            for parent in _children(joint, "parent"):
+        for joint in child_elements(root, "joint"):
+            for parent in child_elements(joint, "parent"):
                 origins = self.carried.setdefault(parent.getAttribute("link"), [])
                 origins.append(_origin(joint)[1])
         self._read: dict[Path, Mesh] = {}
@@ -123,7 +124,7 @@ class _Shapes:
         """Shapes of a link in its axes, and what is missing of them."""
         found: list[Mesh] = []
         missing: list[str] = []
-        for item in _children(element, kind):
+        for item in child_elements(element, kind):
             try:
                 mesh = self._shape(item)
             except InputError as error:
@@ -135,26 +136,20 @@ class _Shapes:
 
     def _shape(self, item: Element) -> Mesh | None:
         colour = None
-        for material in _children(item, "material"):
+        for material in child_elements(item, "material"):
             colour = _colour(material) or self.materials.get(material.getAttribute("name"))
         plain = colour or GREY
-        for geometry in _children(item, "geometry"):
-            for shape in (node for node in geometry.childNodes if isinstance(node, Element)):
-                if shape.tagName == "mesh":
-                    return self._mesh(shape, colour)
-                sizes = {
-                    name: _numbers(shape.getAttribute(name))
-                    for name in ("size", "radius", "length")
-                    if shape.hasAttribute(name)
-                }
-                if shape.tagName == "box":
-                    return box([float(value) for value in sizes["size"]], plain)
-                radius = float(sizes["radius"][0])
-                if shape.tagName == "sphere":
-                    return sphere(radius, plain)
-                length = float(sizes["length"][0])
-                make = capsule if shape.tagName == "capsule" else cylinder
-                return make(radius, length, plain)
+        geometries = child_elements(item, "geometry")
+        for shape in (shape for geometry in geometries for shape in child_elements(geometry)):
+            if shape.tagName == "mesh":
+                return self._mesh(shape, colour)
+            if shape.tagName == "box":
+                return box(_numbers(shape.getAttribute("size")), plain)
+            radius = float(shape.getAttribute("radius"))
+            if shape.tagName == "sphere":
+                return sphere(radius, plain)
+            make = capsule if shape.tagName == "capsule" else cylinder
+            return make(radius, float(shape.getAttribute("length")), plain)
         return None
 
     def _mesh(self, shape: Element, colour: Colour | None) -> Mesh:
@@ -170,17 +165,12 @@ class _Shapes:
         return mesh.painted(colour) if colour is not None else mesh
 
 
-def _children(element: Element, tag: str) -> list[Element]:
-    nodes = element.childNodes
-    return [node for node in nodes if isinstance(node, Element) and node.tagName == tag]
-
-
 def _numbers(text: str) -> Sequence[float]:
     return [float(part) for part in text.split()]
 
 
 def _colour(material: Element) -> Colour | None:
-    for colour in _children(material, "color"):
+    for colour in child_elements(material, "color"):
         red, green, blue, opacity = (*_numbers(colour.getAttribute("rgba")), 1.0)[:4]
         return (red, green, blue, opacity)
     return None
@@ -188,7 +178,7 @@ def _colour(material: Element) -> Colour | None:
 
 def _origin(element: Element) -> tuple[FloatArray, FloatArray]:
     """Rotation and translation of an element's origin."""
-    for origin in _children(element, "origin"):
+    for origin in child_elements(element, "origin"):
         xyz = _numbers(origin.getAttribute("xyz") or "0 0 0")
         rpy = _numbers(origin.getAttribute("rpy") or "0 0 0")
         return np.asarray(pin.rpy.rpyToMatrix(np.array(rpy))), np.array(xyz)

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from knotwork.meshes.reading import Colour, IndexArray, MeshPart
 from knotwork.waypoints import FloatArray
+
+_Number = TypeVar("_Number", bound=np.generic)
 
 GREY: Colour = (0.75, 0.75, 0.75, 1.0)
 WHITE: Colour = (1.0, 1.0, 1.0, 1.0)
@@ -44,8 +47,8 @@ class Mesh:
         normals: Unit vectors, shape (n, 3).
         faces: Indices of vertices, counter-clockwise from outside, shape (m, 3).
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
-        opacity: 1 for what hides what is behind it.
-        coloured: Whether its colours are its own, not a stand-in where none are given.
+        opacity: From 0, not seen, to 1, opaque.
+        coloured: Whether its colours were given; else it is grey.
         uv: Place in its image of each vertex, from the lower left corner, shape (n, 2), or `None`.
         skins: Which faces have images.
     """
@@ -165,12 +168,12 @@ def from_triangles(
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     keep = np.linalg.norm(areas, axis=1) > 0
     corners, areas = corners[keep], areas[keep]
-    points, index = np.unique(corners.reshape(-1, 3).round(7), axis=0, return_inverse=True)
-    normals = np.round(127 * _creased(areas, index.reshape(-1), len(points)))
-    columns = [index.reshape(-1, 1), normals]
+    points, index = unique_rows(corners.reshape(-1, 3).round(7))
+    normals = np.round(127 * _creased(areas, index, len(points)))
+    columns = [index[:, np.newaxis], normals]
     if uv is not None:
         columns.append(uv[keep].reshape(-1, 2))
-    unique, inverse = np.unique(np.hstack(columns), axis=0, return_inverse=True)
+    unique, inverse = unique_rows(np.hstack(columns))
     mesh = Mesh(
         points[unique[:, 0].astype(np.int64)],
         normalised(unique[:, 1:4]),
@@ -189,13 +192,29 @@ def _creased(areas: FloatArray, index: IndexArray, points: int) -> FloatArray:
     # Each corner with each face that shares its point.
     repeats = counts[index]
     corner = np.repeat(np.arange(len(index)), repeats)
-    within = np.arange(len(corner)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
+    first = np.cumsum(repeats) - repeats
+    within = np.arange(len(corner)) - np.repeat(first, repeats)
     neighbour = faces[order[starts[index[corner]] + within]]
     unit = normalised(areas)
     level = np.einsum("ij,ij->i", unit[faces[corner]], unit[neighbour]) > CREASE
-    normals = np.zeros((len(index), 3))
-    np.add.at(normals, corner[level], areas[neighbour[level]])
-    return normalised(normals)
+    normals = np.where(level[:, np.newaxis], areas[neighbour], 0.0)
+    return normalised(np.add.reduceat(normals, first))
+
+
+def unique_rows(rows: NDArray[_Number]) -> tuple[NDArray[_Number], IndexArray]:
+    """Find the distinct rows, sorted, and which of them each row is; faster than `np.unique`.
+
+    >>> unique_rows(np.array([[2, 1], [0, 3], [2, 1]]))
+    (array([[0, 3],
+           [2, 1]]), array([1, 0, 1]))
+    """
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    inverse = np.empty(len(rows), dtype=np.int64)
+    inverse[order] = np.cumsum(new) - 1
+    return ordered[new], inverse
 
 
 def coarse(mesh: Mesh, cell: float) -> Mesh:
@@ -206,13 +225,12 @@ def coarse(mesh: Mesh, cell: float) -> Mesh:
         cell: Width of the cells [m].
     """
     keys = np.round(mesh.vertices / cell).astype(np.int64)
-    _, inverse = np.unique(keys, axis=0, return_inverse=True)
-    inverse = inverse.reshape(-1)
+    _, inverse = unique_rows(keys)
     faces = inverse[mesh.faces]
     faces = faces[(faces != np.roll(faces, -1, axis=1)).all(axis=1)]
     # each face once, from its least vertex on; its other side is another face
     first = faces.argmin(axis=1)[:, np.newaxis]
-    faces = np.unique(np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1), axis=0)
+    faces, _ = unique_rows(np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1))
     count = np.bincount(inverse)[:, np.newaxis]
 
     def mean(values: FloatArray) -> FloatArray:

@@ -47,7 +47,7 @@ class Series:
 
 @dataclass
 class Panel:
-    """What a panel shows, and what came of drawing it.
+    """What a panel shows, and what drawing it has found.
 
     Attributes:
         axis: Where.
@@ -56,7 +56,7 @@ class Panel:
         degrees: Show angles in degrees.
         shown: What of the legend's entries occurs in it: see `heads.explain_marks`.
         low, high: Range of values to show.
-        ceiling: The highest that a note may not hide.
+        ceiling: Top of the curves and limits, which a note must not hide.
         note: What it says of limits.
     """
 

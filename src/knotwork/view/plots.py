@@ -9,7 +9,7 @@ from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.view.heads import (
     MOST_LEGEND_LETTERS,
-    add_legend,
+    curve_legend,
     explain_marks,
     frame_times,
     picture_title,
@@ -20,8 +20,6 @@ from knotwork.view.panel import Panel, Series
 from knotwork.view.panels import draw_panel, finish_panel
 from knotwork.view.style import (
     DASHES,
-    colour,
-    dashes,
     new_figure,
     printable,
     settings,
@@ -67,6 +65,10 @@ def plot_joints(
 
     Returns:
         A figure, not known to `pyplot`.
+
+    >>> figure = plot_joints(kw.plan("planar2_closed_form"), quantities=["position", "velocity"])
+    >>> [axis.get_ylabel() for axis in figure.axes]
+    ['position [rad]', 'velocity [rad/s]']
 
     Raises:
         UnknownNameError: There is no such joint or quantity.
@@ -176,29 +178,18 @@ def _frame(
 def _legends(
     figure: Figure, panels: list[list[Panel]], motions: list[Motion], title: str | None
 ) -> None:
-    from matplotlib.lines import Line2D
-
-    series = {
-        (one.motion.label if _overlaid(panels) else one.joint): one
-        for line in panels
-        for panel in line
-        for one in panel.series
-    }
-    series = dict(sorted(series.items(), key=lambda item: item[1].index))
-    names = shortened(list(series), MOST_LEGEND_LETTERS)
-    handles = [
-        Line2D([], [], color=colour(one.index), ls=dashes(one.dashed), lw=2.0)
-        for one in series.values()
-    ]
-    add_legend(
+    overlaid = _overlaid(panels)
+    series = sorted(
+        (one for line in panels for panel in line for one in panel.series),
+        key=lambda one: one.index,
+    )
+    curve_legend(
         figure,
-        handles,
-        names,
-        "upper",
+        {one.motion.label if overlaid else one.joint: (one.index, one.dashed) for one in series},
         title if title is not None else picture_title(motions, "joint motions"),
     )
     shown = {kind for line in panels for panel in line for kind in panel.shown}
-    explain_marks(figure, shown, len(motions) if _overlaid(panels) else 1)
+    explain_marks(figure, shown, len(motions) if overlaid else 1)
 
 
 def _overlaid(panels: list[list[Panel]]) -> bool:

@@ -33,7 +33,7 @@ from knotwork.waypoints import FloatArray
 
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
 GHOST_DETAIL = 0.007
-# The arm at so many waypoints is looked at for what it hides.
+# The first view is chosen by what the arm hides where it stands at so many waypoints.
 MOST_HIDING = 5
 MOST_SPEEDS = 30_000
 # Drawn in their own colours, whatever the light.
@@ -240,6 +240,6 @@ def _motion(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, An
 
 
 def _thinned(points: FloatArray, most: int = 800) -> FloatArray:
-    """Those points alone that lie furthest out in some direction."""
+    """Keep the points that lie furthest out in some direction."""
     turns = np.random.default_rng(0).normal(size=(most, 3))
     return np.asarray(points[np.unique((points @ turns.T).argmax(axis=0))])

@@ -23,7 +23,7 @@ class PageServer(ThreadingHTTPServer):
     """
 
     daemon_threads = True
-    # Another program may be listening on the port: that must be an error, on every system.
+    # A port on which another program listens must be an error, on every system.
     allow_reuse_address = sys.platform != "win32"
 
     def __init__(self, page: str, port: int = 0) -> None:
@@ -56,7 +56,7 @@ class _Handler(BaseHTTPRequestHandler):
     server: PageServer
 
     def do_GET(self) -> None:
-        # A browser that reloads or closes in the middle of the page is no fault of anybody's.
+        # A browser may reload or close in the middle of the page.
         with contextlib.suppress(ConnectionError):
             self._answer()
 

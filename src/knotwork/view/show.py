@@ -75,7 +75,7 @@ def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool =
 
 
 def _tool_warnings(robot: Robot) -> list[str]:
-    """What a trajectory without its task leaves unsaid about the tool."""
+    """Warn of what a trajectory without a scenario does not say about the tool."""
     if robot.tcp_frame_id is None:
         return [
             f"robot {robot.name!r} names no tool frame, so no path of a tool is shown; give the "

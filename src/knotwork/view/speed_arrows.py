@@ -1,4 +1,4 @@
-"""Speeds asked for as arrows to scale: straight where the tool goes, round about what it turns."""
+"""Speeds asked for as arrows to scale: straight for linear speed, round for turning."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ STRAIGHT = (0.9, 0.35, 0.0, 1.0)
 ROUND = (0.55, 0.16, 0.72, 1.0)
 # Seconds of motion that an arrow may stand for.
 _NICE = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
-# A round arrow goes no further round than this [rad]; slower ones than the least have no room for
-# a head.
+# Greatest turn of a round arrow [rad], and the least that has room for a head.
 MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
 # Slower than this the tool is asked to stand still [m/s, rad/s].
 STILL = 1e-9
@@ -37,7 +36,7 @@ class SpeedArrows:
 
 
 def straight_arrows(asked: Sequence[Target], size: float) -> SpeedArrows | None:
-    """Draw how fast the tool is to go; `None` where it is nowhere to go.
+    """Draw the speeds asked for; `None` if the tool is to stand still at all waypoints.
 
     The longest arrow is at most a sixth of the scene, and about as long as waypoints are apart.
     """
@@ -57,7 +56,7 @@ def straight_arrows(asked: Sequence[Target], size: float) -> SpeedArrows | None:
 
 
 def round_arrows(asked: Sequence[Target], radius: float) -> SpeedArrows | None:
-    """Draw how fast the tool is to turn, about which axis; `None` where it is nowhere to turn."""
+    """Draw the turning speeds asked for, about their axes; `None` if there are none."""
     turning = [target for target in asked if np.linalg.norm(target.angular) > STILL]
     if not turning:
         return None

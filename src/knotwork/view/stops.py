@@ -19,7 +19,7 @@ MOST_STOPS = 200
 # Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
 DISTANCE = 0.12
 MOST_COPIES = 12
-# The arm as what hides things: no triangle finer than this, relative to the scene's size.
+# Detail of the arm where only what it hides counts, relative to the scene's size.
 DETAIL = 0.03
 
 

@@ -14,7 +14,7 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.tool_path import deviation_from_line
 from knotwork.view.curves import jump_breaks, piecewise_values
-from knotwork.view.heads import explain_marks, frame_times, freeze, motion_legend, picture_title
+from knotwork.view.heads import curve_legend, explain_marks, frame_times, freeze, picture_title
 from knotwork.view.motions import Drawable, Motion, motions_of
 from knotwork.view.style import (
     DARK,
@@ -73,6 +73,10 @@ def plot_tool(
     Returns:
         A figure, not known to `pyplot`.
 
+    >>> figure = plot_tool(kw.plan("planar2_closed_form"))
+    >>> [axis.get_ylabel() for axis in figure.axes]
+    ['tool speed [mm/s]', 'turning speed [rad/s]', ...]
+
     Raises:
         InputError: There is no robot with a tool, there are too many motions for one picture, or
             they are not of the scenario's joints.
@@ -112,7 +116,8 @@ def plot_tool(
         shown = _dress(axes, rows, found[0])
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
-        motion_legend(figure, found, heading)
+        several = enumerate(found) if len(found) > 1 else ()
+        curve_legend(figure, {motion.label: (i, i) for i, motion in several}, heading)
         explain_marks(figure, shown, 1)
         frame_times([axes[0]], axes[-1:], found)
         freeze(figure)
