@@ -319,7 +319,7 @@ def test_motions_that_do_not_belong_together_are_an_error(
         plot_joints([])
     with pytest.raises(InputError, match="can't draw dict"):
         plot_joints({"a": 1})  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="the scenario's joints are"):
+    with pytest.raises(InputError, match="the joints of the scenario are"):
         plot_joints(paper_case.trajectory, scenario=deburring.scenario)
     with pytest.raises(InputError, match="at most 4 motions"):
         plot_joints([deburring] * 5)
