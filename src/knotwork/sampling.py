@@ -39,7 +39,7 @@ class Samples:
     jerk: FloatArray
 
 
-def sample_times(start: float, end: float, rate: float) -> FloatArray:
+def sample_times(start: float, end: float, rate: float, most: int = MAX_SAMPLES) -> FloatArray:
     """Times 1/rate apart from the start on, the last one the end; see `JointTrajectory.sample`."""
     try:
         rate = float(rate)
@@ -49,10 +49,10 @@ def sample_times(start: float, end: float, rate: float) -> FloatArray:
         raise InputError(f"the sample rate is {rate:g} Hz; it must be positive and finite")
     duration = end - start
     periods = duration * rate
-    if periods > MAX_SAMPLES - 1:
+    if periods > most - 1:
         raise InputError(
             f"a rate of {rate:g} Hz over {duration:g} s gives {periods:.3g} samples; at most "
-            f"{MAX_SAMPLES} are taken, a rate of {(MAX_SAMPLES - 1) / duration:.6g} Hz"
+            f"{most} are taken: a rate up to {0.999 * (most - 1) / duration:.4g} Hz is accepted"
         )
     resolution = math.ulp(max(abs(start), abs(end)))
     if periods > 1.0 and 1.0 / rate < LEAST_PERIOD * resolution:

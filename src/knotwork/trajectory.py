@@ -15,7 +15,7 @@ from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import Extrema, PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
-from knotwork.sampling import Samples, sample_times
+from knotwork.sampling import MAX_SAMPLES, Samples, sample_times
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times, read_only
 
 """Names of the derivatives of order 0 … 3."""
@@ -259,7 +259,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         """
         return self.polynomial(t, 3)
 
-    def sample(self, rate: float) -> Samples:
+    def sample(self, rate: float, *, most: int = MAX_SAMPLES) -> Samples:
         """Sample the trajectory at a fixed rate, its start and its end included.
 
         The samples are 1/rate apart, from the start on; the last one is at the end time exactly,
@@ -268,12 +268,13 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
 
         Args:
             rate: Samples a second [Hz].
+            most: More samples than this are refused.
 
         Raises:
-            InputError: The rate is no positive finite number, gives more than 20 million
-                samples, or a period that the times cannot resolve.
+            InputError: The rate is no positive finite number, gives too many samples, or a period
+                that the times cannot resolve.
         """
-        time = sample_times(self.start_time, self.end_time, rate)
+        time = sample_times(self.start_time, self.end_time, rate, most)
         return Samples(time, *(self.polynomial(time, nu) for nu in range(4)))
 
     def extrema(self, quantity: int | str = 0) -> Extrema:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.export_source import Source, passes, points_pass, read_source
+from knotwork.cli.export_source import passes, points_pass, read_motion
 from knotwork.cli.parameters import FAILED, PASSED, scenario_option
 from knotwork.errors import InputError
 from knotwork.export.registry import (
@@ -18,7 +18,9 @@ from knotwork.export.registry import (
 )
 
 if TYPE_CHECKING:
+    from knotwork.cli.sources import CheckedFile
     from knotwork.export import Points
+    from knotwork.pipeline import Plan
     from knotwork.trajectory import JointTrajectory
 
 _EPILOG = """
@@ -151,10 +153,10 @@ def export(
         if pairs:
             given[key] = _by_joint(pairs, key)
     _check(form, given, out, force)
-    source = read_source(motion, reference, planner)
-    if not passes(source, allow_failed):
+    trajectory, asked = read_motion(motion, reference, planner)
+    if not passes(asked, allow_failed):
         return FAILED
-    made = _made(form, source, given, allow_failed)
+    made = _made(form, trajectory, asked, given, allow_failed)
     if made is None:
         return FAILED
     content, note = made
@@ -187,24 +189,29 @@ def _check(form: Format, given: dict[str, Any], out: str | None, force: bool) ->
 
 
 def _made(
-    form: Format, source: Source, given: dict[str, Any], allowed: bool
+    form: Format,
+    trajectory: JointTrajectory,
+    asked: Plan | CheckedFile | None,
+    given: dict[str, Any],
+    allowed: bool,
 ) -> tuple[str | bytes, str] | None:
     """The content and how exact it is in words, or `None` where its points fail the check."""
     from knotwork import export as exporting
 
-    made: JointTrajectory | Points = source.trajectory
+    made: JointTrajectory | Points = trajectory
     note, given = "", dict(given)
     if form.takes_points(given):
         fit = given.pop("fit", None)
         taken = given.get("accelerations", False) if "accelerations" in form.options else None
-        made = points = exporting.motion_points(source.trajectory, accelerations=taken, fit=fit)
+        made = points = exporting.motion_points(trajectory, accelerations=taken, fit=fit)
         note = points.describe()
-        if not points_pass(source, points, form, allowed):
+        if not points_pass(asked, points, form, allowed):
             return None
-    elif "rate" in form.options and source.asked is not None:
-        given.setdefault("rate", source.asked.scenario.rate)
+    elif form.tabular and asked is not None:
+        given.setdefault("rate", asked.scenario.rate)
     if form.tabular:
-        table = exporting.motion_table(made, robot=source.robot, **given)
+        robot = asked.space.robot if asked is not None else None
+        table = exporting.motion_table(made, robot=robot, **given)
         return exporting.content(table, form.name), table.note
     return exporting.content(made, form.name, **given), note
 

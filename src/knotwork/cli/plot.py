@@ -14,19 +14,11 @@ from knotwork.cli.parameters import (
     planner_option,
     scenario_option,
 )
-from knotwork.cli.sources import (
-    is_trajectory,
-    planned,
-    read_checked,
-    read_unchecked,
-    refuse,
-    refuse_planning,
-    report_failure,
-)
+from knotwork.cli.sources import read_motions, tell_failures
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
-    from knotwork.view.motions import Drawable
+    from knotwork.cli.sources import Motion
 
 _EPILOG = """
 The figures of the paper that the method comes from:
@@ -108,36 +100,26 @@ def plot(
     if out is not None:
         checked_picture_path(out)
     chosen_quantities(quantities)
-    drawn: list[Drawable]
-    if is_trajectory(source):
-        refuse_planning(source, compare=compare, planner=planner, knots=knots)
-        name = _name_of_trajectory(source)
-        if reference is None:
-            drawn = [read_unchecked(source)]
-        else:
-            checked = read_checked(source, reference)
-            report_failure(source, checked.report)
-            drawn = [checked]
-    else:
-        refuse({"--scenario": reference}, f"{source} is a scenario itself")
-        plans = planned(source, planner, knots, compare or [])
-        drawn, name = list(plans), plans[0].scenario.name
+    drawn = read_motions(source, reference, planner, knots, compare)
+    tell_failures(drawn)
     if tool:
         figure = view.plot_tool(drawn, degrees=degrees)
     else:
         figure = view.plot_joints(drawn, joints=joints, quantities=quantities, degrees=degrees)
-    path = out if out is not None else _default_path(name, tool)
+    path = out if out is not None else _default_path(source, drawn[0], tool)
     click.echo(f"wrote {view.save_figure(figure, path)}")
     return PASSED
 
 
-def _name_of_trajectory(source: str) -> str:
-    path = Path(source).resolve()
-    return path.parent.name if path.stem == "trajectory" else path.stem
-
-
-def _default_path(name: str, tool: bool) -> Path:
+def _default_path(source: str, drawn: Motion, tool: bool) -> Path:
     """A file in the current folder that is named after what is drawn."""
+    from knotwork.pipeline import Plan
+
+    if isinstance(drawn, Plan):
+        name = drawn.scenario.name
+    else:
+        file = Path(source).resolve()
+        name = file.parent.name if file.stem == "trajectory" else file.stem
     stem = Path(name).name
     if stem in ("", "..") or stem != name:
         raise InputError(f"no picture can be named after {name!r}; give one with -o FILE")

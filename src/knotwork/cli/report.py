@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -15,11 +15,8 @@ from knotwork.cli.parameters import (
     planner_option,
     scenario_option,
 )
-from knotwork.cli.sources import is_trajectory, read_checked, refuse, refuse_planning
+from knotwork.cli.sources import read_motions
 from knotwork.errors import InputError
-
-if TYPE_CHECKING:
-    from knotwork.view.motions import PlanLike
 
 _EPILOG = """
 Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 the input is wrong.
@@ -39,20 +36,14 @@ def report(source: str, out: Path, planner: str | None, knots: Any, reference: s
     TRAJECTORY is what `knotwork check` reads, and needs --scenario. The page is one file that needs
     no network.
     """
-    from knotwork import pipeline
+    from knotwork.trajectory import JointTrajectory
     from knotwork.view.files import checked_page_path
     from knotwork.view.report_page import report_page
 
     checked_page_path(out)
-    motion: PlanLike
-    if is_trajectory(source):
-        refuse_planning(source, planner=planner, knots=knots)
-        if reference is None:
-            raise InputError(f"give the scenario that {source} is for with --scenario")
-        motion = read_checked(source, reference)
-    else:
-        refuse({"--scenario": reference}, f"{source} is a scenario itself")
-        motion = pipeline.plan(source, planner=planner, knots=knots)
+    motion = read_motions(source, reference, planner, knots)[0]
+    if isinstance(motion, JointTrajectory):
+        raise InputError(f"give the scenario that {source} is for with --scenario")
     page = report_page(motion)
     for warning in page.warnings:
         click.echo(f"warning: {warning}", err=True)

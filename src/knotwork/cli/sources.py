@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from knotwork.scenario import Scenario
     from knotwork.trajectory import JointTrajectory
     from knotwork.verification import Report
+
+    Motion: TypeAlias = "Plan | CheckedFile | JointTrajectory"
 
 # What a failed check says before it only counts.
 MOST_FAILURES = 3
@@ -41,11 +44,42 @@ class CheckedFile:
     joint_waypoints: None = None
 
 
-def is_trajectory(source: str) -> bool:
-    """Whether the path of a trajectory is given, and not a scenario."""
+def read_motions(
+    source: str,
+    reference: str | None,
+    planner: str | None = None,
+    knots: Any = None,
+    compare: list[str] | None = None,
+    *,
+    robot: Robot | None = None,
+    strict: bool = False,
+) -> list[Motion]:
+    """Plan a scenario, or read a trajectory and check it if its scenario is given.
+
+    Args:
+        source: A scenario's name, or the path of a scenario or trajectory.
+        reference: For a trajectory, the scenario it is for.
+        planner: For a scenario, the planner in place of its own.
+        knots: Likewise, the knots.
+        compare: Likewise, other planners, whose plans follow the first.
+        robot: For a trajectory without a scenario, what it moves, if known.
+        strict: Refuse a file that contradicts itself if it is not checked; by default that is only
+            said on standard error.
+
+    Raises:
+        InputError: An option belongs to the other of the two, or the motion can't be planned or
+            read.
+    """
     from knotwork import foreign, resources
 
-    return source not in resources.names("scenarios") and foreign.is_trajectory(source)
+    if source in resources.names("scenarios") or not foreign.is_trajectory(source):
+        refuse({"--scenario": reference}, f"{source} is a scenario itself")
+        return list(_planned(source, planner, knots, compare or []))
+    given = {"--compare": compare, "--planner": planner, "--knots": knots}
+    refuse(given, f"{source} is a trajectory, which is planned already")
+    if reference is not None:
+        return [read_checked(source, reference)]
+    return [_read_unchecked(source, robot, strict)]
 
 
 def read_checked(path: str | Path, reference: str) -> CheckedFile:
@@ -67,19 +101,7 @@ def read_checked(path: str | Path, reference: str) -> CheckedFile:
     return CheckedFile(trajectory, scenario, space, report)
 
 
-def read_unchecked(
-    path: str | Path, robot: Robot | None = None, *, strict: bool = False
-) -> JointTrajectory:
-    """Read a trajectory without its scenario; that of another tool needs its robot.
-
-    Args:
-        path: Of the file or folder.
-        robot: What it moves, if known.
-        strict: Refuse what contradicts itself, which otherwise is only said on standard error.
-
-    Raises:
-        InputError: It can't be read, or is another tool's and no robot is given.
-    """
+def _read_unchecked(path: str, robot: Robot | None, strict: bool) -> JointTrajectory:
     from knotwork.foreign import is_foreign, read_trajectory
 
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
@@ -107,17 +129,7 @@ def refuse(options: dict[str, Any], reason: str) -> None:
         raise InputError(f"{reason}: leave out {', '.join(given)}")
 
 
-def refuse_planning(source: str, **options: Any) -> None:
-    """Refuse options of planning for a trajectory.
-
-    Raises:
-        InputError: One is given.
-    """
-    given = {f"--{name}": value for name, value in options.items()}
-    refuse(given, f"{source} is a trajectory, which is planned already")
-
-
-def planned(source: str, planner: str | None, knots: Any, others: list[str]) -> list[Plan]:
+def _planned(source: str, planner: str | None, knots: Any, others: list[str]) -> list[Plan]:
     """Plan a scenario with its planner and with others; each planner once."""
     from knotwork import pipeline
     from knotwork.interpolation import get_planner
@@ -132,17 +144,24 @@ def planned(source: str, planner: str | None, knots: Any, others: list[str]) -> 
             plans.append(pipeline.plan(source, planner=name))
         except InputError as error:
             raise InputError(f"planner {name!r} can't be compared here: {error}") from error
-    for plan in plans:
-        report_failure(f"{plan.scenario.name}, {plan.scenario.planner}", plan.report)
     return plans
 
 
-def report_failure(which: str, report: Report) -> None:
-    """Say on standard error if a check has failed, and what first."""
-    if report.ok:
-        return
-    click.echo(f"note: {which}: the check FAILS", err=True)
-    echo_failures([f"  {failure}" for failure in report.failures], MOST_FAILURES, "  and")
+def checked(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
+    """Those motions that have been checked against a scenario."""
+    from knotwork.trajectory import JointTrajectory
+
+    return [motion for motion in motions if not isinstance(motion, JointTrajectory)]
+
+
+def tell_failures(motions: Iterable[Motion]) -> None:
+    """Say on standard error which checks have failed, and what first."""
+    for motion in checked(motions):
+        report = motion.report
+        if not report.ok:
+            which = f"{report.scenario}, {motion.trajectory.planner}"
+            click.echo(f"note: {which}: the check FAILS", err=True)
+            echo_failures([f"  {failure}" for failure in report.failures], MOST_FAILURES, "  and")
 
 
 def echo_failures(lines: list[str], most: int, rest: str) -> None:

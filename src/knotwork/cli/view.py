@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,15 +15,7 @@ from knotwork.cli.parameters import (
     planner_option,
     scenario_option,
 )
-from knotwork.cli.sources import (
-    is_trajectory,
-    planned,
-    read_checked,
-    read_unchecked,
-    refuse,
-    refuse_planning,
-    report_failure,
-)
+from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
@@ -81,12 +72,7 @@ def view(
 
         checked_page_path(out)
         refuse({"--port": port, "--no-open": no_open or None}, "--html writes a file")
-    if is_trajectory(source):
-        refuse_planning(source, compare=compare, planner=planner, knots=knots)
-        page = _stored(source, reference, robot, not no_ghosts)
-    else:
-        refuse({"--scenario": reference, "--robot": robot}, f"{source} is a scenario itself")
-        page = _planned(source, planner, knots, compare or [], not no_ghosts)
+    page = _page(source, reference, planner, knots, compare, robot, not no_ghosts)
     for warning in page.warnings:
         click.echo(f"warning: {warning}", err=True)
     if out is not None:
@@ -95,33 +81,33 @@ def view(
     return _serve(page, port, no_open)
 
 
-def _planned(
-    source: str, planner: str | None, knots: Any, others: Sequence[str], ghosts: bool
+def _page(
+    source: str,
+    reference: str | None,
+    planner: str | None,
+    knots: Any,
+    compare: list[str] | None,
+    robot_name: str | None,
+    ghosts: bool,
 ) -> Page:
-    from knotwork.view.show import view_plan
-
-    plans = planned(source, planner, knots, list(others))
-    shown = {plan.scenario.planner: plan.trajectory for plan in plans[1:]}
-    return view_plan(plans[0], shown, ghosts=ghosts)
-
-
-def _stored(source: str, reference: str | None, name: str | None, ghosts: bool) -> Page:
+    from knotwork.robot import load_robot
+    from knotwork.trajectory import JointTrajectory
     from knotwork.view.show import view_plan, view_trajectory
 
-    if reference is not None:
-        refuse({"--robot": name}, "the scenario names the robot")
-        checked = read_checked(source, reference)
-        report_failure(source, checked.report)
-        return view_plan(checked, ghosts=ghosts)
-    if name is None:
+    robot = load_robot(robot_name) if robot_name is not None else None
+    shown = read_motions(source, reference, planner, knots, compare, robot=robot)
+    tell_failures(shown)
+    first, *others = shown
+    if not isinstance(first, JointTrajectory):
+        refuse({"--robot": robot_name}, "the scenario names the robot")
+        compared = {one.trajectory.planner: one.trajectory for one in checked(others)}
+        return view_plan(first, compared, ghosts=ghosts)
+    if robot is None:
         raise InputError(
             f"{source} does not say which arm it moves; give the scenario it was planned for with "
             "--scenario, or its robot with --robot"
         )
-    from knotwork.robot import load_robot
-
-    robot = load_robot(name)
-    return view_trajectory(robot, read_unchecked(source, robot), ghosts=ghosts)
+    return view_trajectory(robot, first, ghosts=ghosts)
 
 
 def _serve(page: Page, port: int | None, no_open: bool) -> int:

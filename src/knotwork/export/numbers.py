@@ -51,9 +51,6 @@ def flag(value: Any, what: str) -> bool:
 
 
 def _shown(value: Any) -> str:
-    """A value in a line; Python writes no integer of more than some thousands of digits."""
-    try:
-        text = repr(value)
-    except ValueError:
-        return "an integer of thousands of digits"
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    from knotwork.documents.document import shown  # loaded for an error alone
+
+    return shown(value)

@@ -26,11 +26,11 @@ The message starts at `time_from_start` 0: the arm must stand at the first point
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import yaml
 
 from knotwork.errors import ExportError, InputError
 from knotwork.export.lossless import Points, motion_points
@@ -61,6 +61,7 @@ STANDING = 1e-7
 
 MESSAGE = "trajectory_msgs/msg/JointTrajectory"
 GOAL = "control_msgs/action/FollowJointTrajectory"
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 _VALUES = ("positions", "velocities", "accelerations")
 
 
@@ -173,47 +174,9 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
             "allow_nonzero_velocity_at_trajectory_end."
         )
     data = {"trajectory": message} if goal else message
-    return "\n".join(lines) + "\n" + "".join(_lines(data, ""))
-
-
-def _lines(data: Mapping[str, Any], indent: str) -> list[str]:
-    """Block style outside, a row of numbers on a line; YAML 1.1, which ROS 2's tools read."""
-    lines: list[str] = []
-    for key, value in data.items():
-        if key == "points":
-            lines.append(f"{indent}points:\n")
-            for row in value:
-                text = [line[len(indent) :] for line in _lines(row, f"{indent}  ")]
-                lines.append(f"{indent}- " + text[0].lstrip())
-                lines += [indent + line for line in text[1:]]
-        elif isinstance(value, dict) and key != "time_from_start":
-            lines += [f"{indent}{key}:\n", *_lines(value, f"{indent}  ")]
-        else:
-            lines.append(f"{indent}{key}: {_flow(value)}\n")
-    return lines
-
-
-def _flow(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_flow(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(_flow(item) for item in value) + "]"
-    if isinstance(value, str):
-        return _quoted(value)
-    return _number(value) if isinstance(value, float) else str(value)
-
-
-def _quoted(text: str) -> str:
-    """A YAML scalar that is text whatever it looks like."""
-    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\U{ord(c):08x}" for c in text)
-    return f'"{escaped}"'
-
-
-def _number(value: float) -> str:
-    """All digits of a number; YAML 1.1 takes `1e-05` for text, and `1.0e-05` for a number."""
-    text = repr(value)
-    mantissa, e, exponent = text.partition("e")
-    return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else text
+    # Rows of numbers on a line each; YAML 1.1, which ROS 2's tools read.
+    text = yaml.dump(data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=LONGEST)
+    return "\n".join(lines) + "\n" + text
 
 
 def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> Any:

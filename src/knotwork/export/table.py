@@ -130,7 +130,12 @@ def motion_table(
         if isinstance(motion, Points):
             raise InputError("points are no motion to sample; give the trajectory, or knots_only")
         trajectory = motion
-        time, joints, note = _sampled(motion, rate, with_tool=robot is not None)
+        rate = DEFAULT_RATE if rate is None else finite_number(rate, "rate", "Hz", positive=True)
+        columns = 1 + len(DERIVATIVES) * len(trajectory.joint_names)
+        columns += sum(len(part) for _, part, _ in TOOL.values()) if robot is not None else 0
+        samples = trajectory.sample(rate, most=MOST_VALUES // columns)
+        joints = {name: getattr(samples, name) for name in DERIVATIVES}
+        time, note = samples.time, f"{samples.time.size} samples at {rate:g} Hz"
     tool = {} if robot is None else _tool(trajectory, robot, time)
     return MotionTable(
         trajectory.joint_names,
@@ -141,33 +146,6 @@ def motion_table(
         tool,
         note,
     )
-
-
-def _sampled(
-    trajectory: JointTrajectory, rate: float | None, *, with_tool: bool
-) -> tuple[FloatArray, dict[str, FloatArray], str]:
-    """Times, the joints' quantities at them, and what they are."""
-    rate = DEFAULT_RATE if rate is None else finite_number(rate, "rate", "Hz", positive=True)
-    columns = 1 + len(DERIVATIVES) * len(trajectory.joint_names)
-    if with_tool:
-        columns += sum(len(components) for _, components, _ in TOOL.values())
-    _refuse_too_many(trajectory, rate, columns)
-    samples = trajectory.sample(rate)
-    joints = {name: getattr(samples, name) for name in DERIVATIVES}
-    return samples.time, joints, f"{samples.time.size} samples at {rate:g} Hz"
-
-
-def _refuse_too_many(trajectory: JointTrajectory, rate: float, columns: int) -> None:
-    """Refuse a table of too many numbers before any of it is made."""
-    rows = MOST_VALUES // columns
-    samples = rate * trajectory.duration
-    if samples > rows - 2:  # the start counts, too, and perhaps a shorter step
-        accepted = 0.999 * rows / trajectory.duration
-        raise InputError(
-            f"rate {rate:.9g} Hz over {trajectory.duration:.9g} s makes {samples:.3g} samples of "
-            f"{columns} numbers, more than the {MOST_VALUES} that a table may have; a rate up to "
-            f"{accepted:.4g} Hz is accepted"
-        )
 
 
 def _tool(trajectory: JointTrajectory, robot: Robot, time: FloatArray) -> dict[str, FloatArray]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -71,25 +72,23 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
             f"has shape {coefficients.shape}",
             f"(degree + 1, {pieces} pieces, {joints} joints)",
         )
-    for i, (before, after) in enumerate(zip(content.breaks, content.breaks[1:], strict=False)):
+    for i, (before, after) in enumerate(pairwise(content.breaks), 1):
         if after <= before:
             raise document.error(
-                ("breaks", i + 1), f"{after!r} is not greater than {before!r}, the one before it"
+                ("breaks", i), f"{after!r} is not greater than {before!r}, the one before it"
             )
-    if len(content.units.joints) != joints:
-        raise document.error(
-            ("units", "joints"), f"has {len(content.units.joints)} entries", f"{joints}, as joints"
-        )
+    units = content.units.joints
+    if len(units) != joints:
+        raise document.error(("units", "joints"), f"has {len(units)} entries", f"{joints}")
     for i, name in enumerate(content.joint_names):
         if name in content.joint_names[:i]:
             raise document.error(("joint_names", i), f"{name!r} is given twice", "each joint once")
-    polynomial = PiecewisePolynomial(coefficients, np.array(content.breaks))
     times = content.waypoint_times
     try:
         return JointTrajectory(
             tuple(content.joint_names),
-            polynomial,
-            joint_units=tuple(content.units.joints),
+            PiecewisePolynomial(coefficients, content.breaks),
+            joint_units=tuple(units),
             planner=content.planner,
             waypoint_times=None if times is None else np.array(times),
         )
