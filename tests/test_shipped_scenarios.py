@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,12 @@ PATHS = sorted((ROOT / "scenarios").glob("*.yaml"))
 scenarios = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 
 
+@cache
+def planned(name: str) -> kw.Plan:
+    """The plan of a scenario, made once."""
+    return kw.plan(name)
+
+
 def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
     assert [path.stem for path in PATHS] == resources.names("scenarios")
     assert len(PATHS) >= 6
@@ -33,17 +40,42 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
 
 
 @scenarios
-def test_it_plans_and_passes_by_name_and_by_path(
+def test_it_passes_by_name_and_by_path_and_reports_the_branches_it_takes(
     path: Path, knotwork: Command, tmp_path: Path
 ) -> None:
-    for reference in (path.stem, path):
-        ran = knotwork("plan", reference, "--json")
-        assert ran.code == 0, ran.err
-        assert not ran.err
-    ran = knotwork("plan", path, "--out", tmp_path)
-    assert f"PASSED {path.stem}" in ran.out
-    assert json.loads((tmp_path / "report.json").read_text())["ok"] is True
+    by_name = knotwork("plan", path.stem, "--json")
+    assert (by_name.code, by_name.err) == (0, "")
+    by_path = knotwork("plan", path, "--out", tmp_path)
+    assert (by_path.code, by_path.err) == (0, "")
+    assert f"PASSED {path.stem}" in by_path.out
+    saved = json.loads((tmp_path / "report.json").read_text())
+    assert saved["ok"] is True
     assert knotwork("check", tmp_path, "--scenario", path.stem).code == 0
+
+    posed = [w.name for w in kw.load_scenario(path).waypoints if isinstance(w, CartesianWaypoint)]
+    assert ("Solutions chosen" in by_path.out) == bool(posed)
+    (plan,) = json.loads(by_name.out)["plans"]
+    for report in (plan["report"], saved):
+        assert ("solutions" in report) == bool(posed)
+        if posed:
+            reports_the_branches(report["solutions"], posed, by_path.out)
+
+
+def reports_the_branches(solutions: Any, posed: list[str], printed: str) -> None:
+    assert solutions["infeasibilities"] == []
+    choices = solutions["choices"]
+    assert [choice["waypoint"] for choice in choices] == posed
+    for choice in choices:
+        assert choice["reason"] in printed
+        assert choice["branch"] in printed
+        assert choice["solutions"] >= choice["branches"] >= 1
+        other = choice["alternative"]
+        if other is None:
+            assert choice["sampled"] or choice["solutions"] == 1
+            continue
+        assert (other["extra"] is None) == bool(other["hindrance"])
+        assert other["extra"] is None or other["extra"] > -1e-9
+        assert other["branch"] != choice["branch"] or other["turns"] != choice["turns"]
 
 
 @scenarios
@@ -108,7 +140,7 @@ class Arm:
 @scenarios
 def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
     scenario = kw.load_scenario(path)
-    trajectory = kw.plan(scenario).trajectory
+    trajectory = planned(path.stem).trajectory
     arm = Arm(scenario) if scenario.robot is not None else None
     if arm is not None:
         assert arm.joints == trajectory.joint_names
@@ -137,7 +169,7 @@ def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
 @scenarios
 def test_joints_keep_their_limits_and_move_without_a_jump(path: Path) -> None:
     """Dense samples against the report, which has them from the polynomials."""
-    plan = kw.plan(path)
+    plan = planned(path.stem)
     trajectory = plan.trajectory
     assert trajectory.continuity.order >= 2
     time = np.linspace(trajectory.start_time, trajectory.end_time, 20_001)
@@ -183,7 +215,7 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
     broken = {item.joint for item in report.limits if not item.ok and item.quantity == "velocity"}
     assert len(broken) >= 3
     assert all(item.ok for item in report.requirements)
-    plan = kw.plan(name)
+    plan = planned(name)
     assert plan.report.ok
     assert plan.solution is not None
     assert not plan.solution.infeasibilities
@@ -193,7 +225,7 @@ def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name:
 
 def test_the_valve_is_taken_with_the_wrist_that_is_farther_away() -> None:
     naive = nearest_by_nearest(kw.load_scenario("ur5_valve")).position
-    chosen = kw.plan("ur5_valve").joint_waypoints.position
+    chosen = planned("ur5_valve").joint_waypoints.position
     assert np.sin(naive[1, 4]) == pytest.approx(-np.sin(chosen[1, 4]), abs=1e-9)
     limit = np.radians(200)
     assert np.abs(chosen[:, 5]).max() <= limit
@@ -203,36 +235,9 @@ def test_the_valve_is_taken_with_the_wrist_that_is_farther_away() -> None:
 
 def test_the_last_joint_is_unwound_by_a_whole_turn_before_the_lid() -> None:
     naive = nearest_by_nearest(kw.load_scenario("ur3_lid")).position
-    plan = kw.plan("ur3_lid")
+    plan = planned("ur3_lid")
     chosen = plan.joint_waypoints.position
     np.testing.assert_allclose(chosen[1], naive[1] - [0, 0, 0, 0, 0, 2 * np.pi], atol=1e-7)
     assert plan.solution is not None
     assert plan.solution.choices[0].turns == (("wrist_3_joint", -1),)
     np.testing.assert_allclose(chosen[-2, 5] - chosen[2, 5], np.radians(300), atol=1e-9)
-
-
-@scenarios
-def test_it_reports_the_branches_it_takes(path: Path, knotwork: Command, tmp_path: Path) -> None:
-    scenario = kw.load_scenario(path)
-    posed = [w.name for w in scenario.waypoints if isinstance(w, CartesianWaypoint)]
-    printed = knotwork("plan", path, "--out", tmp_path).out
-    assert ("Solutions chosen" in printed) == bool(posed)
-    (plan,) = json.loads(knotwork("plan", path, "--json").out)["plans"]
-    for report in (plan["report"], json.loads((tmp_path / "report.json").read_text())):
-        if not posed:
-            assert "solutions" not in report
-            continue
-        assert report["solutions"]["infeasibilities"] == []
-        choices = report["solutions"]["choices"]
-        assert [choice["waypoint"] for choice in choices] == posed
-        for choice in choices:
-            assert choice["reason"] in printed
-            assert choice["branch"] in printed
-            assert choice["solutions"] >= choice["branches"] >= 1
-            other = choice["alternative"]
-            if other is None:
-                assert choice["sampled"] or choice["solutions"] == 1
-                continue
-            assert (other["extra"] is None) == bool(other["hindrance"])
-            assert other["extra"] is None or other["extra"] > -1e-9
-            assert other["branch"] != choice["branch"] or other["turns"] != choice["turns"]

@@ -18,6 +18,7 @@ from knotwork.joint_quantities import DERIVATIVES
 from knotwork.pipeline import Plan
 from knotwork.view import plot_joints
 from knotwork.view.style import COLOURS, DASHES
+from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
 
@@ -285,7 +286,9 @@ def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
     assert figure.axes[0].get_facecolor() == (1.0, 1.0, 1.0, 1.0)
 
 
-@pytest.mark.parametrize("name", PLANNERS)
+@pytest.mark.parametrize(
+    "name", mostly_exhaustive(PLANNERS, "parabolic-blend", "4-3-4", "trapezoidal")
+)
 def test_every_planner_can_be_drawn(name: str) -> None:
     plan = kw.plan("paper_case", planner=name)
     figure = plot_joints(plan, quantities=["velocity", "jerk"])
