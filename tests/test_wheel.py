@@ -14,6 +14,9 @@ from typing import Any
 
 import pytest
 
+# Building, installing and running a wheel takes long, and what is in it seldom changes.
+pytestmark = pytest.mark.exhaustive
+
 ROOT = Path(__file__).parents[1]
 BIN = "Scripts" if os.name == "nt" else "bin"
 

@@ -162,6 +162,7 @@ def notebook(tmp_path_factory: pytest.TempPathFactory) -> nbformat.NotebookNode:
     return NotebookClient(notebook, timeout=300, kernel_name="python3").execute(cwd=str(folder))
 
 
+@pytest.mark.exhaustive
 def test_the_notebook_tells_the_story(notebook: nbformat.NotebookNode) -> None:
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     said = "".join(output.text for output in outputs if output.output_type == "stream")

@@ -212,11 +212,11 @@ def test_a_quintic_is_refused_or_fitted(knotwork: Command, tmp_path: Path) -> No
     "options",
     [
         ("pvt", "quintic"),
-        ("ros2", "septic"),
+        pytest.param(("ros2", "septic"), marks=pytest.mark.exhaustive),
         ("csv", "nonic", "--knots-only"),
-        ("ros2", "septic", "--accelerations"),
+        pytest.param(("ros2", "septic", "--accelerations"), marks=pytest.mark.exhaustive),
         ("json", "nonic", "--knots-only", "--accelerations"),
-        ("ros2", "quintic", "--accelerations"),
+        pytest.param(("ros2", "quintic", "--accelerations"), marks=pytest.mark.exhaustive),
         ("pvt", "modified-hermite"),
     ],
 )

@@ -15,7 +15,7 @@ from knotwork.errors import (
 from knotwork.kinematics import solve_pose_ik
 from knotwork.kinematics.chain.joint_ranges import low_discrepancy, nearest_turns
 from knotwork.robot import Robot, load_robot, robot_names
-from sweeps import first_of
+from sweeps import first_of, mostly_exhaustive
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
 PLANAR, UR5, PANDA, KINOVA = (ROBOTS[name] for name in ("planar2", "ur5", "panda", "kinova"))
@@ -73,11 +73,12 @@ def test_every_reachable_pose_is_solved_from_home(name: str, count: int) -> None
         assert solution.distance == pytest.approx(np.linalg.norm(solution.q - home))
 
 
+@pytest.mark.parametrize("count", first_of(25, 100))
 @pytest.mark.parametrize("name", robot_names())
-def test_a_start_nearby_is_not_left(name: str) -> None:
+def test_a_start_nearby_is_not_left(name: str, count: int) -> None:
     """The answer is no farther than the configuration that the pose came from."""
     robot, generator = ROBOTS[name], np.random.default_rng(21)
-    for _ in range(100):
+    for _ in range(count):
         q = sample(robot, generator)
         start = q + generator.uniform(-0.1, 0.1, robot.dof)
         pose = robot.forward(q)
@@ -487,7 +488,7 @@ def test_a_solution_that_searches_only_crawl_towards_is_found_from_close_by() ->
         assert found.distance < 0.2
 
 
-@pytest.mark.parametrize("bent", [1e-2, 1e-3, 1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("bent", mostly_exhaustive([1e-2, 1e-3, 1e-4, 1e-6, 1e-8], 1e-4, 1e-8))
 def test_poses_with_a_nearly_straight_wrist_are_solved_from_close_by_and_from_anywhere(
     bent: float,
 ) -> None:

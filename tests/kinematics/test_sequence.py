@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.kinematics.sequence.alternatives import runners_up
@@ -21,6 +21,7 @@ from knotwork.kinematics.sequence.costs import (
     most_travel,
 )
 from knotwork.kinematics.sequence.lazy_choice import choose_with_passages
+from sweeps import examples
 
 SPEED = np.array([3.0, 2.0])
 PRICES = Prices(infeasible=1e6, strained=1e5, change=50.0)
@@ -68,7 +69,7 @@ def cost_of(
     return total
 
 
-@settings(max_examples=80, deadline=None)
+@examples(40)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 5), min_size=2, max_size=5),
@@ -95,7 +96,7 @@ def test_equal_to_trying_every_sequence(
         np.testing.assert_array_equal(q, layer.q[k])
 
 
-@settings(max_examples=80, deadline=None)
+@examples(40)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 5), min_size=2, max_size=4),
@@ -135,7 +136,7 @@ def test_the_next_best_is_that_of_trying_every_sequence(
         assert found.cost >= chosen.cost * (1 - 1e-12)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(30)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 7), min_size=2, max_size=4),
@@ -179,7 +180,7 @@ def test_looking_at_the_way_between_where_it_matters_is_looking_at_it_everywhere
     assert looked_at >= {(i, *pair) for i, pair in enumerate(itertools.pairwise(chosen.index))}
 
 
-@settings(max_examples=60, deadline=None)
+@examples(30)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 4), min_size=2, max_size=4),
@@ -222,7 +223,7 @@ def test_of_sequences_that_cost_the_same_the_first_candidates_win(size: int) -> 
         assert chosen.index == (0, 0, 0)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(20)
 @given(st.integers(0, 10**6), st.lists(st.integers(1, 4), min_size=2, max_size=5))
 def test_joints_without_limits_go_the_short_way(seed: int, sizes: list[int]) -> None:
     layers = layers_of(seed, sizes, spread=30.0)

@@ -84,6 +84,11 @@ def test_details_of_one_joint(hard: Plan) -> None:
 def test_planners_in_columns(hard: Plan) -> None:
     other = kw.plan(task(50), planner="cubic")
     clean(plot_joints([hard, other], quantities=["velocity", "acceleration"]))
+
+
+@pytest.mark.exhaustive
+def test_fewer_joints_and_more_planners_in_columns(hard: Plan) -> None:
+    other = kw.plan(task(50), planner="cubic")
     clean(plot_joints([hard, other], joints=JOINTS[:3], quantities=["velocity", "acceleration"]))
     clean(plot_joints([hard, other, hard], quantities=["position"], labels=list("abc")))
 
