@@ -28,9 +28,9 @@ WITH_EXAMPLES = {
 
 @pytest.fixture(autouse=True)
 def surroundings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """An empty folder to work in, and numbers printed as the examples show them."""
+    """An empty folder to work in, and NumPy's default way of printing."""
     monkeypatch.chdir(tmp_path)
-    with np.printoptions(precision=4, suppress=True, floatmode="maxprec", linewidth=88):
+    with np.printoptions(precision=8, suppress=False, floatmode="maxprec", linewidth=75):
         yield
 
 
