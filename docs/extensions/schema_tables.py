@@ -31,7 +31,6 @@ TITLES = {
     "Balanced": "knots: balanced",
     "EndAcceleration": "end_acceleration",
     "PlannerOptionsFile": "planner_options",
-    "Limits": "limits",
     "Tolerances": "tolerances",
     "RobotFile": "The file",
     "LimitsFile": "limits",

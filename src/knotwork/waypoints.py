@@ -165,6 +165,9 @@ class JointWaypoints(ReadOnlyArrays):
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, times not increasing, or
             a joint name occurs twice.
+
+    >>> JointWaypoints(("a", "b"), [0, 1], [[0, 0], [1, 2]], [[0, 0], [0, 0]]).joint_units
+    ('rad', 'rad')
     """
 
     joint_names: tuple[str, ...]

@@ -79,7 +79,7 @@ def test_start_is_a_waypoint_of_its_own_at_rest_at_time_zero() -> None:
         ({"after": 0}, "waypoints[1].after", "greater than 0"),
         ({"after": -1}, "waypoints[1].after", "greater than 0"),
         ({"after": 1e-17}, "waypoints[1].after", "not later than"),
-        ({"time": 2, "after": 1}, "waypoints[1]", "gives both time and after"),
+        ({"time": 2, "after": 1}, "waypoints[1]", "gives time and after; give one of them"),
         ({"time": "2 s"}, "waypoints[1].time", "'2 s': must be a number"),
         ({"time": True}, "waypoints[1].time", "must be a number"),
         ({"time": float("nan")}, "waypoints[1].time", "finite number"),

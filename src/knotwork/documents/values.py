@@ -5,9 +5,17 @@ Fields take what they say and convert nothing: text is no number, `true` is no 1
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    model_validator,
+)
 
 # No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
 # this size leaves the range of floats.
@@ -27,6 +35,16 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(
         extra="forbid", frozen=True, allow_inf_nan=False, arbitrary_types_allowed=True
     )
+    # Groups of fields of which one at most may be given.
+    ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = ()
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> StrictModel:
+        for names in self.ALTERNATIVES:
+            given = [name for name in names if getattr(self, name) is not None]
+            if len(given) > 1:
+                raise ValueError(f"gives {' and '.join(given)}; give one of them")
+        return self
 
 
 def _kind(value: Any) -> str | None:
@@ -61,3 +79,27 @@ JointLimits = Annotated[
     | Annotated[Annotated[dict[str, Positive], Field(min_length=1)], Tag("mapping")],
     by_kind("a positive number for every joint or a mapping of joint names to positive numbers"),
 ]
+JointsOrName = Annotated[
+    Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
+    by_kind("the name of a configuration or a mapping of joint names to values"),
+]
+
+
+class LimitsFile(StrictModel):
+    """Limits that take the place of those of the URDF, or of the robot."""
+
+    position: dict[str, Interval] | None = Field(
+        default=None, description="Lower and upper limit by joint [angle or length]"
+    )
+    velocity: JointLimits | None = Field(
+        default=None, description="Largest speed, for all joints or by joint [angle/s or length/s]"
+    )
+    acceleration: JointLimits | None = Field(
+        default=None, description="Largest acceleration, likewise [angle/s² or length/s²]"
+    )
+    jerk: JointLimits | None = Field(
+        default=None, description="Largest jerk, likewise [angle/s³ or length/s³]"
+    )
+    effort: JointLimits | None = Field(
+        default=None, description="Largest torque or force, likewise [N m or N]"
+    )

@@ -5,21 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from knotwork.documents import Number, StrictModel, Text
-from knotwork.documents.values import Interval, JointLimits
-
-
-class LimitsFile(StrictModel):
-    """Limits that the URDF lacks, or that replace its own."""
-
-    position: dict[str, Interval] | None = Field(
-        default=None, description="Lower and upper limit by joint [rad or m]"
-    )
-    velocity: JointLimits | None = Field(
-        default=None, description="By joint, or one number for all [rad/s or m/s]"
-    )
-    acceleration: JointLimits | None = Field(default=None, description="Likewise [rad/s² or m/s²]")
-    jerk: JointLimits | None = Field(default=None, description="Likewise [rad/s³ or m/s³]")
-    effort: JointLimits | None = Field(default=None, description="Likewise [N m or N]")
+from knotwork.documents.values import LimitsFile
 
 
 class RobotFile(StrictModel):

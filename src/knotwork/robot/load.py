@@ -46,6 +46,9 @@ def load_robot(
         RobotError: The URDF is broken, the tool frame is not carried by the base frame, no joint
             or one that can't be planned for moves it, or a configuration is incomplete or
             outside the position limits.
+
+    >>> load_robot("planar2").joint_names
+    ('shoulder', 'elbow')
     """
     if isinstance(reference, Document):
         folder = reference.file.parent if reference.file is not None else None

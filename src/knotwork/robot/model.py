@@ -53,8 +53,8 @@ class Robot(Solvable):
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
     A joint position is one number, also for a joint that turns without limit. All poses are of
-    the TCP in the base frame; all arrays over joints have shape (d,) and are read-only. Not to
-    be shared between threads, because Pinocchio's working memory is part of it.
+    the TCP in the base frame. All arrays over joints have shape (d,) and are read-only. A robot
+    holds Pinocchio's working memory, so each thread needs a robot of its own.
 
     Attributes:
         name: Name of the robot.
@@ -77,6 +77,14 @@ class Robot(Solvable):
         locked: Positions of the joints that do not move [rad or m].
         model: Pinocchio model of the chain, nq = nv = d.
         data: Its working memory.
+
+    >>> from knotwork import load_robot
+    >>> arm = load_robot("planar2")
+    >>> arm.forward([0.0, 0.0]).translation
+    array([0.9, 0. , 0. ])
+    >>> arm.jacobian([0.0, 0.0])[:2]
+    array([[0. , 0. ],
+           [0.9, 0.4]])
     """
 
     def __init__(self, description: Description) -> None:

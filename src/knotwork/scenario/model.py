@@ -154,9 +154,9 @@ class Scenario:
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         tool: Where the tool is.
         near: Joint values (or configuration) that solutions are to be near, or `None`.
-        branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or the word
-            asked for by `"shoulder"`, `"elbow"` and `"wrist"`.
-        pull_to_middle: With joints to spare, how fast they are pulled to the middle of their
+        branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or
+            configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
+        pull_to_middle: For a redundant arm, how fast its joints are pulled to the middle of their
             ranges while the tool passes a waypoint [1/s]; 0 for not at all.
         planner: Name of the planner, with a rule after a colon or without.
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
@@ -169,6 +169,11 @@ class Scenario:
         rate: Samples per second [Hz].
         source: The file it came from, or `None`.
         document: What the file says and where, for errors; `None` for one made in Python.
+
+    >>> from knotwork import load_scenario
+    >>> scenario = load_scenario("ur5_deburring")
+    >>> [waypoint.name for waypoint in scenario.waypoints][:3]
+    ['start', 'approach', 'edge 0']
     """
 
     name: str
@@ -196,7 +201,7 @@ class Scenario:
 
     @contextmanager
     def error_context(self, *location: str | int) -> Iterator[None]:
-        """Have errors of the input say which field of the file is at fault.
+        """Add to errors of the input which field of the file is at fault.
 
         Args:
             location: Keys and indices of the field, for example `"tool", "frame"`.

@@ -39,6 +39,12 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
         DocumentError: The file can't be read, or something in it is wrong; names every problem
             with its line, field, value and what would be accepted.
         UnknownNameError: No scenario of this name is shipped.
+
+    >>> load_scenario("ur5_deburring").waypoints[0].name
+    'start'
+    >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
+    >>> load_scenario({"name": "swing", "waypoints": ends}).times
+    array([0., 2.])
     """
     if isinstance(reference, Mapping):
         document = Document(_plain(reference))
@@ -47,12 +53,12 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
     return _Resolver(document).scenario()
 
 
-# No scenario nests deeper; what does is refused as it is.
+# No scenario nests deeper. What does is left as it is, and then refused.
 _DEEPEST = 8
 
 
 def _plain(value: Any, depth: int = 0) -> Any:
-    """A mapping from Python as a file would give it: NumPy's arrays as lists, its numbers plain."""
+    """Write a mapping from Python as a file would give it, without NumPy's arrays and numbers."""
     if isinstance(value, Mapping) and depth < _DEEPEST:
         return {key: _plain(item, depth + 1) for key, item in value.items()}
     if isinstance(value, list | tuple) and depth < _DEEPEST:
@@ -110,16 +116,15 @@ class _Resolver:
         )
 
     def _check_description_in_si(self, robot: Mapping[str, Any]) -> None:
-        """A robot description is in SI like a robot file, so numbers in other units are refused."""
+        """Refuse a robot description, which is in SI, in a file with other units."""
         if self.length == self.angle == 1.0:
             return
         for key in ("locked", "configurations", "limits"):
             if robot.get(key):
                 raise self.document.error(
                     ("robot", key),
-                    "is in SI like every robot description, but the file's units are others",
-                    "a robot file of its own (robot: its path), units m and rad, or limits: of the "
-                    "scenario",
+                    "is in SI like every robot description, but the file has other units",
+                    "a robot file of its own, units m and rad, or the scenario's own limits",
                 )
 
     def _check_joints_alone(self) -> None:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import StrictModel, Text
-from knotwork.documents.values import Interval, JointLimits, JointMap, Number, Positive, by_kind
+from knotwork.documents.values import JointsOrName, LimitsFile, Number, Positive, by_kind
 from knotwork.scenario.waypoint_schema import Frame, Tool, Waypoint
 
 
@@ -109,26 +109,6 @@ class PlannerOptionsFile(StrictModel):
     )
 
 
-class Limits(StrictModel):
-    """Limits that take the place of the robot's."""
-
-    position: dict[str, Interval] | None = Field(
-        default=None, description="Lower and upper limit by joint [angle or length]"
-    )
-    velocity: JointLimits | None = Field(
-        default=None, description="Largest speed, for all joints or by joint [angle/s or length/s]"
-    )
-    acceleration: JointLimits | None = Field(
-        default=None, description="Largest acceleration, likewise [angle/s² or length/s²]"
-    )
-    jerk: JointLimits | None = Field(
-        default=None, description="Largest jerk, likewise [angle/s³ or length/s³]"
-    )
-    effort: JointLimits | None = Field(
-        default=None, description="Largest torque or force, likewise [N m or N]"
-    )
-
-
 class Tolerances(StrictModel):
     """How far the check lets the motion be from what was asked; left out: 1e-6 in SI."""
 
@@ -145,12 +125,6 @@ class Tolerances(StrictModel):
     joint_acceleration: Positive | None = Field(
         default=None, description="At the ends, where asked for [angle/s² or length/s²]"
     )
-
-
-JointsOrName = Annotated[
-    Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
-    by_kind("the name of a configuration or a mapping of joint names to values"),
-]
 
 
 class ScenarioFile(StrictModel):
@@ -232,7 +206,7 @@ class ScenarioFile(StrictModel):
     planner_options: PlannerOptionsFile = Field(
         PlannerOptionsFile(), description="What some planners can be told beyond knots"
     )
-    limits: Limits = Field(Limits(), description="Take the place of the robot's limits")
+    limits: LimitsFile = Field(LimitsFile(), description="Take the place of the robot's limits")
     tolerances: Tolerances = Field(
         Tolerances(), description="How far the check lets the motion be from what was asked"
     )

@@ -10,11 +10,11 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from knotwork.documents import StrictModel, Text
 from knotwork.documents.values import (
     JointMap,
+    JointsOrName,
     Number,
     Positive,
     Vector3,
     Vector4,
-    by_kind,
 )
 
 _EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
@@ -51,6 +51,8 @@ class Euler(StrictModel):
 class Placement(StrictModel):
     """A position and at most one form of orientation; none means the axes are parallel."""
 
+    ALTERNATIVES = (ORIENTATIONS,)
+
     position: Vector3 = Field(description="Origin: x, y, z [length]")
     quaternion_xyzw: Vector4 | None = Field(
         None, description="Unit quaternion, its scalar part last, as in ROS and SciPy"
@@ -66,13 +68,6 @@ class Placement(StrictModel):
     rotation_matrix: Annotated[list[Vector3], Field(min_length=3, max_length=3)] | None = Field(
         None, description="Three rows of three numbers; orthonormal, right-handed"
     )
-
-    @model_validator(mode="after")
-    def _one_orientation(self) -> Placement:
-        given = [name for name in ORIENTATIONS if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise ValueError(f"gives {' and '.join(given)}; give one orientation only")
-        return self
 
 
 class Pose(Placement):
@@ -118,15 +113,11 @@ class _Waypoint(StrictModel):
     after: Positive | None = Field(None, description="Time since the waypoint before [s]")
     stop: Literal[True] | None = Field(None, description="The arm stands still here")
 
-    @model_validator(mode="after")
-    def _one_time(self) -> _Waypoint:
-        if self.time is not None and self.after is not None:
-            raise ValueError("gives both time and after; give one")
-        return self
-
 
 class PoseWaypoint(_Waypoint):
     """A waypoint given by the pose of the tool."""
+
+    ALTERNATIVES = (("time", "after"), ("velocity", "speed", "stop"))
 
     pose: Pose = Field(description="Of the TCP")
     frame: Text | None = Field(
@@ -143,31 +134,19 @@ class PoseWaypoint(_Waypoint):
         "(a circle or a line); the tool turns with it [length/s]",
     )
 
-    @model_validator(mode="after")
-    def _one_velocity(self) -> PoseWaypoint:
-        given = [name for name in ("velocity", "speed", "stop") if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise ValueError(f"gives {' and '.join(given)}; give one")
-        return self
-
 
 class JointWaypoint(_Waypoint):
     """A waypoint given by joint values."""
 
-    joints: Annotated[
-        Annotated[Text, Tag("text")] | Annotated[JointMap, Tag("mapping")],
-        by_kind("the name of a configuration or a mapping of joint names to values"),
-    ] = Field(description="A configuration of the robot by name, or every joint [angle or length]")
+    ALTERNATIVES = (("time", "after"), ("velocity", "stop"))
+
+    joints: JointsOrName = Field(
+        description="A configuration of the robot by name, or every joint [angle or length]"
+    )
     velocity: JointMap | None = Field(
         default=None,
         description="By joint; joints left out stand still [angle/s or length/s]",
     )
-
-    @model_validator(mode="after")
-    def _one_velocity(self) -> JointWaypoint:
-        if self.velocity is not None and self.stop is not None:
-            raise ValueError("gives velocity and stop; give one")
-        return self
 
 
 def _waypoint_kind(value: Any) -> str | None:
