@@ -1,4 +1,4 @@
-"""Plain data that know where in a file they stand."""
+"""Plain data, with the place in the file where each part stands."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Document:
     Attributes:
         data: Mappings, lists, text, numbers, booleans and `None`.
         file: The file it came from, or `None`.
-        lines: Line, counted from 1, of each location whose line is another than that of the part
-            around it.
-        prefix: Location of the data in the file, where it is a part of one.
+        lines: Line, counted from 1, of each location that is not in the line of the part around
+            it.
+        prefix: Location of the data in the file.
     """
 
     data: Any

@@ -17,8 +17,8 @@ from knotwork.errors import DocumentError, Problem
 
 # Deeper than any document of ours, and shallow enough for the parser, which is recursive.
 MOST_NESTED = 100
-# Aliases of aliases can make a short file hold more than any memory. Counted is what they repeat,
-# not what stands in the file itself, however long that is.
+# Aliases of aliases can make a short file hold more than any memory. Only what they repeat counts,
+# not what stands in the file itself.
 MOST_REPEATED = 1_000_000
 
 
@@ -50,8 +50,8 @@ _Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^$"), [""])
 class _Reader:
     """Turns a tree of YAML nodes into a `Document`'s data and lines.
 
-    A line is noted only where it is another than that of the part around it, which `Document` takes
-    for it: most numbers of a long file share one.
+    A line is noted only where it differs from that of the part around it, since most numbers of a
+    long file share one. `Document` takes the line of the part around for all others.
     """
 
     def __init__(self, file: Path | None, own_values: int) -> None:
@@ -67,7 +67,7 @@ class _Reader:
         self.problems.append(Problem(line, field_path(location), message, hint))
 
     def read(self, node: yaml.Node, location: Location, above: int) -> Any:
-        """Data of a node, of which the part around it, or its key, is in the line `above`."""
+        """Read a node; `above` is the line of the part around it, or of its key."""
         self.values += 1
         if self.values > self.most:
             message = f"its aliases repeat more than {MOST_REPEATED} values"
@@ -174,8 +174,7 @@ def parse(text: str, file: Path | None = None) -> Document:
 def _no_collector() -> Iterator[None]:
     """Leave Python's cyclic garbage alone for a while.
 
-    Making millions of objects that all stay, it would look at them again and again, which takes
-    longer than to make them.
+    It would look at millions of new objects again and again, which takes longer than making them.
     """
     running = gc.isenabled()
     gc.disable()
@@ -187,9 +186,9 @@ def _no_collector() -> Iterator[None]:
 
 
 def _checked_size(text: str, file: Path | None) -> int:
-    """Count the values that a text holds, aliases as none.
+    """Count the values that a text holds, without aliases.
 
-    Deep nesting is refused here, before the parser, which crashes on it, makes a tree of the text.
+    Refuse deep nesting before the parser makes a tree of the text, since it would crash.
 
     Raises:
         DocumentError: The text is nested too deep.
@@ -218,7 +217,7 @@ def _syntax_problem(error: yaml.YAMLError) -> Problem:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark is not None else None
         if error.problem == "but found another document":
-            message = "is not valid YAML: a second document begins here; one a file is read"
+            message = "is not valid YAML: a second document begins here; a file holds one"
             return Problem(line, "", message)
         said = ", ".join(part for part in (error.context, error.problem) if part)
         return Problem(line, "", f"is not valid YAML: {said}")

@@ -48,8 +48,8 @@ def select_chain(
 
     Raises:
         UnknownNameError: There is no such link or joint.
-        RobotError: The tool isn't carried by the base, no joint moves it, a joint on the way
-            can't be planned for, or a joint can't be locked where it should.
+        RobotError: The base does not carry the tool, no joint moves the tool, a joint on the way
+            can't be planned for, or a joint can't be locked where it is asked to be.
     """
     full = urdf.model
     base = urdf.root if base_frame is None else base_frame

@@ -42,9 +42,9 @@ def load_robot(
     Raises:
         UnknownNameError: There is no robot, joint or frame of a name that was given.
         InputError: There is no file at the path.
-        DocumentError: A file can't be read or says what it must not.
-        RobotError: The URDF is broken, the tool frame is not carried by the base frame, no joint
-            or one that can't be planned for moves it, or a configuration is incomplete or
+        DocumentError: A file can't be read, or a value in it is wrong.
+        RobotError: The URDF is broken, the base frame does not carry the tool frame, no joint moves
+            it, a joint that moves it can't be planned for, or a configuration is incomplete or
             outside the position limits.
 
     >>> load_robot("planar2").joint_names
@@ -104,7 +104,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
 
 
 def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
-    """Check every joint and frame named, to say in which line a wrong one stands."""
+    """Check that named joints and frames exist, and say in which line a wrong one is."""
     for field in ("base_frame", "tool_frame"):
         link = getattr(content, field)
         if link is not None and link not in urdf.links:

@@ -12,8 +12,8 @@ from knotwork.errors import did_you_mean
 from knotwork.scenario.waypoint_schema import Frame, Placement
 from knotwork.waypoints import FloatArray
 
-# Values in a file are often rounded to four digits; what is further from a unit quaternion or a
-# rotation matrix than that is a mistake.
+# Values in a file are often rounded to four digits. A quaternion or matrix that is further from a
+# rotation than that is a mistake.
 ROTATION_TOLERANCE = 1e-3
 
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
@@ -70,11 +70,11 @@ def _from_matrix(matrix: FloatArray, document: Document, location: Location) -> 
     if error > ROTATION_TOLERANCE or np.linalg.det(matrix) < 0:
         raise document.error(
             location,
-            f"is no rotation matrix: R'R differs from I by {error:.3g}, "
+            f"is not a rotation matrix: R'R differs from I by {error:.3g}, "
             f"det R = {np.linalg.det(matrix):.3g}",
             f"orthonormal rows within {ROTATION_TOLERANCE:g}, right-handed",
         )
-    left, _, right = np.linalg.svd(matrix)  # the nearest rotation: the digits cut off are put back
+    left, _, right = np.linalg.svd(matrix)  # the nearest rotation undoes the rounding
     return np.asarray(left @ right)
 
 
@@ -101,8 +101,8 @@ class Frames:
         document: The file, for errors.
 
     Raises:
-        DocumentError: A frame is placed in one that does not exist or in itself by a detour, or
-            has a reserved name.
+        DocumentError: A frame is placed in one that does not exist, frames are placed in a circle,
+            or a frame has a reserved name.
     """
 
     def __init__(

@@ -18,8 +18,8 @@ from knotwork.waypoints import FloatArray
 
 # Waypoints nearer to each other than this give no direction [m].
 SMALLEST_CHORD = 1e-9
-# Below this the sum of the directions before and after, of a path that turns straight back, is no
-# direction either.
+# A path whose directions before and after add up to less than this turns straight back, which gives
+# no direction either.
 SMALLEST_TANGENT = 1e-6
 
 

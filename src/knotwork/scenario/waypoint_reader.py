@@ -160,7 +160,7 @@ class WaypointReader:
         if inner and waypoint.stop is None:
             raise self.document.error(
                 ("waypoints", i),
-                "is passed on the way and says no speed",
+                "is passed in motion and gives no speed",
                 "velocity: {linear, angular}, speed: along the path, or stop: true",
             )
         return pin.Motion.Zero()
@@ -213,7 +213,7 @@ class WaypointReader:
         if inner and waypoint.stop is None:
             raise self.document.error(
                 ("waypoints", i),
-                "is passed on the way and says no speed",
+                "is passed in motion and gives no speed",
                 "velocity: by joint name, or stop: true",
             )
         return None
