@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import InputError, UnknownNameError, WaypointDataError
+from knotwork.errors import InputError, OptionError, WaypointDataError
 from knotwork.interpolation.accelerations import Waypoints, waypoint_accelerations
 from knotwork.interpolation.assembly import coefficients
 from knotwork.interpolation.knots import BalancedKnots, place_knots
@@ -57,8 +57,9 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         WaypointDataError: The data are complex or not finite, their shapes do not match, there
             are fewer than two waypoints or their times do not increase.
         KnotError: A knot leaves a waypoint outside its span, or there are too few or too many.
-        InputError: The end accelerations don't fit; the curve leaves the range of floats.
-        UnknownNameError: There is no knot rule or end acceleration of that name.
+        OptionError: The end accelerations don't fit.
+        InputError: The curve leaves the range of floats.
+        UnknownNameError: There is no knot rule of that name.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
                 f"{values.shape} and {derivatives.shape}"
             )
         trailing = values.shape[1:]
-        ends = _end_accelerations(end_acceleration, trailing)
+        ends = end_accelerations(end_acceleration, trailing)
         placed = place_knots(times, knots, doubled_ends=ends is not None)
         positions, velocities = (
             array.reshape(times.size, math.prod(trailing)).T for array in (values, derivatives)
@@ -156,31 +157,33 @@ def _along_time(values: ArrayLike, n: int, axis: int, what: str) -> tuple[FloatA
     return array, axis
 
 
-def _end_accelerations(
-    given: EndAcceleration | Any, trailing: tuple[int, ...]
+def end_accelerations(
+    given: EndAcceleration | Any, trailing: tuple[int, ...], planner: str | None = None
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Flat start and end accelerations, shape (d,) each."""
+    """First and last acceleration of all components, flat, shape (d,) each; `None` if not given.
+
+    Raises:
+        OptionError: They are neither `"zero"` nor a pair of finite numbers, or of another shape.
+    """
     if given is None:
         return None
-    if isinstance(given, str):
-        if given != "zero":
-            raise UnknownNameError("end acceleration", given, ("zero",))
-        given = (0.0, 0.0)
-    try:
-        start, end = given
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"end_acceleration is {given!r}; it must be None, 'zero' or a pair (start, end)"
-        ) from error
+    pair = (0.0, 0.0) if isinstance(given, str) and given == "zero" else given
+    if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
+        message = f"is {given!r}; it must be None, 'zero' or a pair (start, end)"
+        raise OptionError("end_acceleration", message, planner=planner)
     flat = []
-    for what, value in (("start", start), ("end", end)):
-        array = _real(value, f"{what} acceleration")
-        if array.shape not in ((), trailing):
-            raise InputError(
-                f"{what} acceleration has shape {array.shape}; it must be a scalar or of the "
-                f"shape of one waypoint, {trailing}"
+    for name, value in zip(("start", "end"), pair, strict=True):
+        try:
+            array = np.array(value, dtype=float)
+        except (TypeError, ValueError) as error:
+            message = f"is {given!r}; it must be numbers"
+            raise OptionError("end_acceleration", message, planner=planner) from error
+        if array.shape not in ((), trailing) or not np.isfinite(array).all():
+            raise OptionError(
+                "end_acceleration",
+                f"has the {name} {array.tolist()}; it must be a finite number, or finite numbers "
+                f"of the shape of one waypoint, {trailing}",
+                planner=planner,
             )
-        if not np.isfinite(array).all():
-            raise InputError(f"{what} acceleration is {array}; it must be finite")
         flat.append(np.broadcast_to(array, trailing).reshape(-1))
     return flat[0], flat[1]

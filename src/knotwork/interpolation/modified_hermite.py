@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from knotwork.interpolation.hermite import ModifiedHermiteSpline
+from knotwork.interpolation.hermite import ModifiedHermiteSpline, end_accelerations
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.presets import end_accelerations
 from knotwork.interpolation.specs import checked_options
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
@@ -27,7 +26,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
         OptionError: Another option is not as it must be, or is one of another planner.
     """
     options = checked_options(NAME, options)
-    ends = end_accelerations(NAME, options, len(waypoints.joint_names))
+    ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:], NAME)
     spline = ModifiedHermiteSpline(
         waypoints.time,
         waypoints.position,

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import OptionError
+from knotwork.interpolation.hermite import end_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -48,7 +49,7 @@ def preset_accelerations(
         OptionError: An array has another shape, or end accelerations are given beside one.
     """
     asked = "zero" if options.accelerations is None else options.accelerations
-    ends = end_accelerations(planner, options, len(waypoints.joint_names))
+    ends = end_accelerations(options.end_acceleration, (len(waypoints.joint_names),), planner)
     if not isinstance(asked, str):
         if ends is not None:
             raise OptionError(
@@ -98,39 +99,3 @@ def preset_rows(
             planner=planner,
         )
     return array
-
-
-def end_accelerations(
-    planner: str, options: PlannerOptions, joints: int
-) -> tuple[FloatArray, FloatArray] | None:
-    """First and last acceleration that the options ask for, shape (d,) each.
-
-    Raises:
-        OptionError: They are neither `"zero"` nor a pair of finite numbers, or of another shape.
-    """
-    given: Any = options.end_acceleration
-    if given is None:
-        return None
-    if isinstance(given, str) and given == "zero":
-        return np.zeros(joints), np.zeros(joints)
-    if not isinstance(given, tuple) or len(given) != 2:
-        raise OptionError(
-            "end_acceleration",
-            f"is {given!r}; it must be None, 'zero' or a pair (start, end)",
-            planner=planner,
-        )
-    try:
-        start, end = (np.array(value, dtype=float) for value in given)
-    except (TypeError, ValueError) as error:
-        raise OptionError(
-            "end_acceleration", f"is {given!r}; it must be numbers", planner=planner
-        ) from error
-    for name, value in (("start", start), ("end", end)):
-        if value.shape not in ((), (joints,)) or not np.isfinite(value).all():
-            raise OptionError(
-                "end_acceleration",
-                f"has the {name} {value.tolist()}; it must be a finite number, or one for each of "
-                f"{joints} joints",
-                planner=planner,
-            )
-    return np.broadcast_to(start, joints), np.broadcast_to(end, joints)

@@ -9,14 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.errors import InputError
+from knotwork.interpolation.hermite import end_accelerations
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import raised, to_trajectory, two_point_coefficients
-from knotwork.interpolation.presets import (
-    end_accelerations,
-    estimated_accelerations,
-    preset_rows,
-)
+from knotwork.interpolation.presets import estimated_accelerations, preset_rows
 from knotwork.interpolation.specs import checked_options
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.trajectory import JointTrajectory
@@ -101,7 +98,7 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions | None = None) -
     options = checked_options(NAME_434, options)
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     joints = y.shape[1]
-    ends = end_accelerations(NAME_434, options, joints)
+    ends = end_accelerations(options.end_acceleration, (joints,), NAME_434)
     a_first, a_last = ends if ends is not None else (np.zeros(joints), np.zeros(joints))
     if t.size == 2:
         a = np.stack((a_first, a_last))
