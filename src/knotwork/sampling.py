@@ -21,21 +21,30 @@ LEAST_PERIOD = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """A trajectory at a sequence of times.
+class Knots:
+    """A trajectory at its breaks; for degree three or less this defines the whole curve.
 
     Attributes:
-        time: Times [s], shape (s,), strictly increasing.
-        position: [rad or m], shape (s, d).
-        velocity: [rad/s or m/s], shape (s, d).
-        acceleration: [rad/s² or m/s²], shape (s, d).
-        jerk: [rad/s³ or m/s³], shape (s, d); at a break that of the piece after it.
+        time: Times [s], shape (m,), strictly increasing.
+        position: [rad or m], shape (m, d).
+        velocity: [rad/s or m/s], shape (m, d).
+        acceleration: [rad/s² or m/s²], shape (m, d); of the piece after the break if it jumps.
     """
 
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Samples(Knots):
+    """A trajectory at a sequence of times, with what `Knots` has, and the jerk.
+
+    Attributes:
+        jerk: [rad/s³ or m/s³], shape (s, d); at a break that of the piece after it.
+    """
+
     jerk: FloatArray
 
 

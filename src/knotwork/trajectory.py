@@ -15,27 +15,8 @@ from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import Extrema, PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
-from knotwork.sampling import MAX_SAMPLES, Samples, sample_times
+from knotwork.sampling import MAX_SAMPLES, Knots, Samples, sample_times
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times, read_only
-
-"""Names of the derivatives of order 0 … 3."""
-
-
-@dataclass(frozen=True, eq=False)
-class Knots:
-    """A trajectory at its breaks; for degree three or less this defines the whole curve.
-
-    Attributes:
-        time: Times [s], shape (m,).
-        position: [rad or m], shape (m, d).
-        velocity: [rad/s or m/s], shape (m, d).
-        acceleration: [rad/s² or m/s²], shape (m, d); of the piece after the break if it jumps.
-    """
-
-    time: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
 
 
 @dataclass(frozen=True)
@@ -80,6 +61,12 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
     """Motion of named joints over time (as smooth as its planner made it; see `continuity`).
 
     Defined on [start_time, end_time] and nowhere else, not even one rounding outside.
+
+    >>> curve = JointTrajectory.from_knots(["elbow"], [0, 2], [[0], [1]], [[0], [0]])
+    >>> curve.position(1.0), curve.velocity([0.0, 1.0]).shape
+    (array([0.5]), (2, 1))
+    >>> curve.extrema("velocity").peak
+    array([0.75])
 
     Attributes:
         joint_names: Names of the joints, length d.

@@ -6,7 +6,7 @@ A drive in PVT mode joins positions and velocities by cubics, so the knots defin
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -61,115 +61,80 @@ def to_pvt(
     degrees, incremental = flag(degrees, "degrees"), flag(incremental, "incremental")
     points = motion_points(motion, accelerations=None, fit=fit)
     trajectory = points.trajectory
-    names, units = trajectory.joint_names, trajectory.joint_units
     factors = _by_joint(trajectory, scale, 1.0, "scale")
     shifts = _by_joint(trajectory, offset, 0.0, "offset")
-    knots = trajectory.knots
-    time = np.asarray(knots.time - knots.time[0])
-    shown = ["deg" if unit == "rad" and degrees else unit for unit in units]
-    ratio = np.array([DEGREES if unit == "deg" else 1.0 for unit in shown])
     room = HELD if fit is None else max(HELD, fit - points.error)
-    position, velocity = _in_drive_units(trajectory, shown, ratio, factors, shifts, room)
-    columns = {
-        "time_step_s" if incremental else "time_from_start_s": increments(time)
-        if incremental
-        else time
-    }
+    time = np.asarray(trajectory.breaks - trajectory.start_time)
+    since = "the row before" if incremental else "the start"
+    columns = {"time_step_s": increments(time)} if incremental else {"time_from_start_s": time}
     about = [
         "Position-velocity-time table: join the rows by cubics in each joint.",
         f"{points.describe()}.",
-        f"Column 1: time [s] {'since the row before' if incremental else 'since the start'}.",
+        f"Column 1: time [s] since {since}.",
     ]
-    for i, (name, unit) in enumerate(zip(names, shown, strict=True)):
-        own = factors[i] == 1.0 and shifts[i] == 0.0
+    for i, (name, si) in enumerate(
+        zip(trajectory.joint_names, trajectory.joint_units, strict=True)
+    ):
+        unit = "deg" if si == "rad" and degrees else si
+        factor, shift = factors[i], shifts[i]
+        position, velocity = _in_drive_units(trajectory, i, unit, factor, shift, room)
+        own = factor == 1.0 and shift == 0.0
         label = unit if own else "drive"
-        columns[f"{name}.position_{label}"] = position[:, i]
-        columns[f"{name}.velocity_{label}_per_s"] = velocity[:, i]
+        columns[f"{name}.position_{label}"] = position
+        columns[f"{name}.velocity_{label}_per_s"] = velocity
         text = f"joint {name!r} [{unit}], velocity [{unit}/s]"
         if not own:
             text += (
-                f", each in drive units: {float(factors[i])!r} a {unit}, position "
-                f"{'' if shifts[i] < 0.0 else '+'}{float(shifts[i])!r} drive units"
+                f", each in drive units: {factor!r} a {unit}, position "
+                f"{'' if shift < 0.0 else '+'}{shift!r} drive units"
             )
         about.append(f"Columns {2 * i + 2}, {2 * i + 3}: position of {text}.")
     return "".join(f"# {line}\n" for line in about) + to_csv(columns)
 
 
 def _in_drive_units(
-    trajectory: JointTrajectory,
-    units: Sequence[str],
-    ratio: FloatArray,
-    factors: FloatArray,
-    shifts: FloatArray,
-    held: float,
+    trajectory: JointTrajectory, joint: int, unit: str, factor: float, shift: float, held: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Positions and velocities of the knots in drive units, shape (n, d) each.
+    """Positions and velocities of a joint's knots in drive units, shape (n,) each.
 
     Raises:
         ExportError: Numbers this large or small do not hold the motion. Undoing the factor must
             give it back within 1e-12 of the largest value, or of 1 rad or m (per second),
             whichever is more; undoing the offset, within that or `held`.
     """
+    name, si = trajectory.joint_names[joint], trajectory.joint_units[joint]
     knots = trajectory.knots
-    own = np.stack((knots.position, knots.velocity))
+    own = np.stack((knots.position[:, joint], knots.velocity[:, joint]))
     peaks = np.abs(own).max(axis=1)
     bounds = LOSSLESS * np.maximum(1.0, peaks)
+    ratio = DEGREES if unit == "deg" else 1.0
+    per = np.float64(ratio * factor)
     with np.errstate(all="ignore"):
-        per = ratio * factors
         scaled = own * per
-        off = np.abs(scaled / per - own)
-        lost = np.flatnonzero(~(off <= bounds[:, None]).all(axis=(0, 1)))
-        if lost.size:
-            raise _scale_error(trajectory, units, int(lost[0]), factors, ratio, peaks)
-        position = scaled[0] + shifts
-        off = np.abs((position - shifts) / per - own[0])
-    most = np.maximum(bounds[0], held)
-    lost = np.flatnonzero(~(off <= most).all(axis=0))
-    if lost.size:
-        i = int(lost[0])
-        room = float(most[i] * abs(per[i])) / (4.0 * HALF_DIGIT)
-        raise _offset_error(trajectory, i, float(shifts[i]), off[:, i], float(most[i]), room)
+        kept = np.abs(scaled / per - own) <= bounds[:, None]
+        position = scaled[0] + shift
+        off = np.abs((position - shift) / per - own[0])
+    if not kept.all():
+        smallest = 2.0 * SMALLEST / ratio
+        largest = 0.5 * LARGEST / ratio / max(1.0, float(peaks.max()))
+        raise ExportError(
+            f"scale of joint {name!r} is {factor!r}: numbers of that size can't hold its motion, "
+            f"which reaches {peaks[0]:.3g} {si} and {peaks[1]:.3g} {si}/s; {smallest:.1e} to "
+            f"{largest:.1e} drive units a {unit} are accepted, of either sign",
+            joint=name,
+        )
+    most = max(float(bounds[0]), held)
+    if not (off <= most).all():
+        worst, room = float(off.max()), most * abs(float(per)) / (4.0 * HALF_DIGIT)
+        found = f"only within {worst:.3g} {si}" if math.isfinite(worst) else "not at all"
+        raise ExportError(
+            f"offset of joint {name!r} is {shift!r}: beside it the digits of a number hold the "
+            f"motion {found}, and at most {most:.3g} {si} is accepted; with this scale an offset "
+            f"from {-room:.1e} to {room:.1e} drive units is accepted",
+            joint=name,
+            error=worst,
+        )
     return position, scaled[1]
-
-
-def _scale_error(
-    trajectory: JointTrajectory,
-    units: Sequence[str],
-    joint: int,
-    factors: FloatArray,
-    ratio: FloatArray,
-    peaks: FloatArray,
-) -> ExportError:
-    smallest = 2.0 * SMALLEST / ratio[joint]
-    largest = 0.5 * LARGEST / ratio[joint] / max(1.0, float(peaks[:, joint].max()))
-    name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
-    return ExportError(
-        f"scale of joint {name!r} is {float(factors[joint])!r}: numbers of that size can't hold "
-        f"its motion, which reaches {peaks[0, joint]:.3g} {unit} and {peaks[1, joint]:.3g} "
-        f"{unit}/s; {smallest:.1e} to {largest:.1e} drive units a {units[joint]} are accepted, of "
-        "either sign",
-        joint=name,
-    )
-
-
-def _offset_error(
-    trajectory: JointTrajectory,
-    joint: int,
-    shift: float,
-    off: FloatArray,
-    bound: float,
-    room: float,
-) -> ExportError:
-    name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
-    worst = float(off.max())
-    held = f"only within {worst:.3g} {unit}" if math.isfinite(worst) else "not at all"
-    return ExportError(
-        f"offset of joint {name!r} is {shift!r}: beside it the digits of a number hold the "
-        f"motion {held}, and at most {bound:.3g} {unit} is accepted; with this scale an offset "
-        f"from {-room:.1e} to {room:.1e} drive units is accepted",
-        joint=name,
-        error=worst,
-    )
 
 
 def increments(time: FloatArray) -> FloatArray:
@@ -183,7 +148,8 @@ def increments(time: FloatArray) -> FloatArray:
 
 def _by_joint(
     trajectory: JointTrajectory, given: Mapping[str, float] | None, missing: float, what: str
-) -> FloatArray:
+) -> list[float]:
+    """A number for each joint."""
     if given is not None and not isinstance(given, Mapping):
         raise InputError(f"{what} is {given!r}; it must be a mapping of joint names to numbers")
     values: dict[str, float] = {}
@@ -193,4 +159,4 @@ def _by_joint(
         values[name] = finite_number(value, f"{what} of joint {name!r}")
         if what == "scale" and values[name] == 0.0:
             raise InputError(f"scale of joint {name!r} is {value!r}; it must be other than 0")
-    return np.array([values.get(name, missing) for name in trajectory.joint_names])
+    return [values.get(name, missing) for name in trajectory.joint_names]

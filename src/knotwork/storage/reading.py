@@ -16,7 +16,7 @@ from knotwork.documents import Document, Finite, StrictModel, Text
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.writing import KNOT_FIELDS
-from knotwork.trajectory import JointTrajectory, Knots
+from knotwork.trajectory import JointTrajectory
 
 # Knots and coefficients of a stored trajectory say the same within this, relative to the scale
 # of the values: both are written with all their digits.
@@ -117,7 +117,7 @@ def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None
     stated = data.data.get("knots")
     if stated is None:
         return None
-    knots: Knots = trajectory.knots
+    knots = trajectory.knots
     for name in KNOT_FIELDS:
         true = np.asarray(getattr(knots, name))
         given = _array(data, ("knots", name), stated[name], true.ndim)
@@ -173,6 +173,12 @@ def read_trajectory_document(path: Path | str) -> Document:
 
 def load_trajectory(path: Path | str) -> JointTrajectory:
     """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
+
+    >>> import tempfile, knotwork as kw
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     paths = kw.plan("paper_case").save(folder)
+    ...     load_trajectory(folder).joint_names
+    ('joint_1',)
 
     Args:
         path: Of the file or folder.
