@@ -61,9 +61,10 @@ def main() -> None:
                 ],
             }
         )
-    for use in plan.report.limits:
-        if use.limit is not None and use.quantity in ("velocity", "acceleration"):
-            print(f"{use.joint} {use.quantity}: {use.value:.3f} of {use.limit:.1f} {use.unit}")
+    for found in plan.report.select(group="Joint limits"):
+        if found.limit is not None and found.quantity in ("velocity", "acceleration"):
+            numbers = f"{found.value:.3f} of {found.limit:.1f} {found.unit}"
+            print(f"{found.name} {found.quantity}: {numbers}")
     print("all requirements met" if plan.report.ok else "FAILED")
     plan.report.raise_if_failed()
 

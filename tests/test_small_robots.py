@@ -34,8 +34,8 @@ def test_joint_waypoints_need_no_tool_frame(lever: Path) -> None:
         }
     )
     assert plan.report.ok
-    assert plan.report.singularity is None
-    peak = {item.quantity: item for item in plan.report.limits}
+    assert not plan.report.select(group="Singularity")
+    peak = {found.quantity: found for found in plan.report.select(subject="joint")}
     assert peak["velocity"].value == pytest.approx(0.75, rel=1e-12)  # 3/2 of the mean
 
 
@@ -64,6 +64,6 @@ def test_an_arm_of_one_joint_meets_poses_and_speeds(lever: Path) -> None:
     plan.report.raise_if_failed()
     np.testing.assert_allclose(plan.joint_waypoints.position[:, 0], [0, 0.3, 0.7], atol=1e-9)
     np.testing.assert_allclose(plan.joint_waypoints.velocity[:, 0], [0, 0.2, 0], atol=1e-9)
-    assert plan.report.singularity is not None
+    (found,) = plan.report.select(group="Singularity")
     # J = (0, 0.8, 0, 0, 0, 1): its one singular value is sqrt(1 + 0.8²)
-    assert plan.report.singularity.smallest_singular_value == pytest.approx(np.hypot(1, 0.8))
+    assert found.value == pytest.approx(np.hypot(1, 0.8))

@@ -151,7 +151,7 @@ def test_prismatic_joints_are_stored_in_metres(tmp_path: Path) -> None:
     header = (tmp_path / "samples.csv").read_text().splitlines()[0]
     assert "slide.velocity_m_per_s," in header
     assert "shoulder.jerk_rad_per_s3" in header
-    assert {item.unit for item in plan.report.limits if item.joint == "slide"} == {
+    assert {found.unit for found in plan.report.select(group="Joint limits", name="slide")} == {
         *("m", "m/s", "m/s²", "m/s³", "N"),
     }
 

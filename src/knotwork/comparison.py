@@ -21,6 +21,7 @@ from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import check
+from knotwork.verification.limits import JOINT_LIMITS
 from knotwork.waypoints import JointWaypoints
 
 
@@ -254,7 +255,7 @@ def _score(
 
         deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints)
     report = check(trajectory, scenario, space=space)
-    limits = [use for use in report.limits if use.limit is not None]
+    limits = [found for found in report.select(group=JOINT_LIMITS) if found.required]
     jerk_bounded = trajectory.continuity.order >= 2
     return Score(
         planner=name,
@@ -271,7 +272,7 @@ def _score(
         path_deviation=deviation.position if deviation is not None else None,
         path_turn=deviation.orientation if deviation is not None else None,
         duration=trajectory.duration,
-        limits_broken=sum(not use.ok for use in limits) if limits else None,
+        limits_broken=sum(not found.ok for found in limits) if limits else None,
         time_to_plan=seconds,
     )
 

@@ -68,6 +68,16 @@ class JointSpace:
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
     presets: Mapping[str, FloatArray] = field(default_factory=dict)
 
+    def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper limit of a quantity, shape (d,) each; infinite where there is none.
+
+        Args:
+            quantity: A name in `JOINT_QUANTITIES`.
+        """
+        if JOINT_QUANTITIES[quantity].limit == "range":
+            return self.lower_position_limit, self.upper_position_limit
+        return -self.limits[quantity], self.limits[quantity]
+
 
 def joint_space(scenario: Scenario) -> JointSpace:
     """Load what a scenario moves, and resolve its joint values.

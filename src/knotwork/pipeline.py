@@ -22,9 +22,9 @@ from knotwork.interpolation import (
 )
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.scenario import Scenario, load_scenario
-from knotwork.task_to_joint import TaskSolution, solve_task
+from knotwork.task_to_joint import Infeasibility, TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification import Report, check
+from knotwork.verification import Finding, Report, check
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
@@ -173,8 +173,27 @@ def plan(
     except InputError:
         with _error_context(scenario, "planner", given_here=planner is not None):
             raise
-    report = check(trajectory, scenario, space=space)
+    known = [_infeasible(one) for one in solution.infeasibilities]
+    report = check(trajectory, scenario, space=space, known=known)
     return Plan(scenario, space, waypoints, trajectory, report, left_out, solution)
+
+
+def _infeasible(found: Infeasibility) -> Finding:
+    """What no choice of solutions can do, as part of the report."""
+    return Finding(
+        group="Feasibility",
+        subject="waypoint",
+        name=found.waypoint,
+        quantity="joint_velocity_needed",
+        verdict="failed",
+        message=str(found),
+        value=found.velocity,
+        limit=found.limit,
+        margin=found.limit - found.velocity,
+        unit=found.unit,
+        time=found.start,
+        interval=(found.start, found.end) if found.until else None,
+    )
 
 
 # Where a file says what the options are.

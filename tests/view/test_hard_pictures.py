@@ -12,7 +12,6 @@ import knotwork as kw
 from knotwork import resources
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.pipeline import Plan
-from knotwork.verification import LimitUse
 from knotwork.view import plot_joints, plot_tool
 from sweeps import first_of, mostly_exhaustive
 
@@ -67,7 +66,7 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
     assert 10 <= len(names) <= points
     assert names[0].get_position()[0] == 0.0
     assert all(len(name.get_text()) <= 16 for name in names)
-    broken = [failure for failure in plan.report.failures if isinstance(failure, LimitUse)]
+    broken = [found for found in plan.report.select(group="Joint limits") if not found.ok]
     for axis, quantity in zip(figure.axes, DERIVATIVES, strict=True):
         expected = sum(failure.quantity == quantity for failure in broken)
         assert len(lines(axis, "broken")) == expected

@@ -22,9 +22,12 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
     tab.goto(path.as_uri())
     tab.wait_for_selector("html.has-still", state="attached")
     assert tab.inner_text(".verdict") == "FAILED"
-    rows = tab.locator("#requirements tbody tr")
-    assert rows.count() == len(plan.report.requirements)
-    assert "three four" in tab.inner_text("#requirements")
+    tables = "[data-group='Tool at the waypoints'], [data-group='Joints at the waypoints']"
+    rows = tab.locator(tables).locator("tbody tr")
+    assert rows.count() == len(
+        plan.report.select(subject="waypoint", group="Tool at the waypoints")
+    )
+    assert "three four" in tab.inner_text("[data-group='Tool at the waypoints']")
     assert tab.locator("#plots img").count() == 2
     assert tab.evaluate("[...document.images].every((i) => !i.src || i.naturalWidth > 300)")
     assert "Planar two-link arm through points" in tab.inner_text("#appendix pre")
@@ -42,10 +45,9 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     # what matters lies on the screen, not beside it
     for selector in ("td[data-label=error]", "td[data-label=margin]", "tr td:last-child"):
-        for section in ("#requirements", "#limits"):
-            for box in tab.locator(f"{section} {selector}").all()[:6]:
-                place = box.bounding_box()
-                assert place is None or place["x"] + place["width"] <= 390
+        for box in tab.locator(f".findings {selector}").all()[:40]:
+            place = box.bounding_box()
+            assert place is None or place["x"] + place["width"] <= 390
 
 
 def the_still_shows_labels_and_legend(tab: Any) -> None:

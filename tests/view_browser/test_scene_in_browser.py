@@ -257,11 +257,10 @@ def test_what_fails_stands_out(show: Any) -> None:
 def test_a_missed_waypoint_says_by_how_much(show: Any) -> None:
     tab = show("panda_pick_place", "parabolic-blend")
     plan = planned("panda_pick_place", "parabolic-blend")
-    miss = next(
-        item for item in plan.report.requirements if item.quantity == "position" and not item.ok
-    )
+    miss = next(item for item in plan.report.failures if item.quantity == "position")
+    assert miss.value is not None
     labels = tab.locator(".label.miss").all_inner_texts()
-    said = f"{miss.waypoint}: off by {1000 * miss.error:.3g} mm"
+    said = f"{miss.name}: position off by {1000 * miss.value:.3g} mm"
     assert any(text.startswith(said) for text in labels)
 
 

@@ -190,7 +190,7 @@ def test_the_path_is_broken_where_a_limit_is() -> None:
     assert path.broken.any()
     assert not path.broken.all()
     assert (path.broken == beyond.any(axis=1)).all()
-    (worst,) = [use for use in plan.report.limits if not use.ok]
+    (worst,) = plan.report.failures
     assert path.broken[path.time == worst.time].all()
 
 

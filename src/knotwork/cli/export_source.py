@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from knotwork.export import Format, Points
     from knotwork.pipeline import Plan
     from knotwork.trajectory import JointTrajectory
-    from knotwork.verification.report import Defect, Jump, LimitUse, Requirement
+    from knotwork.verification import Finding
 
 MOST_FAILURES = 10
 
@@ -86,13 +86,9 @@ def points_pass(
     return allowed
 
 
-def _of_acceleration(failure: Requirement | LimitUse | Jump | Defect) -> bool:
+def _of_acceleration(failure: Finding) -> bool:
     """Whether the acceleration jumps, or is not the one asked for at a waypoint."""
-    from knotwork.verification.report import Jump, Requirement
-
-    if isinstance(failure, Jump):
-        return failure.quantity == "acceleration"
-    return isinstance(failure, Requirement) and failure.quantity == "joint_acceleration"
+    return failure.quantity in ("acceleration_jump", "joint_acceleration")
 
 
 def _show(lines: list[str], verdict: str) -> None:

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
@@ -15,7 +14,7 @@ from rich.table import Table
 
 from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
-from knotwork.verification import LimitUse, Report, Requirement
+from knotwork.verification import Finding, Report
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
@@ -51,10 +50,6 @@ def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     for i, column in enumerate(columns):
         table.add_column(escape(column), justify="left" if i < left else "right", no_wrap=True)
     return table
-
-
-def _mark(ok: bool) -> str:
-    return "[green]ok[/]" if ok else "[bold red]FAIL[/]"
 
 
 def print_plan(plan: Plan) -> None:
@@ -95,11 +90,12 @@ def print_report(
     out.print(f"[bold]{escape(report.scenario)}[/]  {escape(scenario.description.strip())}")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
     out.print(f"{escape(robot)}; {escape(made or report.planner)}")
-    joints = [item for item in report.requirements if item.quantity.startswith("joint")]
-    tool = [item for item in report.requirements if not item.quantity.startswith("joint")]
-    for title, items in (("Tool at the waypoints", tool), ("Joints at the waypoints", joints)):
-        if items:
-            out.print(_waypoint_table(title, items))
+    for group, findings in report.groups.items():
+        numbers = [found for found in findings if found.value is not None]
+        if numbers:
+            # what is found of a waypoint is all found at its time, and fits one row
+            at_once = all(found.subject == "waypoint" for found in numbers)
+            out.print(_row_table(group, numbers) if at_once else _list_table(group, numbers))
             out.print()
     if solution is not None and solution.choices:
         out.print(_choice_table(solution.choices))
@@ -107,60 +103,83 @@ def print_report(
         if any(choice.alternative is not None for choice in solution.choices):
             out.print(_alternative_table(solution.choices))
             out.print()
-    out.print(_limit_table(report.limits))
-    out.print()
-    for infeasible in solution.infeasibilities if solution is not None else ():
-        out.print(f"[bold red]too fast[/] {escape(str(infeasible))}", soft_wrap=True)
-    for jump in report.jumps:
-        size = f"{jump.relative:.1e} of its peak" if jump.relative else "within rounding"
-        state = "" if jump.required else " (not required)"
-        out.print(
-            f"{_mark(jump.ok)} {jump.quantity} continuity: largest jump {jump.value:.2e} "
-            f"{jump.unit}, {size}{state}"
-        )
-    if report.singularity is not None:
-        near = report.singularity
-        out.print(
-            f"   smallest singular value {near.smallest_singular_value:.4f} at {near.time:.3f} s, "
-            f"sampled at {near.samples} times"
-        )
+    for warning in report.warnings:
+        out.print(f"[yellow]warning[/] {escape(str(warning))}", soft_wrap=True)
     failures = report.failures
     for failure in failures[:MOST_FAILURES]:
-        out.print(f"{_mark(False)} {escape(str(failure))}")
+        out.print(f"{_mark(failure)} {escape(str(failure))}", soft_wrap=True)
     if len(failures) > MOST_FAILURES:
         out.print(f"   and {len(failures) - MOST_FAILURES} more")
-    met = sum(item.ok for item in report.requirements)
+    met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
-    out.print(
-        f"{verdict} {escape(report.scenario)}: {met} of {len(report.requirements)} requirements "
-        f"met, {len(failures)} failures"
-    )
+    failed = f", {required - met} failed" if required > met else ""
+    out.print(f"{verdict} {escape(report.scenario)}: {met} of {required} requirements met{failed}")
 
 
-def _waypoint_table(title: str, requirements: Sequence[Requirement]) -> Table:
-    """One row a waypoint: the tool speed asked for, and how far off the trajectory is."""
-    quantities = list(dict.fromkeys(item.quantity for item in requirements))
-    columns, allowed = ["waypoint", "time\n[s]"], ["allowed error", ""]
-    if "linear_velocity" in quantities:
-        columns.append("speed\n[m/s]")
-        allowed.append("")
+def _row_table(title: str, findings: Sequence[Finding]) -> Table:
+    """One row for each name and time, one column for each quantity."""
+    quantities = list(dict.fromkeys(found.title for found in findings))
+    columns, limits = ["", "at\n[s]"], ["allowed", ""]
+    rows: dict[tuple[str, float | None], dict[str, Finding]] = {}
+    for found in findings:
+        rows.setdefault((found.name, found.time), {})[found.title] = found
     for quantity in quantities:
-        items = [item for item in requirements if item.quantity == quantity]
-        units = " or ".join(dict.fromkeys(item.unit for item in items))
-        columns.append(quantity.removeprefix("joint_").replace("_", "\n") + f"\n[{units}]")
-        allowed.append(f"{items[0].tolerance:.1e}")
+        items = [found for found in findings if found.title == quantity]
+        units = " or ".join(dict.fromkeys(found.unit for found in items))
+        columns.append(quantity.removeprefix("joint ").replace(" ", "\n") + f"\n[{units}]")
+        limits.append(_number(items[0].limit, ".1e"))
     table = plain_table(title, [*columns, ""])
-    by_waypoint: dict[tuple[str, float], dict[str, Requirement]] = {}
-    for item in requirements:
-        by_waypoint.setdefault((item.waypoint, item.time), {})[item.quantity] = item
-    for (name, time), found in by_waypoint.items():
-        cells = [escape(name), f"{time:.3f}"]
-        if "linear_velocity" in found:
-            cells.append(f"{np.linalg.norm(found['linear_velocity'].requested):.3f}")
-        cells += [_error(found.get(key)) for key in quantities]
-        table.add_row(*cells, _mark(all(item.ok for item in found.values())))
-    table.add_row(*allowed, "", style="dim")
+    for (name, time), row in rows.items():
+        cells = [_cell(row[key], ".1e") if key in row else "" for key in quantities]
+        worst = min(row.values(), key=lambda found: found.ok)
+        table.add_row(escape(name), _number(time, ".3f"), *cells, _mark(worst))
+    table.add_row(*limits, "", style="dim")
     return table
+
+
+def _list_table(title: str, findings: Sequence[Finding]) -> Table:
+    """One row for each finding, by quantity; of those nothing is required of, the largest alone."""
+    table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", ""])
+    table.columns[-1].justify = "left"
+    for quantity in dict.fromkeys(found.title for found in findings):
+        items = [found for found in findings if found.title == quantity]
+        free = [found for found in items if found.limit is None]
+        shown = [found for found in items if found.limit is not None]
+        if free:
+            shown.append(max(free, key=lambda found: abs(found.value or 0.0)))
+        units = " or ".join(dict.fromkeys(found.unit for found in items if found.unit))
+        table.add_row(escape(f"{quantity} [{units}]" if units else quantity), style="dim")
+        for found in shown:
+            most = "most: " if found.limit is None and len(free) > 1 else ""
+            table.add_row(
+                f"  {most}{escape(found.name or found.subject)}",
+                _cell(found, ".4g"),
+                _number(found.limit, ".4g") or "none given",
+                _number(found.margin, ".4g"),
+                _number(found.time, ".3f"),
+                _mark(found),
+                found.proof,
+            )
+    return table
+
+
+def _mark(found: Finding) -> str:
+    marks = {
+        "met": "[green]ok[/]",
+        "failed": "[bold red]FAIL[/]",
+        "warning": "[yellow]warning[/]",
+        "information": "-",
+    }
+    return marks[found.verdict]
+
+
+def _cell(found: Finding, form: str) -> str:
+    text = _number(found.value, form)
+    return text if found.ok else f"[bold red]{text}[/]"
+
+
+def _number(value: float | None, form: str) -> str:
+    return "" if value is None else format(value, form)
 
 
 def _choice_table(choices: Sequence[Choice]) -> Table:
@@ -206,37 +225,6 @@ def _alternative(choice: Choice) -> tuple[str, str] | None:
     if other.branch == choice.branch:
         way = f"turns {_turns(other.turns)}" if other.turns != choice.turns else "another"
     return way, other.hindrance or f"{other.extra:.3g} s more"
-
-
-def _limit_table(limits: Sequence[LimitUse]) -> Table:
-    """One row a joint and quantity; where no limit is given, one row for the worst joint."""
-    title = "Joint limits: exact over all time, unless marked as sampled"
-    table = plain_table(title, ["joint", "value", "limit", "margin", "at [s]", ""])
-    for quantity in dict.fromkeys(item.quantity for item in limits):
-        items = [item for item in limits if item.quantity == quantity]
-        units = " or ".join(dict.fromkeys(item.unit for item in items))
-        sampled = ", sampled" if items[0].sampled else ""
-        table.add_row(escape(f"{quantity} [{units}]{sampled}"), style="dim")
-        for item in items:
-            if item.limit is not None and item.margin is not None:
-                numbers = (item.value, item.limit, item.margin)
-                cells = [_coloured(f"{number:.3f}", item.ok) for number in numbers]
-                table.add_row(f"  {escape(item.joint)}", *cells, f"{item.time:.3f}", _mark(item.ok))
-        free = [item for item in items if item.limit is None]
-        if free:
-            worst = max(free, key=lambda item: abs(item.value))
-            cells = [f"{worst.value:.3f}", "none given", "", f"{worst.time:.3f}", "-"]
-            most = "  " if len(free) == 1 else "  most: "
-            table.add_row(most + escape(worst.joint), *cells)
-    return table
-
-
-def _error(item: Requirement | None) -> str:
-    return _coloured(f"{item.error:.1e}", item.ok) if item is not None else ""
-
-
-def _coloured(text: str, ok: bool) -> str:
-    return text if ok else f"[bold red]{text}[/]"
 
 
 def print_summary(rows: Sequence[tuple[str, str]]) -> None:

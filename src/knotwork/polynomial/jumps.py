@@ -45,3 +45,16 @@ def rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
         np.maximum(size, np.abs(coefficient) * h**power, out=size)
     size *= ROUNDING / h**nu
     return np.maximum(size[:-1], size[1:])
+
+
+def allowed_jumps(curve: PiecewisePolynomial, nu: int) -> FloatArray:
+    """The largest jump of the nu-th derivative at each inner break that counts as none.
+
+    Args:
+        curve: A curve of m breaks along axis 0, trailing shape (d,).
+        nu: Order of the derivative.
+
+    Returns:
+        Shape (m-2, d), in the unit of the derivative.
+    """
+    return np.maximum(rounding(curve, nu), CONTINUITY_TOLERANCE * curve.extrema(nu).peak)

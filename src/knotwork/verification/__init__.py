@@ -3,14 +3,10 @@
 from typing import TYPE_CHECKING
 
 from knotwork.lazy import lazy_names
-from knotwork.verification.report import (
-    Defect,
-    Jump,
-    LimitUse,
-    Report,
-    Requirement,
-    Singularity,
-)
+from knotwork.verification.checks import CHECKS, Check
+from knotwork.verification.finding import Finding
+from knotwork.verification.motion import Motion
+from knotwork.verification.report import Report
 from knotwork.verification.verdict import check
 
 if TYPE_CHECKING:
@@ -23,13 +19,12 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "CHECKS",
     "Bound",
-    "Defect",
-    "Jump",
-    "LimitUse",
+    "Check",
+    "Finding",
+    "Motion",
     "Report",
-    "Requirement",
-    "Singularity",
     "check",
     "singular_value_bound",
     "tool_acceleration_bound",

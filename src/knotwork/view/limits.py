@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.verification.motion import LIMIT_SLACK
+from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.curves import Strokes
 from knotwork.view.notes import nearest
 from knotwork.view.panel import Panel, Series
@@ -35,7 +35,8 @@ def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
     for time, value in drawn.beyond(lower, upper):
         times += [time, np.array([np.nan])]
         values += [value, np.array([np.nan])]
-    worst = use.value if np.isfinite(use.value) else use.limit  # a jump is marked at the limit
+    found = use.value or 0.0
+    worst = found if np.isfinite(found) else use.limit  # a jump is marked at the limit
     panel.axis.plot(
         np.concatenate([np.empty(0), *times]),
         np.concatenate([np.empty(0), *values]),
@@ -47,7 +48,7 @@ def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
         zorder=2.5,
     )
     panel.axis.plot(
-        [use.time],
+        [use.time or 0.0],
         [panel.factor * (worst or 0.0)],
         linestyle="none",
         marker="X",

@@ -11,7 +11,7 @@ import pinocchio as pin
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.verification import Report, Requirement
+from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.solids import rod, sphere, triad
 from knotwork.view.speed_arrows import round_arrows, straight_arrows
@@ -87,7 +87,7 @@ def marks(
     labels: list[Label] = []
     if asked:
         meshes["waypoints"] = _triads([target.pose for target in asked], axis, 0.045)
-        missed = {item.waypoint for item in report.requirements if not item.ok} if report else ()
+        missed = {found.name for found in report.failures} if report else ()
         labels += [_waypoint_label(target) for target in asked if target.name not in missed]
     straight, turning = straight_arrows(asked, size), round_arrows(asked, 0.75 * axis)
     if straight is not None:
@@ -145,38 +145,36 @@ def _add_failures(
     report: Report,
     size: float,
 ) -> None:
+    """Mark where the tool is when something fails; from there to where it should be."""
     base = robot.base_placement
     wrong: list[Mesh] = []
-    missed = [item for item in report.requirements if not item.ok]
-    for name in dict.fromkeys(item.waypoint for item in missed):
-        target = next((one for one in asked if one.name == name), None)
-        if target is None:
-            continue
-        point = target.pose.translation
-        reached = (base * robot.forward(curve(target.time))).translation
+    poses = {target.name: target.pose for target in asked}
+    together: dict[tuple[str, str, float], list[Finding]] = {}
+    for found in report.failures:
+        if found.time is not None:
+            together.setdefault((found.subject, found.name, found.time), []).append(found)
+    for (subject, name, time), findings in together.items():
+        inside = min(max(time, float(curve.x[0])), float(curve.x[-1]))
+        reached = at = (base * robot.forward(curve(inside))).translation
         wrong.append(sphere(0.011 * size, RED).moved(np.eye(3), reached))
-        if np.linalg.norm(reached - point) > 1e-9:
-            wrong.append(rod(point, reached, 0.004 * size, RED))
-        found = [item for item in missed if item.waypoint == name]
-        at = tuple(((point + reached) / 2).tolist())
-        text = f"{name}: off by {', '.join(_size(item) for item in found)}"
-        labels.append(Label(text, "miss", at, "\n".join(str(item) for item in found)))
-    for jump in report.jumps:
-        if not jump.ok:
-            at = (base * robot.forward(curve(jump.time))).translation
-            wrong.append(sphere(0.011 * size, RED).moved(np.eye(3), at))
-            text = f"{jump.joint}: {jump.quantity} jumps by {jump.value:.3g} {jump.unit}"
-            labels.append(Label(text, "miss", tuple(at.tolist()), str(jump)))
-    for use in report.limits:
-        if not use.ok:
-            at = (base * robot.forward(curve(use.time))).translation
-            text = f"{use.joint}: {use.quantity} {use.value:.3g}, limit {use.limit:.3g} {use.unit}"
-            labels.append(Label(text, "miss", tuple(at.tolist()), str(use)))
+        if subject == "waypoint" and name in poses:
+            point = poses[name].translation
+            at = (point + reached) / 2
+            if np.linalg.norm(reached - point) > 1e-9:
+                wrong.append(rod(point, reached, 0.004 * size, RED))
+        text = f"{name}: {', '.join(map(_said, findings))}" if name else _said(findings[0])
+        labels.append(Label(text, "miss", tuple(at.tolist()), "\n".join(map(str, findings))))
     if wrong:
         meshes["failures"] = merged(wrong)
 
 
-def _size(item: Requirement) -> str:
-    """Error of a requirement in units that one can picture."""
-    factor, unit = _PICTURED.get(item.unit, (1.0, item.unit))
-    return f"{factor * item.error:.3g} {unit}"
+def _said(found: Finding) -> str:
+    """A finding in few words, in units that one can picture."""
+    factor, unit = _PICTURED.get(found.unit, (1.0, found.unit))
+    if found.value is None:
+        return found.title
+    if found.requested is not None:
+        return f"{found.title} off by {factor * found.value:.3g} {unit}"
+    if found.limit is None:
+        return f"{found.title} {found.value:.3g} {found.unit}"
+    return f"{found.title} {found.value:.3g}, limit {found.limit:.3g} {found.unit}"

@@ -14,8 +14,8 @@ from knotwork.joint_space import JointSpace, joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification import LimitUse, Report
-from knotwork.verification.motion import limit_use
+from knotwork.verification import Finding, Report
+from knotwork.verification.limits import derivative_limits
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
@@ -88,18 +88,15 @@ class Motion:
     marks: Marks | None
     scenario: Scenario | None
     ok: bool | None
-    uses: dict[tuple[str, str], LimitUse]
+    uses: dict[tuple[str, str], Finding]
 
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
         """Lower and upper limit of a quantity of a joint, infinite where none is given."""
         if self.space is None:
             return -np.inf, np.inf
         i = self.space.joint_names.index(joint)
-        if quantity == "position":
-            space = self.space
-            return float(space.lower_position_limit[i]), float(space.upper_position_limit[i])
-        limit = float(self.space.limits[quantity][i])
-        return -limit, limit
+        lower, upper = self.space.bounds(quantity)
+        return float(lower[i]), float(upper[i])
 
 
 def motions_of(
@@ -159,13 +156,13 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     else:
         raise InputError(f"can't draw {type(thing).__name__}; give a Plan or a JointTrajectory")
     names, units = trajectory.joint_names, trajectory.joint_units
-    uses: dict[tuple[str, str], LimitUse] = {}
+    uses: dict[tuple[str, str], Finding] = {}
     ordered = trajectory
     if space is not None:
         ordered = trajectory.reordered(space.joint_names, space.joint_units)
         uses = {
-            (use.joint, use.quantity): use
-            for use in limit_use(space, ordered.polynomial)
+            (use.name, use.quantity): use
+            for use in derivative_limits(space, ordered.polynomial)
             if use.limit is not None
         }
     if marks is None and scenario is not None and space is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.verification import LimitUse
+from knotwork.verification import Finding
 from knotwork.view.panel import Series
 from knotwork.view.style import rounded
 
@@ -44,9 +44,11 @@ def limit_note(series: Sequence[Series], quantity: str, factor: float, unit: str
     limits = _limits(bounds, factor, unit, use)
     if broken:
         more = f", and {broken - 1} more beyond" if broken > 1 else ""
-        infinite = np.isinf(use.value)
-        value = f"a jump, infinite {quantity}," if infinite else rounded(factor * use.value)
-        return Note(f"{name}{value} at {rounded(use.time)} s breaks {limits}{more}", True)
+        worst = use.value or 0.0
+        value = rounded(factor * worst)
+        if np.isinf(worst):
+            value = f"a jump, infinite {quantity},"
+        return Note(f"{name}{value} at {rounded(use.time or 0.0)} s breaks {limits}{more}", True)
     if quantity == "position":
         margin = use.margin if use.margin is not None else np.inf
         return Note(f"{name}{rounded(factor * margin)} {unit} inside {limits}", False)
@@ -64,18 +66,18 @@ def nearest(series: Sequence[Series], quantity: str) -> Series | None:
     )
 
 
-def _use(one: Series, quantity: str) -> LimitUse:
+def _use(one: Series, quantity: str) -> Finding:
     return one.motion.uses[one.joint, quantity]
 
 
-def _room(use: LimitUse, bounds: tuple[float, float]) -> float:
+def _room(use: Finding, bounds: tuple[float, float]) -> float:
     """Margin in parts of what there is: negative beyond the limit."""
     margin = use.margin if use.margin is not None else np.inf
     half = 0.5 * (bounds[1] - bounds[0])
     return float(margin / half) if np.isfinite(half) else float(margin)
 
 
-def _limits(bounds: tuple[float, float], factor: float, unit: str, use: LimitUse) -> str:
+def _limits(bounds: tuple[float, float], factor: float, unit: str, use: Finding) -> str:
     lower, upper = (factor * bound for bound in bounds)
     if lower == -upper:
         return f"limit ±{rounded(upper)} {unit}"

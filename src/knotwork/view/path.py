@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
@@ -14,7 +15,6 @@ from knotwork.verification import Report
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 1200
-ORDERS = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +50,14 @@ def tool_path(
         report: What the check found; where it found a limit broken, the path is looked at.
         also: More times to look at [s].
     """
-    failed = [use for use in report.limits if not use.ok] if report is not None else []
+    found = report.failures if report is not None else ()
+    failed = {
+        (one.quantity, one.time)
+        for one in found
+        if one.quantity in JOINT_QUANTITIES and one.time is not None
+    }
     start, end = float(curve.x[0]), float(curve.x[-1])
-    inner = [time for time in (*also, *(use.time for use in failed)) if start <= time <= end]
+    inner = [at for at in (*also, *(at for _, at in failed)) if start <= at <= end]
     breaks = curve.x if len(curve.x) <= SAMPLES else curve.x[:: len(curve.x) // SAMPLES + 1]
     time = np.unique(np.concatenate([np.linspace(start, end, SAMPLES), breaks, inner]))
     q, v = curve(time), curve(time, 1)
@@ -60,10 +65,10 @@ def tool_path(
     position = np.array([(base * robot.forward(row)).translation for row in q])
     speed = tool_speed(robot, q, v)
     broken = np.zeros(len(time), dtype=bool)
-    for use in failed:
-        broken |= np.isclose(time, use.time, rtol=0.0, atol=1e-12 * max(1.0, end - start))
+    for _, at in failed:
+        broken |= np.isclose(time, at, rtol=0.0, atol=1e-12 * max(1.0, end - start))
     if space is not None:
-        for quantity in {use.quantity for use in failed}:
+        for quantity in {quantity for quantity, _ in failed}:
             broken |= _beyond(quantity, space, robot, curve, time)
     return ToolPath(time, position, speed, broken)
 
@@ -77,15 +82,12 @@ def tool_speed(robot: Robot, q: FloatArray, v: FloatArray) -> FloatArray:
 def _beyond(
     quantity: str, space: JointSpace, robot: Robot, curve: PiecewisePolynomial, time: FloatArray
 ) -> FloatArray:
-    if quantity == "effort":
+    order = JOINT_QUANTITIES[quantity].order
+    if order is None:
         states = zip(curve(time), curve(time, 1), curve(time, 2), strict=True)
         values = np.array([robot.torque(*state) for state in states])
     else:
-        values = curve(time, ORDERS[quantity])
-    if quantity == "position":
-        lower, upper = space.lower_position_limit, space.upper_position_limit
-    else:
-        upper = space.limits[quantity]
-        lower = -upper
+        values = curve(time, order)
+    lower, upper = space.bounds(quantity)
     slack = 1e-9 * np.maximum(1.0, np.where(np.isfinite(upper), np.abs(upper), 1.0))
     return np.asarray(((values < lower - slack) | (values > upper + slack)).any(axis=1))

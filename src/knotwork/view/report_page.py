@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from knotwork.documents import read_text
-from knotwork.verification import LimitUse, Report, Requirement
+from knotwork.verification import Finding
 from knotwork.view.motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
 from knotwork.view.plots import plot_joints
@@ -19,18 +19,11 @@ from knotwork.view.tool_plots import plot_tool
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-QUANTITY_WORDS = {
-    "position": "tool position",
-    "orientation": "tool orientation",
-    "linear_velocity": "tool velocity",
-    "angular_velocity": "tool turning velocity",
-}
 NO_ROBOT = (
     "the scenario names no robot, so there is no arm to show: this report has plots of the joints "
     "only; name a robot in the scenario to see it move"
 )
-# An orientation is a quaternion, which has no unit.
-_UNITLESS = ("orientation",)
+_VERDICTS = {"met": "ok", "failed": "FAIL", "warning": "warning", "information": "not required"}
 
 
 def report_page(plan: PlanLike) -> Page:
@@ -59,9 +52,8 @@ def report_page(plan: PlanLike) -> Page:
             report=report,
             robot=robot,
             trajectory=plan.trajectory,
-            met=sum(item.ok for item in report.requirements),
-            requirements=_requirements(report),
-            limits=list(_limits(report)),
+            counts=report.counts,
+            groups=[_group(title, found) for title, found in report.groups.items()],
             plots=[(name, _picture(figure)) for name, figure in plots],
             scene=Markup(frame(scene.html, height="100%", name="3D view")) if scene else None,
             warnings=warnings,
@@ -81,61 +73,57 @@ def _picture(figure: Figure) -> str:
     return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
 
 
-def _requirements(report: Report) -> list[dict[str, Any]]:
-    """Rows of the table, those of one waypoint together."""
-    order = list(dict.fromkeys(item.waypoint for item in report.requirements))
-    items = sorted(report.requirements, key=lambda item: order.index(item.waypoint))
-    return [_requirement(item) for item in items]
-
-
-def _requirement(item: Requirement) -> dict[str, Any]:
-    unit = "x, y, z, w" if item.quantity in _UNITLESS else item.unit
+def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
+    """A table of findings: which columns it has, and its rows by name or by quantity."""
+    numbers = [found for found in findings if found.value is not None]
+    names = len({found.name for found in numbers})
+    by_name = any(found.requested is not None for found in numbers)
+    subject = numbers[0].subject if numbers else ""
+    rows = [_row(found) for found in numbers if found.limit is not None]
+    if by_name:
+        order = list(dict.fromkeys(row["name"] for row in rows))
+        rows.sort(key=lambda row: order.index(row["name"]))
+    parts: dict[str, dict[str, Any]] = {}
+    for found in numbers:
+        part = parts.setdefault(found.title, {"title": found.title, "rows": [], "free": []})
+        if found.limit is None:
+            named = f"{found.name} {_number(found.value)} {found.unit}".strip()
+            part["free"].append(f"{named} at {found.time:.3f} s" if names == 1 else named)
+        else:
+            part["rows"].append(_row(found))
     return {
-        "waypoint": item.waypoint,
-        "time": f"{item.time:g}",
-        "quantity": QUANTITY_WORDS.get(item.quantity, item.quantity.replace("_", " ")),
-        "requested": _vector(item.requested),
-        "achieved": _vector(item.achieved),
-        "values_unit": unit,
-        "error": f"{item.error:.2g} {item.unit}",
-        "tolerance": f"{item.tolerance:.2g} {item.unit}",
-        "ok": item.ok,
+        "title": title,
+        "subject": subject,
+        "by_name": by_name,
+        "rows": rows,
+        "parts": list(parts.values()),
+        "said": [str(found) for found in findings if found.value is None],
+    }
+
+
+def _row(found: Finding) -> dict[str, Any]:
+    return {
+        "name": found.name,
+        "quantity": found.title,
+        "requested": _vector(found.requested or ()),
+        "achieved": _vector(found.achieved or ()),
+        # an orientation is a quaternion, which has no unit
+        "values_unit": "x, y, z, w" if found.quantity == "orientation" else found.unit,
+        "value": _number(found.value),
+        "limit": _number(found.limit),
+        "margin": _number(found.margin),
+        "use": min(found.use or 0.0, 1.0),
+        "unit": found.unit,
+        "time": "" if found.time is None else f"{found.time:.3f}",
+        "proof": found.proof,
+        "ok": found.ok,
+        "verdict": _VERDICTS[found.verdict],
     }
 
 
 def _vector(values: tuple[float, ...]) -> str:
-    return ", ".join(_number(value) for value in values)
+    return ", ".join("0" if abs(value) < 5e-10 else _number(value) for value in values)
 
 
-def _number(value: float) -> str:
-    return "0" if abs(value) < 5e-10 else f"{value:.5g}".replace("-", "\u2212")
-
-
-def _limits(report: Report) -> Iterator[dict[str, Any]]:
-    """Groups of limits by quantity; joints that none is given for are named in one line."""
-    for quantity in dict.fromkeys(item.quantity for item in report.limits):
-        items = [item for item in report.limits if item.quantity == quantity]
-        yield {
-            "quantity": quantity,
-            "sampled": items[0].sampled,
-            "rows": [_limit(item) for item in items if item.limit is not None],
-            "free": [_free(item) for item in items if item.limit is None],
-        }
-
-
-def _limit(item: LimitUse) -> dict[str, Any]:
-    limit, margin = item.limit or 0.0, item.margin or 0.0
-    return {
-        "joint": item.joint,
-        "value": _number(item.value),
-        "limit": _number(limit),
-        "margin": _number(margin),
-        "use": min(max(abs(item.value / limit), 0.0), 1.0) if limit else 0.0,
-        "time": f"{item.time:.3f}",
-        "unit": item.unit,
-        "ok": item.ok,
-    }
-
-
-def _free(item: LimitUse) -> str:
-    return f"{item.joint} {_number(item.value)} {item.unit}"
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.4g}".replace("-", "\u2212")

@@ -1,0 +1,30 @@
+"""The registry of checks: what is looked at, in the order of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from knotwork.joint_space import JointSpace
+from knotwork.scenario import Scenario
+from knotwork.verification.continuity import continuity
+from knotwork.verification.dynamics import effort_limits, singularity
+from knotwork.verification.finding import Finding
+from knotwork.verification.limits import joint_limits
+from knotwork.verification.motion import Motion
+from knotwork.verification.plausibility import plausibility
+from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
+
+Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
+
+CHECKS: dict[str, Check] = {
+    "time_span": time_span,
+    "tool_at_waypoints": tool_at_waypoints,
+    "joints_at_waypoints": joints_at_waypoints,
+    "joint_limits": joint_limits,
+    "effort_limits": effort_limits,
+    "continuity": continuity,
+    "singularity": singularity,
+    "plausibility": plausibility,
+}
+"""Checks by name. A check of your own joins in by `CHECKS["name"] = function`: what it finds is in
+the report, in its pages and tables and in the exit code like all else."""

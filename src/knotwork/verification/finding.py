@@ -1,0 +1,103 @@
+"""`Finding`: one thing that the check says about a motion, whatever it is about."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+Verdict = Literal["met", "failed", "warning", "information"]
+Proof = Literal["exact", "bounded", "sampled"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that the check says.
+
+    Everything that shows a report (table, page, JSON, marks in the 3D scene, exit code) iterates
+    over findings and knows no check by name.
+
+    Attributes:
+        group: Heading that it is listed under, for example `"Joint limits"`.
+        subject: Kind of thing that it is about: `"waypoint"`, `"joint"`, `"tool"` or `"motion"`.
+        name: Which one, for example the name of the joint; empty where there is only one.
+        quantity: What was looked at, for example `"velocity"`.
+        verdict: `"met"` or `"failed"` for what is required; `"warning"` for what is plausibly a
+            slip; `"information"` for what nothing is required of. Only `"failed"` fails a report.
+        message: All of it in one sentence.
+        value: What was found, or the error where something was requested; infinite at a jump,
+            `None` where there is no number.
+        limit: The limit or tolerance, with the sign that it has on that side; `None` without one.
+        margin: Distance left to the limit, negative beyond it; `None` without a limit.
+        unit: SI unit of value, limit and margin.
+        time: When [s], or `None`.
+        interval: From when to when [s] it holds, or `None` where one time or all time is meant.
+        proof: `"exact"` and `"bounded"` hold for all time, `"sampled"` at times looked at.
+        excess: By how much a bounded value may lie above the true one.
+        requested: What was asked for, where that is a vector; an orientation as a quaternion
+            x, y, z, w.
+        achieved: What the motion does, in the same form.
+    """
+
+    group: str
+    subject: str
+    name: str
+    quantity: str
+    verdict: Verdict
+    message: str
+    value: float | None = None
+    limit: float | None = None
+    margin: float | None = None
+    unit: str = ""
+    time: float | None = None
+    interval: tuple[float, float] | None = None
+    proof: Proof = "exact"
+    excess: float = 0.0
+    requested: tuple[float, ...] | None = None
+    achieved: tuple[float, ...] | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing fails here."""
+        return self.verdict != "failed"
+
+    @property
+    def required(self) -> bool:
+        """Whether something is required here, so that it can fail."""
+        return self.verdict in ("met", "failed")
+
+    @property
+    def title(self) -> str:
+        """The quantity in words."""
+        return self.quantity.replace("_", " ")
+
+    @property
+    def use(self) -> float | None:
+        """Part of the limit that is used; `None` without a limit that can be used in part."""
+        if self.value is None or not self.limit:
+            return None
+        return abs(self.value / self.limit)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give it as plain data, ready for JSON; infinite numbers are `None`."""
+        data = {key: _plain(value) for key, value in asdict(self).items()}
+        return {"ok": self.ok, **data}
+
+    def __str__(self) -> str:
+        return self.message
+
+
+def judged(ok: bool, *, required: bool = True) -> Verdict:
+    """Verdict on something that is, or is not, required."""
+    if not required:
+        return "information"
+    return "met" if ok else "failed"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(item) for item in value]
+    return value

@@ -1,0 +1,131 @@
+"""What is plausibly a slip in a scenario: said as a warning, and never a failure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from knotwork.documents import Location
+from knotwork.joint_space import JointSpace
+from knotwork.scenario import Scenario
+from knotwork.verification.finding import Finding
+from knotwork.verification.motion import Motion
+from knotwork.waypoints import CartesianWaypoint
+
+SAME_PLACE = 1e-9
+"""Poses nearer than this [m, rad] are one place."""
+UNEVEN = 20.0
+"""Balanced knots beside an interval so many times its neighbour make a large jerk."""
+
+# Keys of a scenario file that hold angles of an orientation.
+_ANGLES = ("rpy", "angles", "rotation_vector")
+
+
+def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Name what was plausibly not meant as it is written."""
+    yield from _angles_in_degrees(scenario, space)
+    for first, second in pairwise(scenario.waypoints):
+        if isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint):
+            yield from _one_place(first, second)
+            yield from _pointing_away(first, second)
+    yield from _balanced_and_uneven(scenario)
+
+
+def _warning(quantity: str, message: str, waypoint: CartesianWaypoint | None = None) -> Finding:
+    return Finding(
+        group="Warnings",
+        subject="waypoint" if waypoint is not None else "motion",
+        name=waypoint.name if waypoint is not None else "",
+        quantity=quantity,
+        verdict="warning",
+        message=message,
+        time=waypoint.time if waypoint is not None else None,
+    )
+
+
+def _angles_in_degrees(scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Angles above a whole turn in a file in radians are probably degrees."""
+    document = scenario.document
+    if document is None or (document.data.get("units") or {}).get("angle", "rad") != "rad":
+        return
+    units = dict(zip(space.joint_names, space.joint_units, strict=True))
+    for location, key, value in _numbers(document.data, ()):
+        angular = (
+            units.get(key) == "rad"
+            if "joints" in location or "start" in location
+            else key in _ANGLES
+        )
+        if angular and abs(value) > 2.0 * np.pi:
+            yield _warning(
+                "angle_unit",
+                f"{document.where(location)} is {value:g} rad, more than a whole turn; if it is in "
+                "degrees, say `units: {angle: deg}`",
+            )
+
+
+def _numbers(data: Any, location: Location, key: str = "") -> Iterator[tuple[Location, str, float]]:
+    """All numbers of a file: where they are, the last name on the way there, and the value."""
+    if isinstance(data, bool):
+        return
+    if isinstance(data, int | float):
+        yield location, key, float(data)
+    elif isinstance(data, Mapping):
+        for name, value in data.items():
+            yield from _numbers(value, (*location, name), str(name))
+    elif isinstance(data, list):
+        for i, value in enumerate(data):
+            yield from _numbers(value, (*location, i), key)
+
+
+def _one_place(first: CartesianWaypoint, second: CartesianWaypoint) -> Iterator[Finding]:
+    """Two waypoints at one place of which one moves: the tool must leave and come back."""
+    import pinocchio as pin
+
+    apart = pin.log6(first.pose.actInv(second.pose)).vector
+    moving = [one for one in (first, second) if np.linalg.norm(one.twist.vector) > 0]
+    if np.linalg.norm(apart) < SAME_PLACE and moving:
+        yield _warning(
+            "one_place",
+            f"waypoints {first.name!r} and {second.name!r} are at one place, but the tool moves at "
+            f"{moving[0].name!r}: between them it must leave the place and come back",
+            moving[0],
+        )
+
+
+def _pointing_away(first: CartesianWaypoint, second: CartesianWaypoint) -> Iterator[Finding]:
+    """A velocity that points away from the next waypoint: the tool must turn round."""
+    way = second.position - first.position
+    length, speed = float(np.linalg.norm(way)), float(np.linalg.norm(first.linear))
+    if length < SAME_PLACE or speed == 0.0:
+        return
+    angle = np.degrees(np.arccos(np.clip(way @ first.linear / (length * speed), -1.0, 1.0)))
+    if angle > 90.0:
+        yield _warning(
+            "pointing_away",
+            f"waypoint {first.name!r}: the velocity points away from the next waypoint "
+            f"{second.name!r}, {angle:.0f} degrees from the straight way to it; is its sign meant?",
+            first,
+        )
+
+
+def _balanced_and_uneven(scenario: Scenario) -> Iterator[Finding]:
+    """Balanced knots close to a short interval leave the long one beside it to one cubic."""
+    planner, _, rule = scenario.planner.partition(":")
+    given = scenario.knots
+    balanced = isinstance(given, int | float) or (isinstance(given, str) and given == "balanced")
+    if planner != "modified-hermite" or not (balanced or rule == "balanced"):
+        return
+    lengths = np.diff(scenario.times)
+    for i, (before, after) in enumerate(pairwise(lengths), start=1):
+        ratio = max(before, after) / min(before, after)
+        if ratio > UNEVEN:
+            name = scenario.waypoints[i].name
+            yield _warning(
+                "uneven_times",
+                f"waypoint {name!r}: the intervals beside it last {before:.4g} s and {after:.4g} "
+                f"s, {ratio:.0f} times each other; balanced knots make a large jerk there "
+                f"(within {UNEVEN:g} times they don't): even out the times or try `knots: paper`",
+            )

@@ -1,0 +1,165 @@
+"""What waypoints ask for, against what the motion does at their times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.joint_space import JointSpace, JointState
+from knotwork.scenario import Scenario
+from knotwork.verification.finding import Finding, judged
+from knotwork.verification.motion import Motion
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.scenario import ScenarioWaypoint, ToleranceSet
+
+# Times that differ by rounding are the same.
+TIME_ROUNDING = 1e-9
+
+
+def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Check that the motion lasts as long as its scenario, no longer and no less."""
+    start, end = motion.start_time, motion.end_time
+    slack = _time_slack(motion)
+    lasts = f"the trajectory lasts from {start:.9g} s to {end:.9g} s"
+    first, last = scenario.waypoints[0], scenario.waypoints[-1]
+    faults = [
+        f"waypoint {waypoint.name!r} is at {waypoint.time:.9g} s, but {lasts}"
+        for waypoint in scenario.waypoints
+        if not start - slack <= waypoint.time <= end + slack
+    ]
+    if start < first.time - slack or end > last.time + slack:
+        faults.append(
+            f"{lasts}, longer than the scenario, whose waypoints are from {first.time:.9g} s to "
+            f"{last.time:.9g} s"
+        )
+    for message in faults or [lasts]:
+        yield motion_finding("time_span", message, ok=not faults, interval=(start, end))
+
+
+def motion_finding(
+    quantity: str, message: str, *, ok: bool, interval: tuple[float, float] | None = None
+) -> Finding:
+    """Say something of the motion as a whole."""
+    return Finding("Motion", "motion", "", quantity, judged(ok), message, interval=interval)
+
+
+def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare the tool's pose and velocity with those asked for, by forward kinematics (eq 1)."""
+    if space.robot is None:
+        return
+    for waypoint, time, _ in _reached(motion, scenario, space):
+        if isinstance(waypoint, CartesianWaypoint):
+            q, v = motion.curve(time), motion.curve(time, 1)
+            yield from _tool_findings(waypoint, space.robot, q, v, scenario.tolerances)
+
+
+def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare joint values with those asked for, at waypoints and at the two ends."""
+    for waypoint, time, state in _reached(motion, scenario, space):
+        if state is not None:
+            for order, requested in enumerate((state.position, state.velocity)):
+                yield _joint_finding(waypoint.name, time, order, requested, motion, scenario, space)
+    if space.end_acceleration is not None:
+        ends = (scenario.waypoints[0], scenario.waypoints[-1])
+        times = (motion.start_time, motion.end_time)
+        for end, time, requested in zip(ends, times, space.end_acceleration, strict=True):
+            yield _joint_finding(end.name, time, 2, requested, motion, scenario, space)
+
+
+def _time_slack(motion: Motion) -> float:
+    return TIME_ROUNDING * max(1.0, abs(motion.start_time), abs(motion.end_time))
+
+
+def _reached(
+    motion: Motion, scenario: Scenario, space: JointSpace
+) -> Iterator[tuple[ScenarioWaypoint, float, JointState | None]]:
+    """Waypoints in the motion's time, each with its time there [s] and the joints asked for."""
+    start, end, slack = motion.start_time, motion.end_time, _time_slack(motion)
+    for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+        if start - slack <= waypoint.time <= end + slack:
+            yield waypoint, min(max(waypoint.time, start), end), state
+
+
+def _tool_findings(
+    waypoint: CartesianWaypoint,
+    robot: Robot,
+    q: FloatArray,
+    v: FloatArray,
+    tolerances: ToleranceSet,
+) -> Iterator[Finding]:
+    import pinocchio as pin
+
+    pose, twist = robot.forward(q), robot.twist(q, v)
+    rotation = waypoint.rotation
+    turn = float(np.linalg.norm(pin.log3(rotation.T @ pose.rotation)))
+    asked, found = (np.array(pin.Quaternion(one).coeffs()) for one in (rotation, pose.rotation))
+    rows = (
+        ("position", waypoint.position, pose.translation, None, "m"),
+        ("orientation", asked, found if asked @ found >= 0 else -found, turn, "rad"),
+        ("linear_velocity", waypoint.linear, twist.linear, None, "m/s"),
+        ("angular_velocity", waypoint.angular, twist.angular, None, "rad/s"),
+    )
+    for quantity, requested, achieved, distance, unit in rows:
+        error = float(np.linalg.norm(achieved - requested)) if distance is None else distance
+        yield _error_finding(
+            "Tool at the waypoints", waypoint.name, waypoint.time, quantity,
+            requested, achieved, error, getattr(tolerances, quantity), unit,
+        )  # fmt: skip
+
+
+def _joint_finding(
+    name: str,
+    time: float,
+    order: int,
+    requested: FloatArray,
+    motion: Motion,
+    scenario: Scenario,
+    space: JointSpace,
+) -> Finding:
+    """Compare joint values, and show the joint that is furthest off for its tolerance."""
+    quantity = f"joint_{DERIVATIVES[order]}"
+    by_unit = getattr(scenario.tolerances, quantity)
+    tolerances = np.array([by_unit[unit] for unit in space.joint_units])
+    achieved = motion.curve(time, order)
+    errors = np.abs(achieved - requested)
+    worst = int((errors / tolerances).argmax())
+    return _error_finding(
+        "Joints at the waypoints", name, time, quantity, requested, achieved,
+        float(errors[worst]), float(tolerances[worst]), rate_unit(space.joint_units[worst], order),
+    )  # fmt: skip
+
+
+def _error_finding(
+    group: str,
+    waypoint: str,
+    time: float,
+    quantity: str,
+    requested: FloatArray,
+    achieved: FloatArray,
+    error: float,
+    tolerance: float,
+    unit: str,
+) -> Finding:
+    words = quantity.replace("_", " ")
+    return Finding(
+        group=group,
+        subject="waypoint",
+        name=waypoint,
+        quantity=quantity,
+        verdict=judged(error <= tolerance),
+        message=f"waypoint {waypoint!r} at {time:g} s: {words} is off by {error:.3g} {unit}, "
+        f"tolerance {tolerance:.3g} {unit}",
+        value=error,
+        limit=tolerance,
+        margin=tolerance - error,
+        unit=unit,
+        time=time,
+        requested=tuple(requested.tolist()),
+        achieved=tuple(achieved.tolist()),
+    )

@@ -1,0 +1,205 @@
+"""A check of one's own shows everywhere; slips are warnings; nothing is lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import knotwork as kw
+from knotwork.verification import CHECKS, Finding, Motion
+from knotwork.view.report_page import report_page
+from knotwork.view.show import view_plan
+
+FAST = "the tool whistles at 'three four'"
+
+
+def whistling(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding]:
+    """A made-up check: how loud the tool is at two times."""
+    for name, time, value in (("three four", 1.5, 71.5), ("other", 0.5, 12.25)):
+        yield Finding(
+            group="Whistling",
+            subject="tool",
+            name=name,
+            quantity="loudness",
+            verdict="failed" if value > 60 else "met",
+            message=FAST if value > 60 else "the tool is quiet",
+            value=value,
+            limit=60.0,
+            margin=60.0 - value,
+            unit="dB",
+            time=time,
+            proof="sampled",
+        )
+
+
+@pytest.fixture
+def whistle() -> Iterator[None]:
+    CHECKS["whistling"] = whistling
+    yield
+    del CHECKS["whistling"]
+
+
+@pytest.mark.usefixtures("whistle")
+def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
+    plan = kw.plan("planar2_closed_form")
+    assert not plan.report.ok
+    assert [str(found) for found in plan.report.failures] == [FAST]
+    with pytest.raises(kw.CheckFailedError, match=FAST):
+        plan.report.raise_if_failed()
+    data = json.loads(json.dumps(plan.report_to_dict(), allow_nan=False))
+    assert data["version"] == 2
+    assert data["failures"] == [FAST]
+    (row,) = [one for one in data["findings"] if one["name"] == "three four" and not one["ok"]]
+    assert (row["value"], row["limit"], row["unit"]) == (71.5, 60.0, "dB")
+    assert (row["proof"], row["verdict"], row["time"]) == ("sampled", "failed", 1.5)
+    page = report_page(plan).html
+    for said in ("Whistling", "71.5", FAST.replace("'", "&#39;"), "dB", "12.25"):
+        assert said in page
+    scene = view_plan(plan).html
+    assert "three four: loudness 71.5, limit 60 dB" in scene
+
+
+def test_a_check_of_ones_own_shows_on_the_terminal_and_in_the_exit_code(tmp_path: Path) -> None:
+    # The command runs with the check registered, as a user's own script would.
+    script = tmp_path / "run.py"
+    script.write_text(
+        "import sys\n"
+        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from test_findings import whistling\n"
+        "from knotwork.verification import CHECKS\n"
+        "from knotwork.cli.main import main\n"
+        "CHECKS['whistling'] = whistling\n"
+        "sys.argv = ['knotwork', 'plan', 'planar2_closed_form']\n"
+        "main()\n"
+    )
+    ran = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, check=False, env=os.environ
+    )
+    assert ran.returncode == 1, ran.stderr
+    assert "Whistling" in ran.stdout
+    assert "loudness [dB]" in ran.stdout
+    assert "71.5" in ran.stdout
+    assert FAST in ran.stdout.replace("\n", " ")
+    *_, last = ran.stdout.splitlines()
+    assert last.startswith("FAILED")
+    assert "1 failed" in last
+
+
+def test_requirements_and_failures_are_counted_over_the_same_things() -> None:
+    report = kw.plan("planar2_closed_form", planner="parabolic-blend").report
+    met, required = report.counts
+    assert required - met == len(report.failures) > 0
+
+
+def too_fast() -> dict[str, Any]:
+    """A task that no choice of solutions makes slow enough."""
+    return {
+        "robot": "ur5",
+        "waypoints": [
+            {"joints": "home"},
+            {
+                "name": "on",
+                "pose": {"position": [0.45, 0.1, 0.3], "rpy": [3.14, 0, 0]},
+                "velocity": {"linear": [0, 6.0, 0]},
+                "after": 2,
+            },
+            {"pose": {"position": [0.45, 0.3, 0.3], "rpy": [3.14, 0, 0]}, "after": 2},
+        ],
+    }
+
+
+def test_what_no_choice_of_solutions_can_do_is_among_the_failures() -> None:
+    plan = kw.plan(too_fast())
+    assert plan.solution is not None
+    assert plan.solution.infeasibilities
+    said = [str(one) for one in plan.solution.infeasibilities]
+    assert set(said) <= set(plan.report_to_dict()["failures"])
+    assert any("'on'" in line and "of that velocity" in line for line in said)
+
+
+def warnings_of(task: dict[str, Any]) -> list[str]:
+    report = kw.plan(task).report
+    data = report.to_dict()
+    assert data["warnings"] == [str(found) for found in report.warnings]
+    assert not {str(found) for found in report.failures} & set(data["warnings"])
+    return list(data["warnings"])
+
+
+def cartesian(*points: list[float], velocity: list[float], **rest: Any) -> dict[str, Any]:
+    """Through points in the plane of a planar arm, moving at the second one."""
+    pose = [{"position": [*point, 0.0], "rpy": [0, 0, 0]} for point in points]
+    waypoints: list[dict[str, Any]] = [{"pose": one, "after": 1} for one in pose]
+    waypoints[1] |= {"velocity": {"linear": velocity}, "name": "moving"}
+    del waypoints[0]["after"]
+    return {"robot": "ur5", "waypoints": waypoints, **rest}
+
+
+def ur5(*points: list[float], velocity: list[float], **rest: Any) -> dict[str, Any]:
+    task = cartesian(*(p[:2] for p in points), velocity=velocity, **rest)
+    for waypoint, point in zip(task["waypoints"], points, strict=True):
+        waypoint["pose"] = {"position": point, "rpy": [3.14159, 0, 0]}
+    return task
+
+
+A, B, C = [0.45, 0.1, 0.3], [0.45, 0.2, 0.3], [0.45, 0.3, 0.3]
+
+
+def test_a_sound_task_has_no_warnings() -> None:
+    assert not warnings_of(ur5(A, B, C, velocity=[0, 0.1, 0]))
+
+
+def test_a_velocity_that_points_away_from_the_next_waypoint_is_a_warning() -> None:
+    (said,) = warnings_of(ur5(A, B, C, velocity=[0, -0.1, 0]))
+    assert "'moving'" in said
+    assert "points away" in said
+    assert "180 degrees" in said
+
+
+def test_two_waypoints_at_one_place_of_which_one_moves_are_a_warning() -> None:
+    (said,) = warnings_of(ur5(A, B, B, velocity=[0, 0.1, 0]))
+    assert "one place" in said
+    assert "'moving'" in said
+
+
+def test_balanced_knots_beside_very_uneven_times_are_a_warning() -> None:
+    task = ur5(A, B, C, velocity=[0, 0.1, 0], knots="balanced")
+    assert not warnings_of(task)
+    task["waypoints"][2]["after"] = 25
+    (said,) = warnings_of(task)
+    assert "25 times" in said
+    assert "knots: paper" in said
+    task["knots"] = "paper"
+    assert not warnings_of(task)
+
+
+def test_angles_above_a_whole_turn_in_radians_are_a_warning() -> None:
+    def task(angle: float, unit: str) -> dict[str, Any]:
+        return {
+            "units": {"angle": unit},
+            "waypoints": [
+                {"joints": {"turn": 0.0, "slide": 9.0}},
+                {"joints": {"turn": angle, "slide": 10.0}, "after": 3},
+            ],
+            "joint_units": {"slide": "m"},
+        }
+
+    (said,) = warnings_of(task(90.0, "rad"))
+    assert "waypoints[1].joints.turn is 90 rad" in said
+    assert "units: {angle: deg}" in said
+    assert not warnings_of(task(90.0, "deg"))
+    assert not warnings_of(task(6.28, "rad"))
+
+
+def test_no_shipped_scenario_has_warnings() -> None:
+    from knotwork import resources
+
+    for name in resources.names("scenarios"):
+        report = kw.plan(name).report
+        assert not report.warnings, (name, report.warnings)
