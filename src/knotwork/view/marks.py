@@ -175,6 +175,6 @@ def _said(found: Finding) -> str:
         return found.title
     if found.requested is not None:
         return f"{found.title} off by {factor * found.value:.3g} {unit}"
-    if found.limit is None:
-        return f"{found.title} {found.value:.3g} {found.unit}"
-    return f"{found.title} {found.value:.3g}, limit {found.limit:.3g} {found.unit}"
+    value = f"{found.value:.3g}" if np.isfinite(found.value) else "infinite"
+    limit = f", limit {found.limit:.3g}" if found.limit is not None else ""
+    return f"{found.title} {value}{limit} {found.unit}"
