@@ -10,13 +10,13 @@ from knotwork.interpolation.options import PlannerOptions
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 DEFAULT_FRACTION = 1.0 / 3.0
-"""Transition time as a part of the shortest adjoining interval, if no limit decides."""
+"""Transition time as a part of the shortest adjoining interval, where no limit applies."""
 
 NOISE = 64 * np.finfo(float).eps
-"""Changes of velocity below this, relative to what they are differences of, are rounding."""
+"""Changes of velocity below this, relative to what they are computed from, are rounding."""
 
 ROUNDING = 1e-12
-"""A limit that is used in full may seem to be exceeded by this, relatively."""
+"""Relative tolerance: rounding can make a fully used limit seem exceeded."""
 
 
 def slopes(waypoints: JointWaypoints, duration: FloatArray) -> FloatArray:
@@ -33,10 +33,11 @@ def transition_times(
 ) -> FloatArray:
     """Times of the transitions, shape (n,); zero where no joint changes its velocity.
 
-    Those given, or the shortest that keep all limits of acceleration, or the default.
+    Given ones are taken. Otherwise they are the shortest that keep all limits of acceleration, or
+    the default where there is no limit.
 
     Raises:
-        OptionError: Those given have another shape.
+        OptionError: Given times have another shape.
         InputError: At an end, no time keeps the limits.
     """
     n, joints = waypoints.position.shape
@@ -66,7 +67,7 @@ def transition_times(
             duration[end] = DEFAULT_FRACTION * h[end]
     if n > 2:
         m = slopes(waypoints, duration)
-        # a slope is as good as the positions it is made of
+        # a slope carries the rounding of its positions
         reach = np.abs(waypoints.position)
         size = np.abs(m) + (reach[:-1] + reach[1:]) / h[:, None]
         turn = np.abs(np.diff(m, axis=0))

@@ -28,9 +28,9 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
     """Plan a C2 smooth motion of degree three through the positions, as a cubic B-spline.
 
     The complete (clamped) cubic spline: positions at all waypoints and velocities at both ends
-    are met. It can't meet velocities at inner waypoints; they come out as continuous acceleration
-    makes them. Of all curves that meet what it meets, it has the least integral of squared
-    acceleration.
+    are met. It can't meet velocities at inner waypoints; they follow from continuous acceleration.
+    Of all curves through these positions with these end velocities, it has the least integral of
+    squared acceleration.
 
     Args:
         waypoints: Positions and velocities, n >= 2; inner velocities are not used.
@@ -58,10 +58,9 @@ def plan_with_velocities(
     """Plan a C1 smooth motion of degree three: the cubic B-spline that meets all velocities.
 
     Velocities at inner waypoints need double knots there, and those leave no more than C1. The
-    B-spline is then the cubic Hermite spline of planner `cubic`, not a curve near it: both spaces
-    are that of all C1 piecewise cubics, in which positions and velocities fix one curve. It is
-    here because the paper names it; what it can't do is what `cubic` can't: its acceleration
-    jumps.
+    B-spline is then exactly the cubic Hermite spline of planner `cubic`: both spaces are that of
+    all C1 piecewise cubics, in which positions and velocities fix one curve. It is here because the
+    paper names it. Like that of `cubic`, its acceleration jumps.
 
     Args:
         waypoints: Positions and velocities, n >= 2.

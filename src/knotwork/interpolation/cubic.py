@@ -1,4 +1,4 @@
-"""Planner `cubic`: one cubic polynomial an interval, which the paper sets itself against."""
+"""Planner `cubic`: one cubic polynomial an interval, the paper's point of comparison."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 """Planners `quintic`, `septic`, `nonic`: one polynomial an interval, higher derivatives preset.
 
 With position and velocity, acceleration, jerk and snap given at both ends of an interval there is
-exactly one polynomial of degree five, seven or nine. Neighbours share what is given at their
-waypoint, so they join smoothly; but what to give is for the caller to know. Higher degrees need
-higher peaks: from rest to rest, with zeros preset, the peak velocity is 15/8, 35/16, 315/128 times
-the mean one, for the cubic 3/2.
+exactly one polynomial of degree five, seven or nine. Neighbours share the values at their waypoint,
+so they join smoothly; the caller must know good values. Higher degrees have higher peaks: from rest
+to rest, with zeros preset, the peak velocity is 15/8, 35/16 and 315/128 times the mean velocity, and
+3/2 times for the cubic.
 
 Source: Eqs. (7), (8) of the paper; degrees seven and nine as its section 1 names them.
 """

@@ -32,7 +32,7 @@ def limit_rows(planner: str, option: str, given: Any, joints: int) -> FloatArray
 
 
 def interval_name(waypoints: JointWaypoints, interval: int) -> str:
-    """Words for an interval between waypoints."""
+    """Describe an interval between waypoints: names, times and length."""
     names, t = waypoints.names, waypoints.time
     return (
         f"the interval from waypoint {names[interval]!r} ({t[interval]:.6g} s) to "
@@ -90,7 +90,7 @@ def refuse_unresolved(planner: str, time: FloatArray, wrong: NDArray[np.bool_], 
 def snapped(time: FloatArray, span: FloatArray) -> FloatArray:
     """Round durations down to the resolution of the times that they start or end at.
 
-    A break and the polynomials that meet there then agree on when it is, however large the times.
+    Then a break is at the same time for both polynomials that meet there, however large the times.
     """
     size = np.abs(time)
     rounded = (size + span) - size

@@ -1,11 +1,11 @@
 """C2 cubic splines from their accelerations at the breaks: one tridiagonal system.
 
-Where h is the length and s the mean velocity of an interval between accelerations a0 and a1, the
-cubic with the right end positions has the velocities
+An interval has the length h, the mean velocity s and the accelerations a0 and a1 at its ends. The
+cubic through its end positions then has the velocities
 
     s - h (2 a0 + a1)/6  at its start,    s + h (a0 + 2 a1)/6  at its end.
 
-That these agree where two intervals meet is, for three neighbouring accelerations,
+They must agree where two intervals meet, which gives for three neighbouring accelerations
 
     h₋ a₋ / 6 + (h₋ + h₊) a / 3 + h₊ a₊ / 6 = s₊ - s₋.
 

@@ -18,15 +18,15 @@ ACCELERATION_RULES = ("zero", "estimated")
 """Names that `PlannerOptions.accelerations` accepts."""
 
 CONTEXT = ("velocity_limit", "acceleration_limit")
-"""Options that say what holds rather than what is wanted: every planner accepts them."""
+"""Options that state limits of the joints rather than a wish: every planner accepts them."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlannerOptions:
     """Options of the planners; one that a planner does not support is an error.
 
-    Which planner supports which is in its `PlannerSpec`. The limits are no requests: every
-    planner accepts them, and those that can shape their motion by them do. Arrays are kept
+    Each planner's `PlannerSpec` names the options that it supports. Every planner accepts the
+    limits; only some shape their motion by them. Arrays are kept
     read-only, `knots` and `end_acceleration` as tuples; options can be compared.
 
     >>> options = kw.PlannerOptions(knots="balanced", end_acceleration="zero")

@@ -1,6 +1,6 @@
 """Planner `parabolic-blend`: straight lines with parabolic transitions at the waypoints.
 
-Lines through neighbouring waypoints, with slopes m, are joined by transitions of even
+Lines through neighbouring waypoints, with slopes m, are joined by transitions of constant
 acceleration, which last T_k and are centred on the waypoints' times:
 
     acceleration at waypoint k:  (m_k - m_{k-1}) / T_k,      missed by:  (m_k - m_{k-1}) T_k / 8.
@@ -11,8 +11,8 @@ the first transition with
 
     m_0 = (y_1 - y_0 - v_0 T_0/2) / (h_0 - T_0/2),
 
-and the last is its mirror image. In an interval of length h between transitions that take up the
-parts p and q of it, p + q <= h must hold: T_k/2 of inner transitions, all of T_k at the ends.
+and the last is its mirror image. An inner transition takes T_k/2 of each interval beside it, one at
+an end all of its T_k. In an interval of length h the two parts, p and q, must fit: p + q <= h.
 
 Source: J. J. Craig, Introduction to Robotics, chapter 7, "linear function with parabolic blends
 for a path with via points", which starts and stops at rest; here with velocities at the ends.
@@ -34,7 +34,7 @@ from knotwork.waypoints import FloatArray, JointWaypoints
 NAME = "parabolic-blend"
 
 ROUNDING = 1e-12
-"""Transitions that fill an interval may seem too long for it by this, relatively."""
+"""Relative tolerance: rounding can make transitions that fill an interval seem too long."""
 
 
 def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
@@ -46,7 +46,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
     All joints share the transition times: those given; else the shortest that keep every joint's
     limit of acceleration; else, where no joint that changes its velocity has a limit, a third of
-    the shortest adjoining interval. Times given are taken as they are, whatever the limits.
+    the shortest adjoining interval. Given times are not checked against the limits.
 
     Args:
         waypoints: Positions, and velocities at the ends, n >= 2; inner velocities are not used.
@@ -59,7 +59,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
     options = checked_options(NAME, options)
     with np.errstate(over="ignore", invalid="ignore"):
         duration = transition_times(NAME, waypoints, options)
-        # what each transition takes of an interval: half of it, at the ends all
+        # a transition lies half in each interval beside it, at the ends wholly in the one
         share = np.full(duration.size, 0.5)
         share[[0, -1]] = 1.0
         _check_intervals(waypoints, share * duration)
@@ -71,7 +71,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
 
 def _check_intervals(waypoints: JointWaypoints, part: FloatArray) -> None:
-    """Refuse intervals that the parts which transitions take of them don't fit in."""
+    """Refuse intervals that are too short for their parts of the transitions."""
     h = np.diff(waypoints.time)
     over = part[:-1] + part[1:] - h
     wrong = np.flatnonzero(over > ROUNDING * h)

@@ -1,4 +1,4 @@
-"""From coefficients to a trajectory through waypoints, and the pieces that planners share."""
+"""From coefficients to a trajectory through waypoints; coefficients that planners share."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         scaled = [y * (1.0 / math.factorial(i)) for i, y in enumerate(derivatives)]
         start = [y[:-1] * h**i for i, y in enumerate(scaled)]
-        # the difference of positions first, so that their common part is lost exactly
+        # the difference of positions first: it cancels their common part without rounding
         rest = [(y[1:] - y[:-1]) * h**i for i, y in enumerate(scaled)]
         for i in range(k):
             for m in range(i + 1, k):

@@ -19,12 +19,12 @@ def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
 
         a = (h₋ a₋ + h₊ a₊) / (h₋ + h₊),
 
-    at the ends the one piece's own. The cubic has the least integral of squared acceleration of
-    all curves with its end positions and velocities, and a quintic whose acceleration at one end
-    is off the cubic's by e exceeds it by a multiple of h e²: so this is the acceleration that
-    costs both neighbouring quintics the least together, the accelerations at their far ends being
-    those of the cubics. It is exact for quadratic and cubic motions, local, and for even times
-    the plain mean of both.
+    and at the ends the acceleration of the one piece. Of all curves with its end positions and
+    velocities the cubic has the least integral of squared acceleration. A quintic whose
+    acceleration at one end differs from the cubic's by e exceeds that by a multiple of h e². So the
+    estimate costs both neighbouring quintics together the least, if their accelerations at the far
+    ends are those of the cubics. It is exact for quadratic and cubic motions, local, and for even
+    intervals the mean of both.
 
     Returns:
         Accelerations, shape (n, d) [rad/s² or m/s²].

@@ -28,8 +28,8 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions | None = None) -
 
     The first and the last interval take the cubics of Eqs. (5), (6), and these fix the
     accelerations at the second and the last but one waypoint; the intervals between take
-    the quintics of Eqs. (7), (8). With four waypoints nothing is left to be preset. With more,
-    the waypoints in the middle need accelerations, and bad ones let the velocity swing.
+    the quintics of Eqs. (7), (8). With four waypoints no acceleration is left to choose. With more,
+    the waypoints in the middle need accelerations, and bad ones make the velocity swing.
 
     Two waypoints take one cubic. Three are refused: the two cubics would be planner `cubic`,
     whose acceleration jumps in the middle.
@@ -61,7 +61,7 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions | None = None) -
 
 
 def _accelerations_353(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
-    """Accelerations at all waypoints; those of the first and the last are of no use."""
+    """Accelerations at all waypoints; those of the first and the last are not used."""
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     asked = options.accelerations
     a = np.zeros(y.shape)

@@ -26,20 +26,20 @@ from knotwork.waypoints import FloatArray, JointWaypoints
 NAME = "trapezoidal"
 
 DEFAULT_FRACTION = 1.0 / 3.0
-"""Part of an interval for accelerating, and as much for decelerating, if no limit decides."""
+"""Part of an interval for accelerating, and as much for decelerating, where no limit applies."""
 
 ROUNDING = 1e-12
-"""A limit that is used in full may seem to be exceeded by this, relatively."""
+"""Relative tolerance: rounding can make a fully used limit seem exceeded."""
 
 
 def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
     """Plan a C1 smooth motion of degree two that stops at each waypoint.
 
-    Positions are met; velocities asked for are not: all are zero at the waypoints, at the ends
-    too. Acceleration jumps. A joint that has nowhere to go in an interval stands. The joint that
-    is nearest its limit of acceleration uses it fully; without a limit of acceleration on a joint
-    that moves, an interval is accelerated for a third, and decelerated for a third, or less where
-    a limit of speed asks for it.
+    It meets positions but not velocities: the velocity is zero at all waypoints, at the ends too.
+    Acceleration jumps. A joint that does not move in an interval stands still. The joint nearest
+    its limit of acceleration uses it fully. If no joint that moves has such a limit, the joints
+    accelerate for a third of the interval and decelerate for a third, or for less where a limit of
+    speed requires it.
 
     Args:
         waypoints: Positions, n >= 2; velocities are not used.

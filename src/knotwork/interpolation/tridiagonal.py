@@ -72,7 +72,7 @@ def solve_tridiagonal(
         odd = reduced[:, low:high]
         rhs[:, 2 * low + 1 : 2 * high : 2] = odd
         even = rhs[:, 2 * low : 2 * high : 2]
-        # the row right of the last odd one gets its share too, and its division in the next block
+        # this also updates the row right of the last odd one; the next block divides it
         rhs[:, 2 * low + 2 : 2 * last + 1 : 2] -= (
             odd[:, : last - low] * lower[2 * low + 1 : 2 * last : 2]
         )

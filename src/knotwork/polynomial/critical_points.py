@@ -1,8 +1,8 @@
 """Where polynomials of any degree may have extrema inside their piece, many pieces at once.
 
 Everything is in the unit variable s in [0, 1] of a piece. A returned point need not be a root of
-the derivative: where there is none, some other point of the piece stands in its place, which can
-not spoil a search for the largest and smallest values.
+the derivative: where there is none, another point of the piece takes its place, which does no harm
+in a search for the largest and smallest values.
 """
 
 from __future__ import annotations

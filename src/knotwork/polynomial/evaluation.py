@@ -2,7 +2,8 @@
 
 Where times are sorted and many fall in one piece, all of them use the same coefficients: a single
 component is evaluated by Horner's scheme in place, several by the product of the powers of time
-with the coefficients. Otherwise each time's coefficients are gathered. The ways agree to rounding.
+with the coefficients. Otherwise the coefficients of each time are gathered. All three ways agree to
+rounding.
 """
 
 from __future__ import annotations

@@ -20,6 +20,6 @@ def hermite_coefficients(t: FloatArray, r: FloatArray, v: FloatArray) -> FloatAr
     """
     h = np.diff(t)[:, None]
     slope = np.diff(r, axis=0) / h
-    # both in units of acceleration: how far the end velocities are off the mean one
+    # how far the mean velocity is from the one at each end, over h: units of acceleration
     early, late = (slope - v[:-1]) / h, (v[1:] - slope) / h
     return np.stack(((late - early) / h, 2.0 * early - late, v[:-1], r[:-1]))

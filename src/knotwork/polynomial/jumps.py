@@ -1,4 +1,4 @@
-"""Jumps at the inner breaks, and which of them are only rounding."""
+"""Jumps at the inner breaks, told from those that rounding makes."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
 
     Returns:
         Absolute values, and each relative to the peak absolute value of its component, shape
-        (m-2, d) both. Relative ones are zero where rounding can make them: so noise about zero, as
-        in the acceleration of a straight motion, does not count.
+        (m-2, d) both. A relative jump that rounding can explain is zero: noise about zero, as in
+        the acceleration of a straight motion, does not count.
     """
     sizes = np.abs(curve.jumps(nu))
     peak = curve.extrema(nu).peak
@@ -37,7 +37,7 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
 def rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
     """Jump of the nu-th derivative that rounding can make at each inner break, shape (m-2, d).
 
-    Each term c Hᵏ of a piece of length H is as good as the largest of them is rounded.
+    Each term c Hᵏ of a piece of length H carries the rounding of the largest of them.
     """
     h = np.diff(curve.x)[:, None]
     size = np.zeros(curve.c.shape[1:])
