@@ -3,8 +3,8 @@
 With position and velocity, acceleration, jerk and snap given at both ends of an interval there is
 exactly one polynomial of degree five, seven or nine. Neighbours share the values at their waypoint,
 so they join smoothly; the caller must know good values. Higher degrees have higher peaks: from rest
-to rest, with zeros preset, the peak velocity is 15/8, 35/16 and 315/128 times the mean velocity, and
-3/2 times for the cubic.
+to rest, with zeros preset, the peak velocity is 15/8, 35/16 and 315/128 times the mean one; for the
+cubic it is 3/2 times.
 
 Source: Eqs. (7), (8) of the paper; degrees seven and nine as its section 1 names them.
 """
