@@ -219,7 +219,9 @@ class OutOfReachError(TaskError):
 class UnreachablePoseError(OutOfReachError):
     """No configuration of the arm, inside its limits or out, brings the tool to the pose.
 
-    Attributes, beside those of `OutOfReachError`:
+    It has the attributes of `OutOfReachError` and these:
+
+    Attributes:
         position_shortfall: Distance left at the closest pose, limits or not [m].
         orientation_shortfall: Angle left there [rad].
         point_shortfall: Distance left at the nearest point in any orientation, limits or not [m];

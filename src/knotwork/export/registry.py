@@ -38,12 +38,12 @@ class Format:
 
     @property
     def function(self) -> str:
-        """Name of what gives it in Python: text, bytes or an object."""
+        """Name of the Python function that returns the text, bytes or object."""
         return f"to_{self.name}"
 
     @property
     def file_function(self) -> str:
-        """Name of what gives the content of a file; empty if it has no file."""
+        """Name of the function that returns the content of a file; empty without one."""
         if self.name == "scipy":
             return "to_scipy_npz"
         return self.function if self.suffix else ""
