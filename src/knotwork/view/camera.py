@@ -16,7 +16,7 @@ STEEP = np.radians(52.0)
 # Angles from the direction of the task; the first that is nearly as good as the best is taken.
 ASIDE = np.radians([-50.0, 50.0, -25.0, 25.0, -75.0, 75.0, -100.0, 100.0, 0.0])
 NEARLY = 0.04
-# A scene lower than this, relative to its width, is looked at from above.
+# A scene lower than this, relative to its width, is seen from above.
 FLAT = 0.3
 # Number of pieces of the path, of one length, that are tested.
 LOOKS = 60

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Times looked at over all, at least in a piece, and between two poses.
+# Times sampled in all, at least and at most in a piece, and between two poses.
 POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
 MILLIMETRES = 1e3
 # Room above and below the curves, in parts of their range.
