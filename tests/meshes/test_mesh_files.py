@@ -65,6 +65,13 @@ def obj() -> str:
     return points + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in FACES)
 
 
+def two_materials() -> str:
+    """The solid twice, the second far away and of another material."""
+    more = "".join(f"v {x + 9} {y} {z}\n" for x, y, z in CORNERS)
+    faces = "".join(f"f {a + 5} {b + 5} {c + 5}\n" for a, b, c in FACES)
+    return f"usemtl one\n{obj()}{more}usemtl two\n{faces}"
+
+
 def corners(part: MeshPart) -> np.ndarray:
     return part.points[part.triangles]
 
@@ -112,18 +119,32 @@ def test_a_collada_file_says_where_its_solid_is_and_how_large(tmp_path: Path) ->
     assert part.colour == (0.1, 0.2, 0.3, 0.5)
 
 
+def test_a_file_of_two_materials_gives_both_solids(tmp_path: Path) -> None:
+    """Coal 3.0.3 gives the second the points of the first."""
+    path = tmp_path / "a.obj"
+    path.write_text(two_materials(), encoding="utf-8")
+    places = np.concatenate([corners(part) for part in read_mesh(path)]).reshape(-1, 3)
+    both = np.concatenate([CORNERS, CORNERS + np.array([9, 0, 0])])
+    assert np.unique(places, axis=0) == pytest.approx(np.unique(both, axis=0))
+    assert sum(volume(part) for part in read_mesh(path)) == pytest.approx(2 * VOLUME)
+
+
 def test_a_collada_file_with_a_lost_material_keeps_its_shape(tmp_path: Path) -> None:
     path = tmp_path / "a.dae"
-    path.write_text(collada(effect="lost"), encoding="utf-8")
-    (part,) = read_mesh(path)
-    assert volume(part) == pytest.approx(VOLUME)
-    assert part.colour is None
+    text = collada("<translate>1 2 3</translate>", effect="lost")
+    again = text[text.index("<triangles") : text.index("</triangles>") + len("</triangles>")]
+    path.write_text(text.replace("</triangles>", f"</triangles>{again}"), encoding="utf-8")
+    parts = read_mesh(path)
+    assert [volume(part) for part in parts] == pytest.approx([VOLUME, VOLUME])
+    for part in parts:
+        assert corners(part).min(axis=(0, 1)) == pytest.approx([1, 2, 3])
+        assert part.colour is None
 
 
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
-        ("a.dae", b"<COLLADA><asset/></COLLADA>", "empty"),
+        ("a.dae", b"<COLLADA><asset/></COLLADA>", "it shows no scene"),
         ("a.dae", b"no XML", "a.dae can't be read"),
         ("a.stl", b"", "File is empty"),
         ("a.stl", bytes(84), "no facets"),

@@ -1,17 +1,20 @@
-"""Reading mesh files: COLLADA with pycollada, all other formats with Coal.
+"""Reading mesh files: COLLADA with pycollada, all other formats with Coal or trimesh.
 
-Coal comes with Pinocchio and reads what Assimp reads (STL, OBJ, PLY, glTF and more), shapes alone.
-pycollada reads colours and images, too. As in ROS, the unit of length of a COLLADA file counts and
-its upward axis does not.
+pycollada reads colours and images. Of other formats (STL, OBJ, PLY, glTF and more) only shapes are
+read: by Coal, which comes with Pinocchio and is loaded already, or where a file has several
+materials by trimesh, because Coal 3.0 mixes up their points. As in ROS, the unit of length of a
+COLLADA file counts and its upward axis does not.
 """
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
+from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +26,12 @@ IndexArray = NDArray[np.int64]
 Colour = tuple[float, float, float, float]
 
 # What readers raise for files that are not as they must be.
-_UNREADABLE = (OSError, ValueError, LookupError, AttributeError, TypeError, RuntimeError)
+_UNREADABLE = (
+    *(OSError, ValueError, LookupError, AttributeError, TypeError, RuntimeError),
+    *(ElementTree.ParseError, ImportError),  # trimesh needs other packages for some formats
+)
+# Elements of COLLADA that say what surfaces look like.
+_LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +60,7 @@ class MeshPart:
 def read_mesh(path: Path) -> tuple[MeshPart, ...]:
     """Read a mesh file; there is at least one part, and each has triangles.
 
-    A COLLADA file with a fault that pycollada does not forgive is read without colours.
+    A COLLADA file whose materials have a fault is read without colours.
 
     >>> meshes = kw.load_robot("ur5").urdf.parents[1] / "meshes"
     >>> [(len(part.triangles), part.colour) for part in read_mesh(meshes / "ur5/visual/base.dae")]
@@ -62,8 +70,9 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
         InputError: The file can't be read, holds no triangles, or points that are not finite.
     """
     try:
-        parts = _read_collada(path) if path.suffix.lower() == ".dae" else ()
-        parts = parts or (_read_shape(path),)
+        parts = _read_collada(path) if path.suffix.lower() == ".dae" else (_read_shape(path),)
+        if not any(len(part.triangles) for part in parts):
+            raise ValueError("it holds no triangles")
         if not all(np.isfinite(part.points).all() for part in parts):
             raise ValueError("it has points that are not finite")
     except _UNREADABLE as error:
@@ -85,28 +94,47 @@ def _read_shape(path: Path) -> MeshPart:
     mesh = coal.MeshLoader().load(str(path), np.ones(3))
     corners = (mesh.tri_indices(i) for i in range(mesh.num_tris))
     triangles = np.array([(one[0], one[1], one[2]) for one in corners], dtype=np.int64)
-    if not len(triangles):
-        raise ValueError("it holds no triangles")
-    return MeshPart(np.array(mesh.vertices()), triangles)
+    points = np.array(mesh.vertices())
+    if len(np.unique(triangles)) < len(points):  # those of the second material and on
+        import trimesh
+
+        whole = trimesh.load_scene(path, process=False).to_mesh()
+        points, triangles = np.asarray(whole.vertices), np.asarray(whole.faces)
+    return MeshPart(points, triangles)
 
 
 def _read_collada(path: Path) -> tuple[MeshPart, ...]:
-    """Read all parts; none if the document has a fault."""
     import collada
 
     try:
-        document = collada.Collada(str(path))
-        if document.scene is None:
-            return ()
-        scale = document.assetInfo.unitmeter or 1.0
-        unit = np.diag([scale, scale, scale, 1.0])
-        return tuple(
-            part
-            for shape in document.scene.objects("geometry")
-            for part in _shape_parts(shape, unit @ shape.matrix, path.parent)
-        )
-    except (collada.common.DaeError, *_UNREADABLE):
-        return ()
+        try:
+            document = collada.Collada(str(path))
+        except collada.common.DaeError:
+            document = collada.Collada(_without_looks(path))
+    except collada.common.DaeError as error:
+        raise ValueError(str(error)) from error
+    if document.scene is None:
+        raise ValueError("it shows no scene")
+    scale = document.assetInfo.unitmeter or 1.0
+    unit = np.diag([scale, scale, scale, 1.0])
+    return tuple(
+        part
+        for shape in document.scene.objects("geometry")
+        for part in _shape_parts(shape, unit @ shape.matrix, path.parent)
+    )
+
+
+def _without_looks(path: Path) -> io.BytesIO:
+    """Give a COLLADA document without its materials."""
+    tree = ElementTree.parse(path)
+    for element in list(tree.iter()):
+        for child in list(element):
+            if child.tag.rpartition("}")[2] in _LOOKS:
+                element.remove(child)
+    document = io.BytesIO()
+    tree.write(document)
+    document.seek(0)
+    return document
 
 
 def _shape_parts(shape: Any, placement: FloatArray, folder: Path) -> Iterator[MeshPart]:
