@@ -146,13 +146,7 @@ class _Resolver:
             return ToolPlacement()
         if tool.offset is None:
             return ToolPlacement(tool.frame)
-        from knotwork.scenario.geometry import placement_in_si
-
-        location: Location = ("tool", "offset")
-        return ToolPlacement(
-            tool.frame,
-            placement_in_si(tool.offset, self.length, self.angle, self.document, location),
-        )
+        return ToolPlacement(tool.frame, self.reader.placement(tool.offset, ("tool", "offset")))
 
     def _branch(self) -> str | dict[str, str]:
         branch = self.file.branch

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from knotwork.documents import Document, Location
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioWaypoint
 from knotwork.scenario.schema import ScenarioFile
-from knotwork.scenario.waypoint_schema import JointWaypoint, PoseWaypoint, Velocity
+from knotwork.scenario.waypoint_schema import JointWaypoint, Placement, PoseWaypoint, Velocity
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
@@ -118,28 +119,25 @@ class WaypointReader:
 
     def _poses(self) -> dict[int, pin.SE3]:
         """Poses in the base frame of those waypoints that are given by one."""
-        if not any(isinstance(waypoint, PoseWaypoint) for waypoint in self.file.waypoints):
-            return {}
+        return {
+            i: self.frames[self._frame(i, waypoint)]
+            * self.placement(waypoint.pose, ("waypoints", i, "pose"))
+            for i, waypoint in enumerate(self.file.waypoints)
+            if isinstance(waypoint, PoseWaypoint)
+        }
+
+    def placement(self, given: Placement, location: Location) -> pin.SE3:
+        """A placement of the file, in its parent frame, in SI."""
         from knotwork.scenario.geometry import placement_in_si
 
-        poses: dict[int, pin.SE3] = {}
-        for i, waypoint in enumerate(self.file.waypoints):
-            if isinstance(waypoint, PoseWaypoint):
-                location: Location = ("waypoints", i, "pose")
-                own = placement_in_si(
-                    waypoint.pose, self.length, self.angle, self.document, location
-                )
-                poses[i] = self.frames[self._frame(i, waypoint)] * own
-        return poses
+        return placement_in_si(given, self.length, self.angle, self.document, location)
 
-    @property
+    @cached_property
     def frames(self) -> Frames:
         """The named frames, placed in the base."""
-        if not hasattr(self, "_frames"):
-            from knotwork.scenario.geometry import Frames
+        from knotwork.scenario.geometry import Frames
 
-            self._frames = Frames(self.file.frames, self.length, self.angle, self.document)
-        return self._frames
+        return Frames(self.file.frames, self.length, self.angle, self.document)
 
     def _frame(self, i: int, waypoint: PoseWaypoint) -> str:
         if waypoint.frame is not None:
@@ -157,12 +155,7 @@ class WaypointReader:
             return self._given_twist(i, waypoint, waypoint.velocity, poses[i])
         if waypoint.speed is not None:
             return self._passing_twist(i, waypoint.speed, poses)
-        if inner and waypoint.stop is None:
-            raise self.document.error(
-                ("waypoints", i),
-                "is passed in motion and gives no speed",
-                "velocity: {linear, angular}, speed: along the path, or stop: true",
-            )
+        self._check_stop(i, inner, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
 
     def _given_twist(
@@ -210,10 +203,13 @@ class WaypointReader:
     def _joint_velocity(self, i: int, waypoint: JointWaypoint, inner: bool) -> JointValues | None:
         if waypoint.velocity is not None:
             return self.joint_values(waypoint.velocity, ("waypoints", i, "velocity"))
-        if inner and waypoint.stop is None:
+        self._check_stop(i, inner, "velocity: by joint name")
+        return None
+
+    def _check_stop(self, i: int, inner: bool, accepted: str) -> None:
+        if inner and self.file.waypoints[i].stop is None:
             raise self.document.error(
                 ("waypoints", i),
                 "is passed in motion and gives no speed",
-                "velocity: by joint name, or stop: true",
+                f"{accepted}, or stop: true",
             )
-        return None
