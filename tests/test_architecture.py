@@ -227,6 +227,16 @@ def test_splines_load_no_robot_and_no_files() -> None:
     assert not loaded & {*DRAWING, "pinocchio", "pydantic", "yaml", "rich", "click"}
 
 
+def test_joints_alone_are_planned_without_pinocchio() -> None:
+    loaded = loaded_after(
+        "import knotwork as kw\n"
+        "ends = [{'joints': {'a': 0}}, {'joints': {'a': 1}, 'after': 1}]\n"
+        "assert kw.plan({'waypoints': ends}).report.ok"
+    )
+    assert "pydantic" in loaded
+    assert not loaded & {*DRAWING, "pinocchio"}
+
+
 def test_planning_loads_no_scipy_and_nothing_that_draws() -> None:
     loaded = loaded_after(
         "import sys; sys.argv = ['knotwork', 'plan', 'ur5_deburring']\n"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -114,7 +114,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
         dict(robot.limits),
         dict(robot.configurations),
         robot,
-        *read.task(scenario),
+        **read.task(scenario),
     )
 
 
@@ -132,7 +132,7 @@ def _of_bare_joints(scenario: Scenario) -> JointSpace:
         kind: np.array([magnitudes.get(kind, {}).get(name, np.inf) for name in names])
         for kind in MAGNITUDES
     }
-    return JointSpace(names, units, lower, upper, limits, {}, None, *read.task(scenario))
+    return JointSpace(names, units, lower, upper, limits, **read.task(scenario))
 
 
 @dataclass(frozen=True)
@@ -193,33 +193,31 @@ class _Reader:
         }
         return position, magnitudes
 
-    def task(
-        self, scenario: Scenario
-    ) -> tuple[
-        tuple[JointState | None, ...],
-        FloatArray | None,
-        tuple[FloatArray, FloatArray] | None,
-        dict[str, FloatArray],
-    ]:
-        """What a `JointSpace` holds of the task: targets, near, end accelerations, presets."""
-        ends = scenario.end_acceleration
-        rest = np.zeros(len(self.names))
-        presets = {
-            name: np.array([self.array(values) for values in given])
-            for name in ("accelerations", "jerks", "snaps")
-            if isinstance(given := getattr(scenario.presets, name), tuple)
-        }
-        return (
-            tuple(
+    def task(self, scenario: Scenario) -> dict[str, Any]:
+        """The attributes of a `JointSpace` that say what is asked of the joints."""
+        near = scenario.near
+        return {
+            "targets": tuple(
                 self._state(waypoint) if isinstance(waypoint, JointTarget) else None
                 for waypoint in scenario.waypoints
             ),
-            self.array(scenario.near) if scenario.near is not None else None,
-            (rest, rest)
-            if isinstance(ends, str)
-            else ends and (self.array(ends[0], missing=0.0), self.array(ends[1], missing=0.0)),
-            presets,
-        )
+            "near": self.array(near) if near is not None else None,
+            "end_acceleration": self._ends(scenario.end_acceleration),
+            "presets": {
+                name: np.array([self.array(values) for values in given])
+                for name in ("accelerations", "jerks", "snaps")
+                if isinstance(given := getattr(scenario.presets, name), tuple)
+            },
+        }
+
+    def _ends(
+        self, given: str | tuple[JointValues, JointValues] | None
+    ) -> tuple[FloatArray, FloatArray] | None:
+        if given is None:
+            return None
+        if isinstance(given, str):
+            return np.zeros(len(self.names)), np.zeros(len(self.names))
+        return self.array(given[0], missing=0.0), self.array(given[1], missing=0.0)
 
     def _state(self, target: JointTarget) -> JointState:
         position = self.array(target.joints)
