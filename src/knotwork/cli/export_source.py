@@ -61,8 +61,8 @@ def points_pass(
 ) -> bool:
     """Say if what a receiver makes of fitted points fails the check, and whether they are exported.
 
-    They are checked as the motion is. A fit by cubics always has jumps of the acceleration, and is
-    off in it: that is said, but does not stop the export.
+    They are checked as the motion is. A fit by cubics always has errors and jumps of the
+    acceleration: these are listed, but do not stop the export.
     """
     if points.exact or asked is None:
         return True
