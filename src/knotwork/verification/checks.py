@@ -15,6 +15,7 @@ from knotwork.verification.plausibility import plausibility
 from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
+"""Looks at a motion of the joints of a scenario, and says what it finds."""
 
 CHECKS: dict[str, Check] = {
     "time_span": time_span,
