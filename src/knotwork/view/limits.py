@@ -19,7 +19,7 @@ MOST_WIDE_STRETCHES = 8
 
 
 def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
-    """Let stand out what of a curve is beyond its limit: a broad band, and a cross at the worst.
+    """Highlight what of a curve is beyond its limit: a broad band, and a cross at the worst.
 
     Nothing is drawn unless the exact extrema break the limit.
     """

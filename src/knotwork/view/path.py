@@ -47,8 +47,8 @@ def tool_path(
         robot: The arm, with a tool.
         curve: Its motion, joints in the robot's order.
         space: Its limits.
-        report: What the check found; where it found a limit broken, the path is looked at.
-        also: More times to look at [s].
+        report: What the check found; the times at which it found a limit broken are sampled, too.
+        also: More times to sample [s].
     """
     found = report.failures if report is not None else ()
     failed = {
