@@ -14,7 +14,7 @@ from knotwork.exportable import Exportable
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import Extrema, PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
-from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
+from knotwork.polynomial.jumps import measured_jumps
 from knotwork.sampling import MAX_SAMPLES, Knots, Samples, sample_times
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times, read_only
 
@@ -301,14 +301,17 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         """The jumps of position, velocity and acceleration at the inner breaks, measured."""
         degree = self.polynomial.degree
         jumps = [self._largest_jump(nu) for nu in range(max(3, degree + 1))]
-        broken = [nu for nu, jump in enumerate(jumps) if not jump.relative < CONTINUITY_TOLERANCE]
+        broken = [nu for nu, jump in enumerate(jumps) if jump.relative > 0.0]
         order = broken[0] - 1 if broken else degree
         return Continuity(jumps[0], jumps[1], jumps[2], order)
 
     def _largest_jump(self, nu: int) -> Jump:
-        sizes, relative = measured_jumps(self.polynomial, nu)
+        sizes, allowed = measured_jumps(self.polynomial, nu)
         if not sizes.size:
             return Jump(0.0, None, None, 0.0)
+        counted = np.where(sizes > allowed, sizes, 0.0)
+        peak = self.polynomial.extrema(nu).peak
+        relative = np.divide(counted, peak, out=np.zeros_like(counted), where=counted > 0.0)
         knot, joint = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
         return Jump(
             float(sizes[knot, joint]),

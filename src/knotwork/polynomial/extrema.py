@@ -59,9 +59,12 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
     for low in range(0, c.shape[1], step):
         high = min(low + step, c.shape[1])
         values, times = _candidates(x[low : high + 1], c[:, low:high])
+        lost = np.isnan(values)
         for sign, (value, time) in best.items():
-            index = np.argmax(values if sign > 0 else -values, axis=0)[None]
-            candidate = sign * np.take_along_axis(values, index, axis=0)[0]
+            # what is not a number may be anything: no limit is kept
+            signed = np.where(lost, np.inf, sign * values)
+            index = np.argmax(signed, axis=0)[None]
+            candidate = np.take_along_axis(signed, index, axis=0)[0]
             better = candidate > value
             value[better] = candidate[better]
             time[better] = np.take_along_axis(times, index, axis=0)[0][better]
@@ -76,9 +79,10 @@ def _candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     size, pieces, components = c.shape
     span = np.diff(x)[:, None]
-    powers = np.arange(size - 1, -1, -1.0)[:, None, None]
-    with np.errstate(over="ignore", under="ignore"):
-        inner = critical_points(c * span**powers)
+    scaled = np.array(c)
+    for low in range(1, size):  # no power of the span by itself, which may overflow
+        scaled[:low] *= span
+    inner = critical_points(scaled)
     local = np.empty((inner.shape[0] + 2, pieces, components))
     local[0] = 0.0
     np.multiply(inner, span, out=local[1:-1])

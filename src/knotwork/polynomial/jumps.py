@@ -1,4 +1,9 @@
-"""Jumps at the inner breaks, told from those that rounding makes."""
+"""Jumps at the inner breaks, and which of them count.
+
+A jump counts if it is larger than 1e-9 of the peak of its quantity and larger than the rounding of
+the coefficients can make it, and in any case if it is larger than `NEGLIGIBLE`. That last rule does
+not depend on the curve, so that no choice of breaks and no other part of the curve can hide a jump.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +20,16 @@ Rounding makes jumps of about 1e-14; a controller's resolution is far coarser th
 ROUNDING = 64 * np.finfo(float).eps
 """Coefficients are rounded by up to this, relative to the largest term of their piece."""
 
+NEGLIGIBLE = (1e-9, 1e-7, 1e-5)
+"""Larger jumps of position, velocity and acceleration count whatever the curve is like [rad or m,
+per s, per s²].
+
+Rounding makes jumps of an acceleration as large as 8 · 2⁻⁵² · |q| / h², which is less for pieces of
+h > 30 µs (at |q| = 6); pieces that are too short to carry their data so count as jumps."""
+
+WINDOW = 1e-6
+"""Jumps that follow one another within this time count together [s]: no drive tells them apart."""
+
 
 def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, FloatArray]:
     """Measure the jumps of the nu-th derivative at the inner breaks.
@@ -24,37 +39,35 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
         nu: Order of the derivative.
 
     Returns:
-        Absolute values, and each relative to the peak absolute value of its component, shape
-        (m-2, d) both. A relative jump that rounding can explain is zero: noise about zero, as in
-        the acceleration of a straight motion, does not count.
+        Absolute values, each with those that follow within `WINDOW`, and the largest that does not
+        count, shape (m-2, d) both. What rounding can make does not count: so noise about zero, as
+        in the acceleration of a straight motion, is no jump.
     """
-    sizes = np.abs(curve.jumps(nu))
-    peak = curve.extrema(nu).peak
-    counted = np.where(sizes > rounding(curve, nu), sizes, 0.0)
-    return sizes, np.divide(counted, peak, out=np.zeros_like(counted), where=counted > 0.0)
+    sizes = _together(curve.x, np.abs(curve.jumps(nu)))
+    noise = _together(curve.x, rounding(curve, nu))
+    allowed = np.maximum(CONTINUITY_TOLERANCE * curve.extrema(nu).peak, noise)
+    return sizes, np.minimum(allowed, NEGLIGIBLE[nu]) if nu < len(NEGLIGIBLE) else allowed
 
 
 def rounding(curve: PiecewisePolynomial, nu: int) -> FloatArray:
     """Jump of the nu-th derivative that rounding can make at each inner break, shape (m-2, d).
 
-    Each term c Hᵏ of a piece of length H carries the rounding of the largest of them.
+    Each term c Hᵏ of a piece of length H is as good as the largest of them is rounded.
     """
     h = np.diff(curve.x)[:, None]
     size = np.zeros(curve.c.shape[1:])
     for power, coefficient in enumerate(curve.c[::-1]):
         np.maximum(size, np.abs(coefficient) * h**power, out=size)
-    size *= ROUNDING / h**nu
+    with np.errstate(over="ignore"):
+        size *= ROUNDING / h**nu
     return np.maximum(size[:-1], size[1:])
 
 
-def allowed_jumps(curve: PiecewisePolynomial, nu: int) -> FloatArray:
-    """The largest jump of the nu-th derivative at each inner break that counts as none.
-
-    Args:
-        curve: A curve of m breaks along axis 0, trailing shape (d,).
-        nu: Order of the derivative.
-
-    Returns:
-        Shape (m-2, d), in the unit of the derivative.
-    """
-    return np.maximum(rounding(curve, nu), CONTINUITY_TOLERANCE * curve.extrema(nu).peak)
+def _together(x: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Add to the size at each inner break those at the breaks that follow within `WINDOW`."""
+    inner = x[1:-1]
+    if not (np.diff(inner) < WINDOW).any():
+        return sizes
+    last = np.searchsorted(inner, inner + WINDOW, side="left")
+    sums = np.concatenate((np.zeros((1, sizes.shape[1])), np.cumsum(sizes, axis=0)))
+    return np.asarray(np.maximum(sizes, sums[last] - sums[:-1]))

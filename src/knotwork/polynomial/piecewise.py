@@ -35,6 +35,59 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
     return order
 
 
+MAX_DEGREE = 30
+"""Higher degrees are refused: no planner makes them, rounding spoils them, extrema take minutes."""
+
+LARGEST = 1e200
+"""Larger numbers are refused, so that neither values nor derivatives overflow anywhere."""
+
+
+def _of_bounded_degree(c: FloatArray) -> FloatArray:
+    """Return coefficients without the leading zeros that are beyond the bound.
+
+    Raises:
+        InputError: The degree is too high even so.
+    """
+    excess = c.shape[0] - 1 - MAX_DEGREE
+    if excess <= 0:
+        return c
+    if c[:excess].any():
+        used = c.reshape(c.shape[0], -1).any(axis=1)
+        degree = c.shape[0] - 1 - int(used.argmax())
+        raise InputError(f"the degree is {degree}; at most {MAX_DEGREE} is accepted")
+    return np.ascontiguousarray(c[excess:])
+
+
+def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
+    """Check that the sizes of all terms add up to a number that leaves room for derivatives.
+
+    Raises:
+        InputError: A coefficient, a piece or a sum of terms is too large.
+    """
+    size = np.abs(c)
+    with np.errstate(over="ignore"):
+        span = np.diff(x)
+        longest = float(span.max())
+    largest = float(size.max(initial=0.0))
+    if largest > LARGEST:
+        index = np.unravel_index(int(size.argmax()), size.shape)
+        raise InputError(
+            f"coefficient {[int(i) for i in index]} is {c[index]:.6g}; at most {LARGEST:g} is accepted"
+        )
+    if not longest <= LARGEST:
+        raise InputError(f"a piece lasts {longest:.6g} s; at most {LARGEST:g} s is accepted")
+    if math.log10(max(largest, 1.0)) + c.shape[0] * math.log10(max(longest, 1.0) * 2.0) < 200.0:
+        return
+    with np.errstate(over="ignore"):
+        reached = horner(size, span.reshape(-1, *[1] * (c.ndim - 2)))
+    if not (reached <= LARGEST).all():
+        piece = int(np.argwhere(~(reached <= LARGEST))[0][0])
+        raise InputError(
+            f"the terms of piece {piece} reach {reached.max():.6g} within its {span[piece]:.6g} s; "
+            f"at most {LARGEST:g} is accepted"
+        )
+
+
 class PiecewisePolynomial(ReadOnlyArrays):
     """Piecewise polynomial in the local power basis (as smooth as its coefficients make it).
 
@@ -53,7 +106,8 @@ class PiecewisePolynomial(ReadOnlyArrays):
         axis: Axis of the values along which time runs.
 
     Raises:
-        InputError: The coefficients are complex, not finite, or do not fit the breaks or axis.
+        InputError: The coefficients are complex, not finite or above 1e200, do not fit the breaks
+            or axis, or are of a degree above 30 (leading zeros do not count).
         WaypointDataError: The breaks are not finite or not strictly increasing.
     """
 
@@ -83,7 +137,9 @@ class PiecewisePolynomial(ReadOnlyArrays):
                 f"coefficient {index.tolist()} is {coefficients[tuple(index)]}; "
                 "every coefficient must be finite"
             )
-        self._assign(np.array(coefficients, dtype=float, order="C"), breaks, axis)
+        c = _of_bounded_degree(np.array(coefficients, dtype=float, order="C"))
+        _check_magnitudes(c, breaks)
+        self._assign(c, breaks, axis)
 
     def _assign(self, c: FloatArray, x: FloatArray, axis: int) -> None:
         """Take over checked arrays without copying them: c of shape (k+1, m, ...)."""

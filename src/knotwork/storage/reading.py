@@ -83,11 +83,15 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
     for i, name in enumerate(content.joint_names):
         if name in content.joint_names[:i]:
             raise document.error(("joint_names", i), f"{name!r} is given twice", "each joint once")
+    try:
+        polynomial = PiecewisePolynomial(coefficients, content.breaks)
+    except InputError as error:
+        raise document.error(("coefficients",), str(error)) from error
     times = content.waypoint_times
     try:
         return JointTrajectory(
             tuple(content.joint_names),
-            PiecewisePolynomial(coefficients, content.breaks),
+            polynomial,
             joint_units=tuple(units),
             planner=content.planner,
             waypoint_times=None if times is None else np.array(times),

@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.joint_space import JointSpace
-from knotwork.polynomial.jumps import allowed_jumps
+from knotwork.polynomial.jumps import measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
@@ -22,8 +22,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     The scenario's `continuity` says up to which derivative a jump fails.
     """
     for order, quantity in enumerate(DERIVATIVES[:ORDERS]):
-        sizes = np.abs(motion.curve.jumps(order))
-        allowed = allowed_jumps(motion.curve, order)
+        sizes, allowed = measured_jumps(motion.curve, order)
         if not len(sizes):
             sizes = allowed = np.zeros((1, len(space.joint_names)))
         share = np.divide(sizes, allowed, out=np.zeros_like(sizes), where=allowed > 0)

@@ -9,7 +9,7 @@ import numpy as np
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.jumps import allowed_jumps
+from knotwork.polynomial.jumps import measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.verification.finding import Finding, Proof, judged
 from knotwork.verification.motion import Motion
@@ -106,7 +106,8 @@ def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[floa
     if order == 0:
         return {}
     signed = curve.jumps(order - 1)
-    excess = np.abs(signed) - allowed_jumps(curve, order - 1)
+    sizes, allowed = measured_jumps(curve, order - 1)
+    excess = sizes - allowed
     found = {}
     for i in np.flatnonzero((excess > 0).any(axis=0)):
         k = int(excess[:, i].argmax())

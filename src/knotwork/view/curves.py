@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import critical_points, horner
-from knotwork.polynomial.jumps import CONTINUITY_TOLERANCE, measured_jumps
+from knotwork.polynomial.jumps import measured_jumps
 from knotwork.waypoints import FloatArray
 
 # Points of a whole curve, and the least and most of one piece.
@@ -143,5 +143,5 @@ def piecewise_values(
 
 def jump_breaks(curve: PiecewisePolynomial, component: int, order: int) -> NDArray[np.intp]:
     """Indices of the inner breaks at which a derivative jumps by more than rounding can make it."""
-    _, relative = measured_jumps(curve, order)
-    return np.flatnonzero(relative[:, component] > CONTINUITY_TOLERANCE) + 1
+    sizes, allowed = measured_jumps(curve, order)
+    return np.flatnonzero((sizes > allowed)[:, component]) + 1

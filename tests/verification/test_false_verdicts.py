@@ -1,0 +1,239 @@
+"""Bad motions in disguise: none may pass the check."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from command_line import Command
+
+
+def one_joint(**rest: Any) -> kw.Scenario:
+    """One joint from 0 to 1 rad in 2 s, from rest to rest."""
+    return kw.load_scenario(
+        {
+            "waypoints": [
+                {"name": "A", "joints": {"turn": 0}},
+                {"name": "B", "joints": {"turn": 1}, "after": 2},
+            ],
+            **rest,
+        }
+    )
+
+
+def motion(c: Any, x: Any) -> kw.JointTrajectory:
+    """One joint's trajectory from its local polynomials, shape (k+1, m)."""
+    return kw.JointTrajectory(("turn",), kw.PiecewisePolynomial(np.asarray(c)[:, :, None], x))
+
+
+def moved(c: np.ndarray, by: np.ndarray) -> np.ndarray:
+    """Coefficients c[k, m] about points that are `by` later."""
+    c = np.array(c)
+    for last in range(len(c) - 1, 0, -1):
+        for r in range(1, last + 1):
+            c[r] += c[r - 1] * by
+    return c
+
+
+def divided(curve: kw.PiecewisePolynomial, at: np.ndarray) -> kw.PiecewisePolynomial:
+    """The same curve with more breaks."""
+    x = np.unique(np.concatenate([curve.x, at]))
+    piece = np.clip(np.searchsorted(curve.x, x[:-1], side="right") - 1, 0, curve.x.size - 2)
+    by = (x[:-1] - curve.x[piece])[:, None]
+    return kw.PiecewisePolynomial(moved(curve.c[:, piece], by), x)
+
+
+# (3 t² - t³)/4 goes from 0 to 1 in 2 s with no speed at the ends.
+RISE = np.array([-0.25, 0.75, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("gap", [1e-8, 1e-9, 1e-10, 1e-12])
+def test_a_second_break_beside_each_one_hides_no_jump(gap: float) -> None:
+    plan = kw.plan("ur10_spray", planner="cubic")
+    curve = plan.trajectory.polynomial
+    assert np.abs(curve.jumps(2)).max() > 2.0
+    breaks = curve.x[1:-1]
+    for at in (breaks + gap, breaks - gap, np.concatenate([breaks - gap, breaks + gap])):
+        tampered = divided(curve, at)
+        report = kw.check(kw.JointTrajectory(plan.trajectory.joint_names, tampered), plan.scenario)
+        assert not report.ok
+
+
+@pytest.mark.parametrize("gap", [1e-7, 1e-9, 1e-11])
+def test_rows_next_to_one_another_hide_no_jump(
+    knotwork: Command, tmp_path: Path, gap: float
+) -> None:
+    """A file of the plain cubic, whose acceleration jumps at 5 and 15 s."""
+    plan = kw.plan("paper_case", planner="cubic")
+    times = np.array([0.0, 5, 5 + gap, 15, 15 + gap, 25])
+    rows = np.column_stack(
+        [times, plan.trajectory.position(times), plan.trajectory.velocity(times)]
+    )
+    path = tmp_path / "motion.csv"
+    text = "\n".join(",".join(map(repr, row)) for row in rows.tolist())
+    path.write_text(f"time,joint_1,joint_1_velocity\n{text}\n", encoding="utf-8")
+    assert knotwork("check", path, "--scenario", "paper_case").code == 1
+
+
+@pytest.mark.parametrize("start", [0.0, 3.0, 40.0])
+@pytest.mark.parametrize("gap", [1e-13, 1e-10, 1e-7])
+def test_straight_lines_with_short_pieces_at_their_corners_break_an_acceleration_limit(
+    gap: float, start: float
+) -> None:
+    scenario = kw.load_scenario(
+        {
+            "continuity": 0,
+            "limits": {"acceleration": {"turn": 5}},
+            "tolerances": {"joint_velocity": 1},
+            "waypoints": [
+                {"joints": {"turn": start}, "velocity": {"turn": 0.5}},
+                {"joints": {"turn": start + 0.5}, "velocity": {"turn": 0.5}, "after": 1},
+                {"joints": {"turn": start + 0.65}, "velocity": {"turn": 0.15}, "after": 1},
+            ],
+        }
+    )
+    x = [0.0, 1.0, 1.0 + gap, 2.0]
+    c = np.array([[0.5, 0.15, 0.15], [start, start + 0.5, start + 0.5 + 0.15 * (x[2] - x[1])]])
+    assert not kw.check(motion(c, x), scenario).ok
+    # the corner itself as a tiny piece of the right positions and velocities at its ends
+    corner = kw.JointTrajectory.from_knots(
+        ["turn"],
+        [0.0, 1.0 - gap, 1.0, 2.0],
+        [[start], [start + 0.5 - 0.5 * gap], [start + 0.5], [start + 0.65]],
+        [[0.5], [0.5], [0.15], [0.15]],
+    )
+    assert not kw.check(corner, scenario).ok
+
+
+def test_an_acceleration_that_changes_within_a_nanosecond_jumps() -> None:
+    """Continuous as mathematics has it: a tiny piece leads from one value to the other."""
+    gap, change = 1e-9, 2.0
+    c = np.zeros((4, 4))
+    c[:, 0] = RISE
+    state = moved(c[:, :1], np.array([1.0]))[:, 0]
+    c[:, 1] = [change / gap / 6.0, *state[1:]]
+    c[:, 2] = moved(c[:, 1:2], np.array([gap]))[:, 0]
+    c[0, 2] = RISE[0]
+    c[:, 3] = moved(c[:, 2:3], np.array([0.5]))[:, 0]
+    tampered = motion(c, [0.0, 1.0, 1.0 + gap, 1.5, 2.0])
+    loose = {"joint_position": 10, "joint_velocity": 10}
+    report = kw.check(tampered, one_joint(tolerances=loose))
+    assert not report.ok
+
+
+def test_many_small_jumps_close_together_are_a_large_one() -> None:
+    steps, change = 40_000, 0.3
+    gap = 1e-14 * 1e3
+    x = np.concatenate([[0.0], 1.0 + gap * np.arange(steps), [2.0]])
+    c = np.zeros((3, steps + 1))
+    state = moved(np.array([[0.0], [0.5], [0.0], [0.0]])[1:], np.array([1.0]))[:, 0]
+    c[:, 0] = [0.5, 0.0, 0.0]
+    for i in range(1, steps + 1):
+        c[:, i] = state
+        c[0, i] += 0.5 * change / steps * i
+        span = x[i + 1] - x[i]
+        state = moved(c[:, i : i + 1], np.array([span]))[:, 0]
+        state[0] = 0.5
+    loose = {"joint_position": 10, "joint_velocity": 10}
+    assert not kw.check(motion(c, x), one_joint(tolerances=loose)).ok
+
+
+@pytest.mark.parametrize("degree", [4, 30, 60])
+def test_a_number_that_overflows_hides_no_limit(degree: int) -> None:
+    """A coefficient of 1.7e308 in a last piece of 5 ns."""
+    c = np.zeros((degree + 1, 2))
+    c[-4:, 0] = RISE
+    c[0, 1] = 1.7e308
+    c[-1, 1] = 1.0
+    with pytest.raises(kw.InputError, match=r"is 1.7e\+308; at most|degree is 60; at most 30"):
+        motion(c, [0.0, 2.0 - 5e-9, 2.0])
+
+
+def test_terms_that_overflow_within_a_long_piece_are_refused() -> None:
+    c = np.zeros((31, 1))
+    c[0] = 1.0
+    with pytest.raises(kw.InputError, match="terms of piece 0 reach inf within its 1e\\+12 s"):
+        motion(c, [0.0, 1e12])
+    with pytest.raises(kw.InputError, match="a piece lasts 1e\\+250 s"):
+        motion(c, [0.0, 1e250])
+
+
+def test_leading_zeros_hide_no_limit() -> None:
+    c = np.zeros((310, 2))
+    c[-4:, 0] = RISE
+    c[-1, 1] = 1.0
+    c[-2:, 1] = [7e-1, 1.0]
+    limits = {"position": {"turn": [-7, 7]}}
+    padded = motion(c, [0.0, 2.0, 72.0])
+    report = kw.check(padded, one_joint(limits=limits))
+    position = next(item for item in report.failures if "position" in str(item))
+    assert "50" in str(position)
+
+
+@pytest.mark.parametrize("rows", [1_000, 20_000])
+def test_any_number_of_leading_zeros_is_read(rows: int) -> None:
+    c = np.zeros((rows, 1))
+    c[-4:, 0] = RISE
+    assert kw.check(motion(c, [0.0, 2.0]), one_joint()).ok
+
+
+def test_degrees_beyond_the_bound_are_refused(knotwork: Command, tmp_path: Path) -> None:
+    c = np.full((601, 20), 1e-3)
+    with pytest.raises(kw.InputError, match="degree is 600; at most"):
+        motion(c, np.linspace(0, 2, 21))
+    plan = kw.plan("paper_case")
+    plan.save(tmp_path)
+    path = tmp_path / "trajectory.json"
+    data = json.loads(path.read_text(encoding="utf-8"))
+    data["coefficients"] = [[[1e-3] for _ in data["breaks"][1:]] for _ in range(601)]
+    path.write_text(json.dumps(data), encoding="utf-8")
+    ran = knotwork("check", path, "--scenario", "paper_case")
+    assert ran.code == 2
+    assert "coefficients" in ran.err
+    assert "at most" in ran.err
+
+
+@pytest.mark.parametrize("width", [2.0**-20, 2.0**-34, 2.0**-46])
+def test_a_spike_does_not_widen_the_tolerance_of_jumps(width: float) -> None:
+    """A bump of 1e-4 rad within a microsecond or less, and a corner of 0.21 rad/s."""
+    loose = {"joint_position": 10, "joint_velocity": 10}
+    height = 1e-4
+    half = width / 2
+    c = np.zeros((4, 5))
+    c[-2:, 0] = [0.5, 0.0]
+    c[-2:, 1] = [0.71, 0.25]
+    up = [-2 * height / half**3, 3 * height / half**2, 0.71, 0.25 + 0.71 * 0.5]
+    top = moved(np.array([up]).T, np.array([half]))[:, 0]
+    down = [2 * height / half**3, -3 * height / half**2, 0.71, top[3]]
+    after = moved(np.array([down]).T, np.array([half]))[:, 0]
+    c[:, 2], c[:, 3] = up, down
+    c[-2:, 4] = [0.71, after[3]]
+    x = [0.0, 0.5, 1.0, 1.0 + half, 1.0 + width, 2.0]
+    for continuity in (1, 2):
+        report = kw.check(motion(c, x), one_joint(tolerances=loose, continuity=continuity))
+        assert not report.ok
+        assert any("velocity jumps" in text for text in map(str, report.failures))
+
+
+def test_a_tolerance_that_underflows_lets_nothing_pass() -> None:
+    """In the file's unit the tolerance is so small that it is zero in radians."""
+    scenario = {
+        "units": {"angle": "deg"},
+        "tolerances": {"joint_position": 5e-324},
+        "waypoints": [
+            {"joints": {"turn": 0, "other": 0}},
+            {"joints": {"turn": 45, "other": 0}, "after": 2},
+        ],
+    }
+    c = np.zeros((4, 1, 2))
+    still = kw.JointTrajectory(("turn", "other"), kw.PiecewisePolynomial(c, [0.0, 2.0]))
+    try:
+        loaded = kw.load_scenario(scenario)
+    except kw.InputError:
+        return  # refused
+    assert not kw.check(still, loaded).ok
