@@ -118,6 +118,7 @@ def _safeguarded_newton(
     """
     slope = differentiate(c)
     point = 0.5 * (low + high)
+    roots, index = np.empty_like(point), np.arange(point.size)
     for step in range(ITERATIONS):
         value = horner(c, point)
         left = (value < 0.0) == rising
@@ -133,6 +134,12 @@ def _safeguarded_newton(
         following = np.where(value == 0.0, point, following)
         settled = (following == point) | (high - low <= np.spacing(high))
         point = following
-        if settled.all():
+        if settled.any():  # go on with the others alone
+            roots[index[settled]] = point[settled]
+            others = ~settled
+            c, slope, index = c[:, others], slope[:, others], index[others]
+            point, low, high, rising = point[others], low[others], high[others], rising[others]
+        if not index.size:
             break
-    return point
+    roots[index] = point
+    return roots

@@ -53,6 +53,10 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
     Returns:
         Extrema of shape (d,).
     """
+    leading = 0
+    while leading < c.shape[0] - 1 and not c[leading].any():
+        leading += 1
+    c = c[leading:]
     components = c.shape[2]
     best = {sign: (np.full(components, -np.inf), np.zeros(components)) for sign in (1.0, -1.0)}
     step = max(1, BLOCK // max(1, components))
