@@ -297,3 +297,20 @@ def test_is_not_extrapolated():
     for t in (np.nextafter(0, -1), np.nextafter(2.0, 3), np.nan):
         with pytest.raises(TimeRangeError):
             spline(t)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6])
+@pytest.mark.parametrize(("rule", "growth"), [("paper", 1.0), ("balanced", 0.0)])
+def test_rounding_grows_with_uneven_times_by_the_stated_bound(rule, growth, ratio):
+    """Smooth data at times of which neighbours are closer by the ratio."""
+    rng = np.random.default_rng(8)
+    for _ in range(40):
+        n = int(rng.integers(3, 10))
+        h = np.where(rng.random(n - 1) < 0.5, 1.0, 1.0 / ratio)
+        h[rng.integers(n - 1)] = 1.0 / ratio
+        x = np.concatenate(([0.0], np.cumsum(h)))
+        y, v = np.sin(x), np.cos(x) + 1e-3 * rng.normal(size=n)
+        spline = ModifiedHermiteSpline(x, y, v, knots=rule)
+        for nu in range(2):
+            allowed = 1e-14 + growth * 1e-15 * ratio
+            assert np.abs(spline.jumps(nu)).max() <= allowed * spline.extrema(nu).peak

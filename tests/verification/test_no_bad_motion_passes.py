@@ -15,7 +15,7 @@ import pytest
 import knotwork as kw
 
 Rng = np.random.Generator
-ORDINARY, EXHAUSTIVE = 600, 100_000
+ORDINARY, EXHAUSTIVE = 150, 100_000
 LIMITED = ("position", "velocity", "acceleration", "jerk")
 
 

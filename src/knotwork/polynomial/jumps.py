@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.polynomial.critical_points import horner
 from knotwork.polynomial.piecewise import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
@@ -71,3 +72,16 @@ def _together(x: FloatArray, sizes: FloatArray) -> FloatArray:
     last = np.searchsorted(inner, inner + WINDOW, side="left")
     sums = np.concatenate((np.zeros((1, sizes.shape[1])), np.cumsum(sizes, axis=0)))
     return np.asarray(np.maximum(sizes, sums[last] - sums[:-1]))
+
+
+def evaluation_noise(curve: PiecewisePolynomial, orders: int) -> FloatArray:
+    """By how much rounding may change computed values of the derivatives, shape (orders, d).
+
+    Horner's scheme rounds by at most 2 k · 2⁻⁵³ of the sum of the sizes of the terms, for degree k.
+    """
+    span = np.diff(curve.x)[:, None]
+    noise = np.zeros((orders, curve.c.shape[2]))
+    for order in range(min(orders, curve.degree + 1)):
+        sizes = horner(np.abs(curve.derivative(order).c), span)
+        noise[order] = curve.degree * np.finfo(float).eps * sizes.max(axis=0)
+    return noise

@@ -72,7 +72,8 @@ def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
     if largest > LARGEST:
         index = np.unravel_index(int(size.argmax()), size.shape)
         raise InputError(
-            f"coefficient {[int(i) for i in index]} is {c[index]:.6g}; at most {LARGEST:g} is accepted"
+            f"coefficient {[int(i) for i in index]} is {c[index]:.6g}; at most {LARGEST:g} is "
+            "accepted"
         )
     if not longest <= LARGEST:
         raise InputError(f"a piece lasts {longest:.6g} s; at most {LARGEST:g} s is accepted")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
-from knotwork.verification.continuity import continuity
+from knotwork.verification.continuity import continuity, resolution
 from knotwork.verification.dynamics import effort_limits, singularity
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import joint_limits
@@ -24,6 +24,7 @@ CHECKS: dict[str, Check] = {
     "joint_limits": joint_limits,
     "effort_limits": effort_limits,
     "continuity": continuity,
+    "resolution": resolution,
     "singularity": singularity,
     "plausibility": plausibility,
 }

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.scenario import ScenarioWaypoint, ToleranceSet
 
+TINY = np.finfo(float).tiny
 # Times that differ by rounding are the same.
 TIME_ROUNDING = 1e-9
 
@@ -128,7 +129,11 @@ def _joint_finding(
     tolerances = np.array([by_unit[unit] for unit in space.joint_units])
     achieved = motion.curve(time, order)
     errors = np.abs(achieved - requested)
-    worst = int((errors / tolerances).argmax())
+    # Not a quotient: a tolerance may be so small that it is zero in SI.
+    beyond = ~(errors <= tolerances)
+    with np.errstate(over="ignore"):
+        share = errors / np.maximum(tolerances, TINY)
+    worst = int(np.where(beyond, np.inf, share).argmax())
     return _error_finding(
         "Joints at the waypoints", name, time, quantity, requested, achieved,
         float(errors[worst]), float(tolerances[worst]), rate_unit(space.joint_units[worst], order),
