@@ -87,7 +87,8 @@ def plot_tool(
             f"{len(found)} motions are too many to tell apart in one picture; choose at most "
             f"{len(DASHES)}"
         )
-    robots = [_robot(motion) for motion in found]
+    for motion in found:
+        _robot(motion)  # that there is one is said before anything is drawn
     angle, factor = shown_unit("rad", degrees)
     rows = [
         _Row("tool speed [mm/s]", MILLIMETRES, "linear"),
@@ -100,19 +101,7 @@ def plot_tool(
     with settings():
         figure = new_figure(len(rows), 1)
         axes: list[Axes] = list(figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0])
-        for index, (motion, robot) in enumerate(zip(found, robots, strict=True)):
-            curves = [_speeds(motion, robot), *([_deviations(motion, robot)] if straight else [])]
-            for pair, (time, values) in enumerate(curves):
-                for k in (0, 1):
-                    row = 2 * pair + k
-                    axes[row].plot(
-                        time,
-                        rows[row].factor * values[:, k],
-                        color=colour(index),
-                        linestyle=dashes(index),
-                        linewidth=2.0,
-                        gid=f"tool:{motion.label}:{rows[row].label.partition(' [')[0]}",
-                    )
+        _draw_curves(axes, rows, found, straight=straight)
         shown = _dress(axes, rows, found[0])
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
@@ -122,6 +111,25 @@ def plot_tool(
         frame_times([axes[0]], axes[-1:], found)
         freeze(figure)
     return figure
+
+
+def _draw_curves(
+    axes: list[Axes], rows: list[_Row], motions: list[Motion], *, straight: bool
+) -> None:
+    for index, motion in enumerate(motions):
+        robot = _robot(motion)
+        curves = [_speeds(motion, robot), *([_deviations(motion, robot)] if straight else [])]
+        for pair, (time, values) in enumerate(curves):
+            for k in (0, 1):
+                row = rows[2 * pair + k]
+                axes[2 * pair + k].plot(
+                    time,
+                    row.factor * values[:, k],
+                    color=colour(index),
+                    linestyle=dashes(index),
+                    linewidth=2.0,
+                    gid=f"tool:{motion.label}:{row.label.partition(' [')[0]}",
+                )
 
 
 def _robot(motion: Motion) -> Robot:
