@@ -159,7 +159,7 @@ def test_a_branch_is_kept_however_much_travel_that_takes(branch: str) -> None:
     """At a hundredth of a joint speed, and with many waypoints, travel comes to many seconds."""
     home = np.array(HOME)
     elbow_down = next(
-        b.q for b in kw.solve_all(UR5, UR5.forward(home)) if b.words.endswith("elbow down, flip")
+        b.q for b in kw.solve_all(UR5, UR5.forward(home)) if b.flags.endswith("elbow down, flip")
     )
     place = UR5.forward(home)
     waypoints = []

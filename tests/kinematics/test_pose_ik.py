@@ -12,8 +12,7 @@ from knotwork.errors import (
     UnreachablePoseError,
     WaypointDataError,
 )
-from knotwork.kinematics import solve_pose_ik
-from knotwork.kinematics.chain.joint_ranges import low_discrepancy, nearest_turns
+from knotwork.kinematics import solve_all, solve_pose_ik
 from knotwork.robot import Robot, load_robot, robot_names
 from sweeps import first_of, mostly_exhaustive
 
@@ -320,39 +319,65 @@ def test_a_robot_without_a_tool_is_an_error() -> None:
         solve_pose_ik(robot, pin.SE3.Identity(), [0, 0])
 
 
-@pytest.mark.parametrize("dimension", [1, 2, 6, 7])
-def test_starts_fill_the_box_evenly(dimension: int) -> None:
-    points = low_discrepancy(dimension)
-    starts = np.array([next(points) for _ in range(2000)])
-    assert ((starts >= 0) & (starts < 1)).all()
-    for column in starts.T:
-        counts = np.histogram(column, bins=10, range=(0, 1))[0]
-        assert counts.min() > 0.8 * 200
-        assert counts.max() < 1.2 * 200
-        assert abs(column.mean() - 0.5) < 0.01
-
-
-@given(
-    st.floats(-20, 20),
-    st.floats(-20, 20),
-    st.floats(-10, 0),
-    st.floats(0.1, 15),
-)
-def test_nearest_turns_are_the_nearest_that_the_limits_allow(
-    q: float, near: float, lower: float, width: float
+@settings(max_examples=60, deadline=None)
+@given(ANGLE, st.floats(-9, 9), st.floats(-10, 0), st.floats(1, 15))
+def test_the_turn_taken_is_the_nearest_that_the_limits_allow(
+    angle: float, start: float, lower: float, width: float
 ) -> None:
-    arrays = [np.array([value]) for value in (q, near, lower, lower + width)]
-    found = nearest_turns(*arrays, np.array([True]))[0]
-    choices = q + 2 * np.pi * np.arange(-20, 21)
-    inside = choices[(choices >= lower + 1e-9) & (choices <= lower + width - 1e-9)]
-    if inside.size:
-        assert abs(found - near) <= np.abs(inside - near).min() + 1e-9
-        assert lower <= found <= lower + width
-    else:
-        outside = np.maximum(lower - choices, choices - lower - width).min()
-        assert max(lower - found, found - lower - width) <= outside + 1e-9
-    slide = nearest_turns(*arrays, np.array([False]))[0]
-    assert slide == q
+    turns = angle + 2 * np.pi * np.arange(-5, 6)
+    inside = turns[(turns >= lower + 1e-6) & (turns <= lower + width - 1e-6)]
+    assume(inside.size)
+    robot = PLANAR.with_limits(position={"shoulder": (lower, lower + width)})
+    found = solve_pose_ik(robot, PLANAR.forward([angle, 0.7]), [start, 0.7]).q
+    assert found[1] == pytest.approx(0.7, abs=1e-6)
+    assert np.abs(inside - found[0]).min() < 1e-6
+    assert abs(found[0] - start) <= np.abs(inside - start).min() + 1e-6
+
+
+def farther_than_the_nearest(name: str, poses: int) -> list[tuple[float, float]]:
+    """Distance of the answer and of the nearest of all solutions, where the answer is farther."""
+    robot, generator = ROBOTS[name], np.random.default_rng(500)
+    lower = np.maximum(robot.lower_position_limit, -np.pi)
+    upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
+    farther = []
+    for _ in range(poses):
+        q, start = generator.uniform(lower, upper, (2, robot.dof))
+        pose = robot.forward(q)
+        answer = solve_pose_ik(robot, pose, start)
+        assert_solves(robot, pose, answer.q, independent=False)
+        every = np.vstack([branch.turns for branch in solve_all(robot, pose)])
+        nearest = float(np.linalg.norm(every - start, axis=1).min())
+        if answer.distance > nearest + 1e-6:
+            farther.append((answer.distance, nearest))
+    return farther
+
+
+@pytest.mark.parametrize("name", ["ur5", "z1", "talos_arm", "panda"])
+def test_the_answer_is_no_farther_than_the_nearest_of_all_solutions(name: str) -> None:
+    assert farther_than_the_nearest(name, 40) == []
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", ["ur5", "z1", "talos_arm"])
+def test_of_many_answers_none_is_farther_than_the_nearest_of_all_solutions(name: str) -> None:
+    assert farther_than_the_nearest(name, 500) == []
+
+
+@pytest.mark.parametrize("name", ["ur5", "talos_arm"])
+@pytest.mark.parametrize("away", [0.05, 0.2, 0.4])
+def test_from_close_by_no_other_solution_is_nearer(name: str, away: float) -> None:
+    """There a local search is the first step, and mostly the last."""
+    robot, generator = ROBOTS[name], np.random.default_rng(9)
+    lower = np.maximum(robot.lower_position_limit, -np.pi)
+    upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
+    for _ in range(25):
+        q = generator.uniform(lower, upper)
+        direction = generator.normal(size=robot.dof)
+        start = np.clip(q + away * direction / np.linalg.norm(direction), lower, upper)
+        pose = robot.forward(q)
+        every = np.vstack([branch.turns for branch in solve_all(robot, pose)])
+        nearest = float(np.linalg.norm(every - start, axis=1).min())
+        assert solve_pose_ik(robot, pose, start).distance <= nearest + 1e-6
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])

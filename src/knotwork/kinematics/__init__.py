@@ -1,5 +1,6 @@
 """Inverse kinematics of poses (eq 3) and velocities (eq 4), and how near a singularity is."""
 
+from knotwork.kinematics.chain.batch import BatchSolution
 from knotwork.kinematics.chain.velocity import (
     pull_to_middle,
     singular_values,
@@ -11,6 +12,7 @@ from knotwork.kinematics.solutions.many import solve_many
 from knotwork.kinematics.solutions.pose import IKSolution, solve_pose_ik
 
 __all__ = [
+    "BatchSolution",
     "Branch",
     "IKSolution",
     "pull_to_middle",

@@ -9,9 +9,9 @@ import numpy as np
 from knotwork.errors import BranchError
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.solutions.configuration_flags import (
-    WORDS,
-    branch_signs,
-    describe_branch,
+    FLAGS,
+    configuration_flags,
+    describe_flags,
     geometry,
 )
 from knotwork.robot import Robot
@@ -33,16 +33,16 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
         if geometry(robot) is None:
             raise BranchError(
                 first.name,
-                f"branch: {', '.join(wanted)} can't be chosen for {robot.name}: these words "
-                "are defined for arms of six joints with a spherical wrist, or with three "
+                f"branch: {', '.join(wanted)} can't be chosen for {robot.name}: these "
+                "flags are defined for arms of six joints with a spherical wrist, or with three "
                 "parallel axes, 2 to 4",
                 branches=(),
                 where=first.where,
             )
         return
-    if not branch_signs(robot, np.zeros((1, robot.dof))).size:
+    if not configuration_flags(robot, np.zeros((1, robot.dof))).size:
         why = (
-            "joints to spare lead from one solution of a pose to others without moving the tool"
+            "self-motion leads from one solution of a pose to others without moving the tool"
             if robot.dof > 6
             else "they are told apart for arms of six joints only"
         )
@@ -69,10 +69,10 @@ def allowed(scenario: Scenario, robot: Robot, index: int, candidates: Candidates
     signs = np.array(
         [
             0.0 if k not in wanted else 1.0 if wanted[k] == words[0] else -1.0
-            for k, words in WORDS.items()
+            for k, words in FLAGS.items()
         ]
     )
-    rows = np.flatnonzero((candidates.signs * signs >= 0).all(axis=1))
+    rows = np.flatnonzero((candidates.flags * signs >= 0).all(axis=1))
     if not rows.size:
         raise no_branch(scenario, robot, index, candidates)
     return rows
@@ -85,7 +85,7 @@ def no_branch(
     target = scenario.waypoints[index]
     there: tuple[str, ...] = ()
     if candidates is not None:
-        there = tuple(dict.fromkeys(describe_branch(robot, signs) for signs in candidates.signs))
+        there = tuple(dict.fromkeys(describe_flags(robot, flags) for flags in candidates.flags))
     wanted = scenario.branch
     asked = (
         "the branch of the waypoints before it"

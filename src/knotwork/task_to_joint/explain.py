@@ -6,11 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from knotwork.kinematics.sequence.alternatives import RunnerUp, runners_up
+from knotwork.kinematics.sequence.alternatives import AlternativeSequence, find_alternatives
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.choice import positions_of
-from knotwork.kinematics.sequence.costs import AT_LIMIT, changes
-from knotwork.kinematics.solutions.configuration_flags import branch_signs, describe_branch
+from knotwork.kinematics.sequence.costs import AT_LIMIT
+from knotwork.kinematics.solutions.configuration_flags import configuration_flags, describe_flags
 from knotwork.task_to_joint.search import Found, Search
 from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility
 from knotwork.waypoints import FloatArray
@@ -33,7 +33,7 @@ class Explanation:
         """How each waypoint given by a pose was solved."""
         alternatives = self._alternatives()
         result = []
-        signs = branch_signs(self.robot, self.found.positions)
+        signs = configuration_flags(self.robot, self.found.positions)
         for i, candidates in enumerate(self.search.candidates):
             if candidates is None:
                 continue
@@ -41,7 +41,7 @@ class Explanation:
             result.append(
                 Choice(
                     waypoint=self.names[i],
-                    branch=describe_branch(self.robot, signs[i]),
+                    branch=describe_flags(self.robot, signs[i]),
                     turns=self._turns(q),
                     branches=candidates.branches,
                     solutions=len(candidates.q),
@@ -137,7 +137,7 @@ class Explanation:
             asked = {"free": "", "keep": kept, "fixed": ", branch fixed"}[wanted]
         else:
             asked = ", branch as asked"
-        if self.found.sequence.cost >= self.search.rules.prices.infeasible:
+        if self.found.sequence.cost.infeasible > 0.0:
             return f"least beyond the velocity limits{asked}"
         aim = "nearest to near" if self.search.near is not None else "least travel"
         if candidates.free and self.robot.dof > 6 and self.search.near is None:
@@ -154,60 +154,58 @@ class Explanation:
     def _alternatives(self) -> list[Alternative | None]:
         """The best other sequence for each waypoint: another branch there, else other turns."""
         search, chosen = self.search, self.found.sequence
-        told_apart = [c is not None and not c.free for c in search.candidates]
+        apart = [c is not None and not c.free for c in search.candidates]
         branches = [
-            c.branch[rows] if c is not None and apart else np.zeros(len(layer.q), dtype=int)
-            for layer, c, rows, apart in zip(
-                search.layers, search.candidates, search.rows, told_apart, strict=True
+            c.branch[rows] if c is not None and distinct else np.zeros(len(layer.q), dtype=int)
+            for layer, c, rows, distinct in zip(
+                search.layers, search.candidates, search.rows, apart, strict=True
             )
         ]
         problem = search.layers, search.durations, search.rules, chosen, branches
-        found = runners_up(*problem)
+        found = find_alternatives(*problem)
         alone = [
-            one is None and apart and len(layer.q) > 1
-            for one, apart, layer in zip(found, told_apart, search.layers, strict=True)
+            one is None and distinct and len(layer.q) > 1
+            for one, distinct, layer in zip(found, apart, search.layers, strict=True)
         ]
         if any(alone):
-            turned = runners_up(*problem, turns=True)
+            turned = find_alternatives(*problem, turns=True)
             found = [b if use else a for a, b, use in zip(found, turned, alone, strict=True)]
         return [
-            self._alternative(i, one) if one is not None and told_apart[i] else None
+            self._alternative(i, one) if one is not None and apart[i] else None
             for i, one in enumerate(found)
         ]
 
-    def _alternative(self, i: int, other: RunnerUp) -> Alternative:
-        least, layers = self.found.sequence.cost, self.search.layers
-        prices = self.search.rules.prices
-        q = layers[i].q[other.index[i]]
-        if self.search.rules.unbounded.any():
-            q = self._positions(other)[i]
-        branch = describe_branch(self.robot, branch_signs(self.robot, q[None])[0])
-        hindrance = ""
-        if least >= prices.strained and other.cost - least >= 0.5 * prices.change:
+    def _alternative(self, i: int, other: AlternativeSequence) -> Alternative:
+        least, cost = self.found.sequence.cost, other.cost
+        q = self._positions(other)[i]
+        branch = describe_flags(self.robot, configuration_flags(self.robot, q[None])[0])
+        hindrance, extra = "", None
+        if not cost.worse_than(least):
+            same = self.search.near is None
+            extra = cost.travel - least.travel if same else cost.distance - least.distance
+        elif least.infeasible or least.violation:
             hindrance = "breaks limits by more"
-        elif other.cost >= prices.infeasible:
-            hindrance = self._hindrance(other)
-        elif other.cost >= prices.strained:
-            hindrance = self._strain(other)
-        elif other.cost - least >= 0.5 * prices.change:
+        elif cost.infeasible:
+            hindrance = self._infeasible(other)
+        elif cost.violation:
+            hindrance = self._violation(other)
+        else:
             hindrance = self._change(other)
-        extra = None if hindrance else other.cost - least
         return Alternative(branch, self._turns(q), extra, hindrance)
 
-    def _positions(self, other: RunnerUp) -> FloatArray:
+    def _positions(self, other: AlternativeSequence) -> FloatArray:
         return positions_of(self.search.layers, other.index, self.search.rules)
 
-    def _change(self, other: RunnerUp) -> str:
+    def _change(self, other: AlternativeSequence) -> str:
         """Where a sequence changes its branch on a way where that counts."""
-        price = changes(self.search.rules, len(self.search.durations))
-        signs = branch_signs(self.robot, self._positions(other))
-        changed = (signs[1:] * signs[:-1] < 0).any(axis=1) & (price > 0)
+        flags = configuration_flags(self.robot, self._positions(other))
+        changed = (flags[1:] * flags[:-1] < 0).any(axis=1) & self.search.rules.avoided
         if not changed.any():  # of branches that are singular, and pass for either
             return "changes the branch on the way"
         i = int(np.argmax(changed))
         return f"changes the branch from {self.names[i]!r} to {self.names[i + 1]!r}"
 
-    def _strain(self, other: RunnerUp) -> str:
+    def _violation(self, other: AlternativeSequence) -> str:
         """The joint that goes farthest beyond its limit in the middle of an interval."""
         search, q = self.search, self._positions(other)
         v = np.array(
@@ -222,7 +220,7 @@ class Explanation:
         speed = self._speed(j, float(middle[i, j]))
         return f"{speed} halfway from {self.names[i]!r} to {self.names[i + 1]!r}"
 
-    def _hindrance(self, other: RunnerUp) -> str:
+    def _infeasible(self, other: AlternativeSequence) -> str:
         """What is too fast in a sequence: the worst of its intervals and waypoints."""
         limit, worst, said = self.robot.velocity_limit, 1.0, "too fast"
         for i, candidates in enumerate(self.search.candidates):

@@ -8,28 +8,22 @@ from typing import Any
 import numpy as np
 
 from knotwork.joint_space import JointSpace
-from knotwork.kinematics.chain.joint_ranges import FULL_TURN
+from knotwork.kinematics.chain.joint_axes import joint_axes
+from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
 from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.sequence.candidates import Candidates, find_candidates
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
-from knotwork.kinematics.sequence.costs import (
-    Layer,
-    Prices,
-    Rules,
-    most_travel,
-)
-from knotwork.kinematics.sequence.lazy_choice import choose_with_passages
-from knotwork.kinematics.sequence.nearness import SAMPLES, between_nearness, weights
-from knotwork.kinematics.sequence.null_space_refinement import Way, settle_sequence
-from knotwork.kinematics.solutions.configuration_flags import branch_signs
+from knotwork.kinematics.sequence.costs import Cost, Layer, Rules
+from knotwork.kinematics.sequence.lazy_choice import choose_with_intervals
+from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
+from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
+from knotwork.kinematics.solutions.configuration_flags import configuration_flags
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"
-# With `near`, travel decides only between solutions that are equally near.
-TRAVEL_BESIDE_NEAR = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +45,7 @@ def home(space: JointSpace) -> FloatArray:
     """Home, or for a robot that has none the middle of the joints' ranges."""
     if HOME in space.configurations:
         return np.array(space.configurations[HOME])
-    bounded = np.isfinite(space.lower_position_limit) & np.isfinite(space.upper_position_limit)
-    middle = np.zeros(len(space.joint_names))
-    middle[bounded] = (
-        space.lower_position_limit[bounded] + space.upper_position_limit[bounded]
-    ) / 2
-    return middle
+    return middle((space.lower_position_limit, space.upper_position_limit))
 
 
 class Search:
@@ -72,8 +61,7 @@ class Search:
 
     Attributes:
         rules: What steps of the sequence cost.
-        samples: Times between two waypoints at which the way of an arm with joints to spare is
-            looked at.
+        samples: Times between two waypoints at which intervals are evaluated for a redundant arm.
         candidates: Found at each waypoint; `None` where joint positions are given.
         layers: The candidates allowed at each waypoint, and what they cost.
         rows: Which of the candidates those are.
@@ -92,14 +80,14 @@ class Search:
         self.given, self.speeds, self.near = given, speeds, near
         check_branch(scenario, robot)
         limit = robot.velocity_limit
-        bounded = np.isfinite(robot.lower_position_limit) & np.isfinite(robot.upper_position_limit)
-        self.revolute = np.array([unit == "rad" for unit in robot.joint_units])
+        self.revolute = joint_axes(robot).revolute
+        branch = scenario.branch if isinstance(scenario.branch, str) else "free"
         self.rules = Rules(
             speed=np.where(np.isfinite(limit), limit, 1.0),
             limit=limit,
-            unbounded=self.revolute & ~bounded,
-            prices=Prices.above(0.0, len(given) - 1),
-            travel=1.0 if near is None else TRAVEL_BESIDE_NEAR,
+            unbounded=unbounded(robot),
+            avoided=branch == "keep" or self._in_motion(),
+            forbidden=branch == "fixed",
         )
         self.samples = SAMPLES
         self.candidates: list[Candidates | None] = []
@@ -113,7 +101,7 @@ class Search:
             raise no_branch(
                 self.scenario, self.robot, chosen.blocked, self.candidates[chosen.blocked]
             )
-        positions = self._settled(chosen)
+        positions = self._refined(chosen)
         velocities = [self._velocity(i, q) for i, q in enumerate(positions)]
         return Found(chosen, positions, np.array(velocities))
 
@@ -121,36 +109,11 @@ class Search:
         """The best sequence of candidates at each waypoint."""
         self.candidates = candidates
         self.rows = [allowed(self.scenario, self.robot, i, c) for i, c in self._numbered()]
-        layers = [self._layer(i) for i in range(len(self.given))]
-        self.rules = self._priced(layers)
-        self.layers = [
-            layer
-            if found is None
-            else replace(layer, cost=layer.cost + self.rules.prices.infeasible * found.excess[rows])
-            for layer, found, rows in zip(layers, self.candidates, self.rows, strict=True)
-        ]
-        return self._chosen()
-
-    def _priced(self, layers: list[Layer]) -> Rules:
-        """The rules with prices above all that the layers' other costs come to."""
-        # An arm with joints to spare also pays for time spent near limits and singularities.
-        waits = 2.0 * float(self.durations.sum()) if self.robot.dof > 6 else 0.0
-        prices = Prices.above(most_travel(layers, self.rules) + waits, len(self.durations))
-        wanted = self.scenario.branch if isinstance(self.scenario.branch, str) else "free"
-        # A change of branch takes the tool off its path: next to a waypoint that the tool passes at
-        # speed it is avoided also where the branch is free.
-        change = {"keep": prices.change, "fixed": np.inf}
-        return replace(
-            self.rules,
-            prices=prices,
-            change=change.get(wanted, prices.change * self._in_motion()),
-        )
-
-    def _chosen(self) -> Sequence:
+        self.layers = [self._layer(i) for i in range(len(self.given))]
         if self.robot.dof <= 6 or self.near is not None:
             return choose_sequence(self.layers, self.durations, self.rules)
-        return choose_with_passages(
-            self.layers, self.durations, self.rules, self.samples, self._surcharge
+        return choose_with_intervals(
+            self.layers, self.durations, self.rules, self.samples, self._interval_cost
         )
 
     def feasible_if_free(self) -> bool:
@@ -164,10 +127,10 @@ class Search:
             self.near,
         )
         chosen = free.choose(self.candidates)
-        return chosen.blocked is None and chosen.cost < free.rules.prices.infeasible
+        return bool(chosen.cost.infeasible == 0.0)
 
-    def _surcharge(self, interval: Any, start: Any, end: Any) -> FloatArray:
-        """What the way between candidates costs more than their travel and own weights say [s].
+    def _interval_cost(self, interval: Any, start: Any, end: Any) -> FloatArray:
+        """What steps cost more than their travel and the weights of their ends say [s].
 
         With travel T, time h, and the mean n and the most m of the nearness to limits and
         singularities on the way, that makes T (1 + n) + h m in all.
@@ -180,10 +143,9 @@ class Search:
         a, b = first[interval] + start, first[interval + 1] + end
         move = q[b] - q[a]
         fixed = np.array([layer.fixed for layer in layers])[interval + 1]
-        turns = FULL_TURN * np.round(move / FULL_TURN)
-        move -= np.where(self.rules.unbounded & ~fixed[:, None], turns, 0.0)
-        h, count = self.durations[interval], self.samples
-        mean, most = between_nearness(self.robot, q[a], v[a], q[a] + move, v[b], h, count)
+        move -= np.where(self.rules.unbounded & ~fixed[:, None], whole_turns(move), 0.0)
+        h, here, there = self.durations[interval], (q[a], v[a]), (q[a] + move, v[b])
+        mean, most = interval_nearness(self.robot, here, there, h, self.samples, ends=False)
         most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
         travel = np.linalg.norm(move / self.rules.speed, axis=1)
         return np.asarray(travel * mean + h * most)
@@ -193,15 +155,19 @@ class Search:
         """Times between the waypoints [s], shape (n - 1,)."""
         return np.diff(self.scenario.times)
 
-    def _in_motion(self) -> FloatArray:
-        """1 for intervals that begin or end where the tool passes at speed, else 0, (n - 1,)."""
+    def _in_motion(self) -> Any:
+        """Which intervals begin or end where the tool passes at speed, shape (n - 1,).
+
+        A change of branch takes the tool off its path: there it is avoided also where the branch is
+        free.
+        """
         passes = np.array(
             [
                 isinstance(w, CartesianWaypoint) and bool(w.linear.any() or w.angular.any())
                 for w in self.scenario.waypoints
             ]
         )
-        return np.asarray(passes[1:] | passes[:-1], dtype=float)
+        return passes[1:] | passes[:-1]
 
     def _numbered(self) -> enumerate[Candidates | None]:
         return enumerate(self.candidates)
@@ -230,26 +196,25 @@ class Search:
         q, candidates, rows = self.given[index], self.candidates[index], self.rows[index]
         if q is not None or candidates is None:
             one, v = np.array([q]), np.array([self.speeds[index]])
-            signs = branch_signs(self.robot, one)
-            return Layer(one, np.zeros(1), weights(self.robot, one), signs, True, v)
-        q = candidates.q[rows]
-        cost, weight = np.zeros(len(rows)), candidates.weight[rows]
+            flags = configuration_flags(self.robot, one)
+            cost = Cost(travel=np.zeros(1))
+            return Layer(one, cost, weights(self.robot, one), flags, fixed=True, velocity=v)
+        q, distance, travel = candidates.q[rows], np.zeros(len(rows)), np.zeros(len(rows))
         if self.near is not None:
             # Which branch is nearest does not depend on turns: these are the nearest at the first
             # waypoint and then follow the motion, or joints would be wound back on the way.
-            gap = q - self.near
-            gap -= np.where(self.revolute, 2 * np.pi * np.round(gap / (2 * np.pi)), 0.0)
-            cost = cost + np.linalg.norm(gap / self.rules.speed, axis=1)
+            gap = difference(q, self.near, self.revolute)
+            distance = np.linalg.norm(gap / self.rules.speed, axis=1)
         if index == 0:
             gap = q - (home(self.space) if self.near is None else self.near)
-            turns = np.where(self.rules.unbounded, np.round(gap / (2 * np.pi)), 0.0)
-            q, gap = q - 2 * np.pi * turns, gap - 2 * np.pi * turns
-            cost = cost + self.rules.travel * np.linalg.norm(gap / self.rules.speed, axis=1)
-        velocity = candidates.velocity[rows]
-        return Layer(q, cost, weight, candidates.signs[rows], velocity=velocity)
+            turns = np.where(self.rules.unbounded, whole_turns(gap), 0.0)
+            q, travel = q - turns, np.linalg.norm((gap - turns) / self.rules.speed, axis=1)
+        cost = Cost(candidates.excess[rows], distance=distance, travel=travel).without_zeros()
+        weight, flags = candidates.weight[rows], candidates.flags[rows]
+        return Layer(q, cost, weight, flags, velocity=candidates.velocity[rows])
 
-    def _settled(self, chosen: Sequence) -> FloatArray:
-        """Move free arms along their free motion to where the way through is best."""
+    def _refined(self, chosen: Sequence) -> FloatArray:
+        """Move waypoints of an arm that moves freely to where the whole motion is better."""
         free = [c is not None and c.free for c in self.candidates]
         if not any(free):
             return chosen.q
@@ -259,7 +224,7 @@ class Search:
                 self.candidates, self.rows, chosen.index, self.speeds, strict=True
             )
         ]
-        way = Way(
+        given = Given(
             self.scenario.times,
             [
                 target if moves and isinstance(target, CartesianWaypoint) else None
@@ -269,7 +234,7 @@ class Search:
             home(self.space) if self.given[0] is None else None,
             self.samples,
         )
-        return settle_sequence(self.robot, way, chosen.q, np.array(v))
+        return refine_sequence(self.robot, given, chosen.q, np.array(v))
 
     def _velocity(self, index: int, q: FloatArray) -> FloatArray:
         """Joint velocities that give the tool its twist (eq 4)."""

@@ -9,15 +9,16 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from knotwork.kinematics.chain.joint_axes import JointAxes, pose_errors
-from knotwork.kinematics.chain.joint_ranges import BoolArray
+from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
+from knotwork.kinematics.chain.joint_ranges import BoolArray, Limits, clipped, held_joints
 from knotwork.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
-    HASTY_MIN_FACTOR,
+    HASTY,
     MAX_FACTOR,
     MAX_STEP,
-    MIN_FACTOR,
+    USUAL,
 )
+from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]
@@ -89,13 +90,12 @@ class BatchSolution:
 
 
 def solve_batch(
-    chain: JointAxes,
+    robot: Robot,
     targets: Targets,
     start: FloatArray,
     *,
     tolerance: float = 1e-9,
-    lower: FloatArray | None = None,
-    upper: FloatArray | None = None,
+    limits: Limits | None = None,
     max_iterations: int = 60,
     hasty: bool = False,
     group: IntArray | None = None,
@@ -106,27 +106,28 @@ def solve_batch(
     all searches in step; those that have ended or stalled leave the batch.
 
     Args:
-        chain: The arm.
-        targets: n poses.
-        start: Joint positions, shape (n, d).
+        robot: The arm.
+        targets: n poses, or one for all starts.
+        start: Joint positions, shape (n, d); brought inside the limits.
         tolerance: Of distance [m] and angle [rad].
-        lower: Limits that searches stay within, shape (d,); by default none.
-        upper: Likewise.
+        limits: To stay within; by default none.
         max_iterations: Steps at most.
         hasty: Give up soon: there are other searches for a solution, whichever it is.
         group: Number of the group that each search belongs to, shape (n,): once one of a group
             has converged, the others are given up.
     """
-    check_every = HASTY_CHECK_EVERY if hasty else CHECK_EVERY
-    fallen_to = HASTY_FALLEN_TO if hasty else FALLEN_TO
+    check_every, fallen_to = (
+        (HASTY_CHECK_EVERY, HASTY_FALLEN_TO) if hasty else (CHECK_EVERY, FALLEN_TO)
+    )
     n = len(start)
-    q = start.copy()
+    q = np.array(start) if limits is None else clipped(start, limits)
     best_position, best_angle = np.full(n, np.inf), np.full(n, np.inf)
     if n == 0:
         return BatchSolution(q, best_position, best_angle, best_position < 0, 0)
+    if len(targets) < n:
+        targets = targets.take(np.zeros(n, dtype=int))
     index = np.arange(n)
-    least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
-    state = _State(chain, targets, q, lower, upper, least_factor)
+    state = _State(robot, targets, q, limits, (HASTY if hasty else USUAL).least_factor)
     iteration = 0
     checkpoint = state.square.copy()
     while True:
@@ -161,17 +162,14 @@ class _State:
 
     def __init__(
         self,
-        chain: JointAxes,
+        robot: Robot,
         targets: Targets,
         q: FloatArray,
-        lower: FloatArray | None,
-        upper: FloatArray | None,
+        limits: Limits | None,
         least_factor: float,
     ) -> None:
-        self.chain, self.targets, self.q = chain, targets, np.array(q.T, order="C")
-        self.limits = None
-        if lower is not None and upper is not None:
-            self.limits = lower[:, None], upper[:, None]
+        self.chain, self.targets, self.q = joint_axes(robot), targets, np.array(q.T, order="C")
+        self.limits = None if limits is None else (limits[0][:, None], limits[1][:, None])
         self._least_factor = least_factor
         self.error, self.J, self.distance, self.angle = self._evaluate(self.q)
         self.square = np.einsum("in,in->n", self.error, self.error)
@@ -196,9 +194,7 @@ class _State:
         gradient = np.einsum("kin,kn->in", self.J, self.error)
         held = None
         if self.limits is not None:
-            lower, upper = self.limits
-            held = (self.q <= lower) & (gradient < 0)
-            held |= (self.q >= upper) & (gradient > 0)
+            held = held_joints(self.q, gradient, self.limits)
             gradient[held] = 0.0
         # A singular matrix is no error here: 1e-13 is rounding beside entries of about 1.
         damping = self.factor * self.square + 1e-13
@@ -209,7 +205,7 @@ class _State:
         step *= MAX_STEP / np.maximum(longest, MAX_STEP)
         trial = self.q + step
         if self.limits is not None:
-            trial = np.minimum(np.maximum(trial, lower), upper)
+            trial = clipped(trial, self.limits)
         error, J, distance, angle = self._evaluate(trial)
         square = np.einsum("in,in->n", error, error)
         better = square < self.square

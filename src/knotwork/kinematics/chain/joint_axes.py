@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from knotwork.errors import RobotError
@@ -107,6 +109,16 @@ class JointAxes:
         """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
         tip, _, points, axes = self.forward(q)
         return self.jacobian(tip, points, axes).transpose(2, 0, 1)
+
+
+_CHAINS: WeakKeyDictionary[Robot, JointAxes] = WeakKeyDictionary()
+
+
+def joint_axes(robot: Robot) -> JointAxes:
+    """The axes of a robot, kept for as long as the robot is."""
+    if robot not in _CHAINS:
+        _CHAINS[robot] = JointAxes(robot)
+    return _CHAINS[robot]
 
 
 def _frame_along(axis: FloatArray) -> FloatArray:

@@ -1,102 +1,108 @@
-"""Where pose IK searches from, and which turn of a joint is the nearest."""
+"""Ranges of joints: limits and their middles, whole turns, and starts that fill a range evenly.
+
+A pair of limits is a tuple of two arrays of shape (d,) [rad or m], infinite where there is none.
+"""
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator
 from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-BoolArray = NDArray[np.bool_]
+BoolArray: TypeAlias = NDArray[np.bool_]
+Limits: TypeAlias = tuple[FloatArray, FloatArray]
 
 FULL_TURN = 2 * np.pi
+# A joint may be this far outside a limit [rad or m] before a solution counts as outside: rounding.
+AT_LIMIT = 1e-9
+# Turns of one configuration that are kept; six joints of two turns each make 64.
+MOST_TURNS = 1024
 
 
-def low_discrepancy(dimension: int) -> Iterator[FloatArray]:
-    """Points that fill the unit cube evenly, the same ones every time: Roberts's R_d sequence.
+def limits_of(robot: Robot) -> Limits:
+    """The position limits of a robot."""
+    return robot.lower_position_limit, robot.upper_position_limit
 
-    The i-th point is (i α_k mod 1)_k, k = 1…d, with α_k = g^-k and g the root above 1 of
-    g^(d+1) = g + 1, which is the golden ratio for d = 1.
 
-    Yields:
-        Points, shape (dimension,).
+def no_limits(robot: Robot) -> Limits:
+    """Limits for a search that ignores those of the robot."""
+    return np.full(robot.dof, -np.inf), np.full(robot.dof, np.inf)
+
+
+def turning_limits(robot: Robot) -> Limits:
+    """Limits for a search that leaves out those of joints that can make a full turn.
+
+    Such a joint is brought inside its limits by whole turns, see `turned_inside`.
     """
-    alpha = _steps(dimension)
-    point = np.full(dimension, 0.5)
-    while True:
-        point = (point + alpha) % 1.0
-        yield point
+    lower, upper = limits_of(robot)
+    around = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
+    return np.where(around, -np.inf, lower), np.where(around, np.inf, upper)
 
 
-@lru_cache
-def _steps(dimension: int) -> FloatArray:
-    g = 2.0
-    for _ in range(64):
-        g = (1.0 + g) ** (1.0 / (dimension + 1))
-    return np.asarray(g ** -np.arange(1.0, dimension + 1.0))
+def middle(limits: Limits) -> FloatArray:
+    """Middle of each joint's range, zero where it has none, shape (d,)."""
+    lower, upper = limits
+    bounded = np.isfinite(lower) & np.isfinite(upper)
+    return np.where(bounded, 0.5 * (np.where(bounded, lower, 0.0) + upper), 0.0)
 
 
-def search_box(robot: Robot, near: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
-    """Box around a configuration, no wider than the limits, that starts are taken from.
+def unbounded(robot: Robot) -> BoolArray:
+    """Which joints turn without limit, shape (d,)."""
+    lower, upper = limits_of(robot)
+    return joint_axes(robot).revolute & ~(np.isfinite(lower) & np.isfinite(upper))
 
-    Args:
-        robot: The robot.
-        near: Centre [rad or m], shape (d,).
-        radius: How far a joint may be from the centre [rad or m].
 
-    Returns:
-        Lower and upper corner, shape (d,) each. A revolute joint gets one full turn at most,
-        because the other turns repeat it; a slide with limits its range.
+def clipped(q: FloatArray, limits: Limits) -> FloatArray:
+    """The nearest joint positions inside limits."""
+    return np.minimum(np.maximum(q, limits[0]), limits[1])
+
+
+def held_joints(q: FloatArray, slope: FloatArray, limits: Limits, margin: float = 0.0) -> BoolArray:
+    """Which joints at a limit a slope steeper than a margin would take beyond it.
+
+    All arrays are of the same shape, or of one that can be broadcast to it.
     """
-    everywhere, radius = radius > np.pi, min(radius, np.pi)
-    lower = np.maximum(robot.lower_position_limit, near - radius)
-    upper = np.minimum(robot.upper_position_limit, near + radius)
-    # A centre outside the limits may leave nothing of the box.
-    empty = ~(lower < upper)
-    lower[empty] = np.maximum(robot.lower_position_limit, near - np.pi)[empty]
-    upper[empty] = np.minimum(robot.upper_position_limit, near + np.pi)[empty]
-    empty = ~(lower < upper)
-    lower[empty] = robot.lower_position_limit[empty]
-    upper[empty] = np.minimum(robot.upper_position_limit, lower + FULL_TURN)[empty]
-    if everywhere and "m" in robot.joint_units:
-        low, high = robot.lower_position_limit, robot.upper_position_limit
-        slides = np.array([unit == "m" for unit in robot.joint_units])
-        whole = slides & np.isfinite(low) & np.isfinite(high)
-        lower[whole], upper[whole] = low[whole], high[whole]
-    return lower, upper
+    lower, upper = limits
+    held: BoolArray = ((q <= lower) & (slope < -margin)) | ((q >= upper) & (slope > margin))
+    return held
+
+
+def whole_turns(gap: FloatArray) -> FloatArray:
+    """The whole turns in angles, to the nearest [rad]."""
+    return np.asarray(FULL_TURN * np.round(gap / FULL_TURN))
 
 
 def difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
     """A − b, for joints that turn the shortest way round [rad or m]."""
     gap = a - b
-    return np.where(revolute, gap - FULL_TURN * np.round(gap / FULL_TURN), gap)
+    return np.where(revolute, gap - whole_turns(gap), gap)
 
 
-def nearest_turns(
-    q: FloatArray, near: FloatArray, lower: FloatArray, upper: FloatArray, revolute: BoolArray
-) -> FloatArray:
-    """Turn revolute joints by whole turns to where they are nearest a configuration.
+def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
+    """Turn joints by whole turns to where they are nearest a configuration, inside the limits.
 
     Args:
-        q: Joint positions [rad or m], shape (d,).
+        robot: The robot.
+        q: Joint positions [rad or m], shape (d,). A joint that no turn brings inside its limits is
+            left at the turn that is least outside.
         near: Configuration to be near to, shape (d,).
-        lower: Lower limits, shape (d,).
-        upper: Upper limits, shape (d,). A joint that no turn brings inside the limits is left at
-            the turn that is least outside.
-        revolute: Which joints are revolute, shape (d,).
     """
     # Joint by joint: for so few numbers that is several times faster than arrays.
     result = q.copy()
-    joints = zip(q.tolist(), near.tolist(), lower.tolist(), upper.tolist(), revolute, strict=True)
-    for i, (angle, goal, low, high, turning) in enumerate(joints):
+    lower, upper = limits_of(robot)
+    joints = zip(q.tolist(), near.tolist(), lower.tolist(), upper.tolist(), strict=True)
+    for i, (angle, goal, low, high) in enumerate(joints):
         turns: float = round((goal - angle) / FULL_TURN)
         inside = low <= angle <= high
-        if not turning or (turns == 0 and inside):
+        if robot.joint_units[i] != "rad" or (turns == 0 and inside):
             continue
         least, most = (low - angle) / FULL_TURN, (high - angle) / FULL_TURN
         least = math.ceil(least) if math.isfinite(least) else least
@@ -111,3 +117,88 @@ def nearest_turns(
         if low <= moved <= high or not inside:
             result[i] = moved
     return result
+
+
+def turned_inside(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
+    """Bring joints inside their limits by the turns nearest a configuration, then by clipping."""
+    return clipped(nearest_turns(robot, q, near), limits_of(robot))
+
+
+def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
+    """Copies of a configuration inside the limits, joints whole turns apart, shape (k, d).
+
+    All of them, or of more than `MOST_TURNS` those nearest the middle of the limits. Joints without
+    limits keep their turn.
+    """
+    choices: list[list[float]] = []
+    lower, upper = limits_of(robot)
+    centre = middle((lower, upper)).tolist()
+    joints = zip(q.tolist(), lower.tolist(), upper.tolist(), centre, strict=True)
+    for unit, (value, low, high, mid) in zip(robot.joint_units, joints, strict=True):
+        copies = [value]
+        if unit == "rad" and math.isfinite(low) and math.isfinite(high):
+            nearest = round((mid - value) / FULL_TURN)
+            least = max(math.ceil((low - AT_LIMIT - value) / FULL_TURN), nearest - MOST_TURNS)
+            most = min(math.floor((high + AT_LIMIT - value) / FULL_TURN), nearest + MOST_TURNS)
+            copies = [value + FULL_TURN * turns for turns in range(least, most + 1)]
+        fits = (x for x in copies if low - AT_LIMIT <= x <= high + AT_LIMIT)
+        choices.append([min(max(x, low), high) for x in fits])
+    while math.prod(map(len, choices)) > MOST_TURNS:
+        i = max(range(len(choices)), key=lambda k: len(choices[k]))
+        choices[i].remove(max(choices[i], key=lambda x: abs(x - centre[i])))
+    return np.array(list(itertools.product(*choices))).reshape(-1, len(q))
+
+
+def starts(
+    robot: Robot,
+    limits: Limits,
+    count: int,
+    *,
+    around: FloatArray | None = None,
+    radius: float = np.inf,
+    skip: int = 0,
+) -> FloatArray:
+    """Configurations that fill a box of joint space evenly, the same ones every time.
+
+    The box is one turn of each joint that turns, because other turns repeat it, and as far as the
+    arm is long for a slide. It lies within the limits, and as far as these let it around a centre.
+
+    Args:
+        robot: The robot.
+        limits: To stay within.
+        count: How many.
+        around: Centre of the box [rad or m], shape (d,); by default zero.
+        radius: How far a joint may be from the centre [rad or m].
+        skip: How many configurations of the same sequence to leave out.
+
+    Returns:
+        Shape (count, d).
+    """
+    lower, upper = limits
+    chain = joint_axes(robot)
+    half = np.minimum(np.where(chain.revolute, np.pi, max(chain.reach, np.pi)), radius)
+    low = np.maximum((np.zeros(robot.dof) if around is None else around) - half, lower)
+    low = np.minimum(low, np.maximum(upper - 2.0 * half, lower))
+    high = np.minimum(low + 2.0 * half, upper)
+    return np.asarray(low + low_discrepancy(robot.dof, count, skip) * (high - low))
+
+
+def low_discrepancy(dimension: int, count: int, skip: int = 0) -> FloatArray:
+    """Points that fill the unit cube evenly: Roberts's R_d sequence.
+
+    The i-th point is (1/2 + i α_k mod 1)_k, k = 1…d, with α_k = g^-k and g the root above 1 of
+    g^(d+1) = g + 1, which is the golden ratio for d = 1.
+
+    Returns:
+        Points `skip` + 1 to `skip` + `count` of the sequence, shape (count, dimension).
+    """
+    index = np.arange(skip + 1, skip + count + 1)[:, None]
+    return np.asarray((0.5 + index * _ratios(dimension)) % 1.0)
+
+
+@lru_cache
+def _ratios(dimension: int) -> FloatArray:
+    g = 2.0
+    for _ in range(64):
+        g = (1.0 + g) ** (1.0 / (dimension + 1))
+    return np.asarray(g ** -np.arange(1.0, dimension + 1.0))

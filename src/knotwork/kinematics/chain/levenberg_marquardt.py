@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -10,33 +11,50 @@ import numpy as np
 import pinocchio as pin
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
+from knotwork.kinematics.chain.joint_ranges import Limits, held_joints
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-# A search that has not halved its error in so many iterations is at a local minimum. Even where
-# the arm is stretched to a singularity, Newton's step still quarters the error; only where it is
-# singular in more than one way at once it takes longer, and more patience.
-STALL_ITERATIONS = 12
-PATIENT = 60
-PATIENT_ITERATIONS = 400
-# One of many searches for any solution gives up sooner and keeps more damping: over random poses
-# that takes the fewest steps in all.
-HASTY_STALL_ITERATIONS = 5
-HASTY_MIN_FACTOR = 1e-2
-# A search that starts this near its pose has the solution it is for in reach [m, rad].
-CLOSE = 0.3
-MAX_ITERATIONS = 80
 # No joint moves further in a step: linearisation says nothing beyond, and longer steps leave the
 # neighbourhood of the start.
 MAX_STEP = 1.0
 # Damping λ² = factor · error²: vanishes at the solution fast enough to keep quadratic convergence
 # (Fan and Yuan, Computing 74, 2005), and is large where the error is.
 FIRST_FACTOR = 1e-2
-MIN_FACTOR = 1e-6
 MAX_FACTOR = 1e8
-# Once inside the tolerances, go on until the error is this part of them, or so many times.
+# A search with this much error left or less is not hurried: the solution is in reach [m, rad].
+CLOSE = 0.3
+# Searches aim at a little less than the tolerances asked for, so that rounding can't carry an
+# answer across.
+MARGIN = 0.9
+# Once inside the tolerances, go on until the error is this part of them, or `Effort.polish` times.
 POLISHED = 1e-4
-POLISH_ITERATIONS = 2
+
+
+class Effort(NamedTuple):
+    """How long a local search goes on.
+
+    Attributes:
+        iterations: Steps to try at most.
+        patience: Steps in which the error must halve.
+        least_factor: Least factor of the damping.
+        polish: Steps within the tolerances at most.
+    """
+
+    iterations: int = 80
+    patience: int = 12
+    least_factor: float = 1e-6
+    polish: int = 2
+
+
+# A search that has not halved its error in twelve steps is at a local minimum. Even where the arm
+# is stretched to a singularity, Newton's step still quarters the error.
+USUAL = Effort()
+# Where the arm is singular in more than one way at once, it takes longer.
+PATIENT = Effort(iterations=400, patience=60)
+# One of many searches for any solution gives up sooner and keeps more damping: over random poses
+# that takes the fewest steps in all.
+HASTY = Effort(patience=5, least_factor=1e-2)
 
 
 class LocalSolution(NamedTuple):
@@ -114,31 +132,29 @@ class PoseSearch:
         if work is None:
             work = _workspaces[robot] = _Workspace(robot)
         self.robot, self.pose, self._work = robot, pose, work
-        self._tolerances = position_tolerance, orientation_tolerance
+        self.tolerances = position_tolerance, orientation_tolerance
         self._target = pose if work.base is None else work.base * pose
         # An error of no weight has no tolerance to be within.
-        self._position_tolerance = position_tolerance if position_weight else math.inf
-        self._orientation_tolerance = orientation_tolerance if orientation_weight else math.inf
+        self._most_position = position_tolerance if position_weight else math.inf
+        self._most_orientation = orientation_tolerance if orientation_weight else math.inf
         self._weights: FloatArray | None = None
         if (position_weight, orientation_weight) != (1.0, 1.0):
             self._weights = np.repeat([position_weight, orientation_weight], 3)
+        self._error = _error_function(work, self._target, self._weights)
 
     def reweighted(self, *, position_weight: float, orientation_weight: float) -> PoseSearch:
         """Search for the same pose with other weights."""
         return PoseSearch(
             self.robot,
             self.pose,
-            *self._tolerances,
+            *self.tolerances,
             position_weight=position_weight,
             orientation_weight=orientation_weight,
         )
 
     def within(self, position_error: float, orientation_error: float) -> bool:
         """Whether errors of position [m] and orientation [rad] are within the tolerances."""
-        return (
-            position_error <= self._position_tolerance
-            and orientation_error <= self._orientation_tolerance
-        )
+        return position_error <= self._most_position and orientation_error <= self._most_orientation
 
     def errors(self, q: FloatArray) -> tuple[float, float]:
         """Distance of the TCP from the pose [m], and angle from it [rad]."""
@@ -176,66 +192,32 @@ class PoseSearch:
             J = J[:, np.newaxis]
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
-    def _error(self, q: FloatArray) -> tuple[FloatArray, float, float, float]:
-        """Weighted error e, shape (6,), |e|², and the squares of the errors [m²], [rad²]."""
-        work = self._work
-        pin.computeJointJacobians(work.model, work.data, q)
-        off = pin.updateFramePlacement(work.model, work.data, work.frame).actInv(self._target)
-        # The angular part of log₆ is log₃, and it makes the array at once.
-        e = pin.log6(off).vector
-        e[:3] = off.translation
-        x, y, z, u, v, w = e.tolist()
-        position, orientation = x * x + y * y + z * z, u * u + v * v + w * w
-        if self._weights is None:
-            return e, position + orientation, position, orientation
-        e *= self._weights
-        return e, float(e.dot(e)), position, orientation
-
-    def solve(
-        self,
-        start: FloatArray,
-        lower: FloatArray,
-        upper: FloatArray,
-        max_iterations: int = MAX_ITERATIONS,
-        polish_iterations: int = POLISH_ITERATIONS,
-        hasty: bool = False,
-        patience: int = STALL_ITERATIONS,
-    ) -> LocalSolution:
+    def solve(self, start: FloatArray, limits: Limits, effort: Effort = USUAL) -> LocalSolution:
         """Search from a start.
 
         Args:
-            start: Joint positions [rad or m], shape (d,); taken inside the limits.
-            lower: Limits that the search stays within, shape (d,).
-            upper: Likewise.
-            max_iterations: Steps to try at most.
-            polish_iterations: Of those, how many within the tolerances.
-            hasty: Unless the start is close, give up soon: there are other searches for a
-                solution, whichever it is.
-            patience: Steps in which the error must halve, unless hasty.
+            start: Joint positions [rad or m], shape (d,); brought inside the limits.
+            limits: To stay within.
+            effort: How long to go on. With `HASTY` a search from close by goes on as usual.
         """
         # This is the inner loop of all that solves for single poses: no array is made, checked or
         # looked through twice, because for six numbers NumPy's overhead is all there is.
-        joints, place, log6 = pin.computeJointJacobians, pin.updateFramePlacement, pin.log6
-        work, weights, target = self._work, self._weights, self._target
-        model, data, frame, H = work.model, work.data, work.frame, work.H
-        diagonal, compute, solve = work.diagonal, work.ldlt.compute, work.ldlt.solve
-        lows, highs = lower.tolist(), upper.tolist()
-        most_position, most_orientation = (
-            self._position_tolerance**2,
-            self._orientation_tolerance**2,
-        )
-        enough = (POLISHED * min(self._tolerances)) ** 2
-        q, at, at_limit = _inside(start, lows, highs)
-        e, square, position, orientation = self._error(q)
+        evaluate, H, diagonal = self._error, self._work.H, self._work.diagonal
+        compute, solve = self._work.ldlt.compute, self._work.ldlt.solve
+        lows, highs = limits[0].tolist(), limits[1].tolist()
+        most_position, most_orientation = self._most_position**2, self._most_orientation**2
+        enough = (POLISHED * min(self.tolerances)) ** 2
+        q, at_limit = _inside(start, lows, highs)
+        e, square, position, orientation = evaluate(q)
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
-        hasty = hasty and square > CLOSE**2
-        patience = HASTY_STALL_ITERATIONS if hasty else patience
-        least_factor = HASTY_MIN_FACTOR if hasty else MIN_FACTOR
+        if effort.patience == HASTY.patience and square <= CLOSE**2:
+            effort = USUAL._replace(polish=effort.polish)
+        iterations, patience, least_factor, polish = effort
         factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
-        while iteration < max_iterations:
+        while iteration < iterations:
             if position <= most_position and orientation <= most_orientation:
-                if polished == polish_iterations or square <= enough:
+                if polished == polish or square <= enough:
                     break
                 polished += 1
             if iteration % patience == patience - 1:
@@ -247,47 +229,28 @@ class PoseSearch:
                 J = self._jacobian_here()
                 JT = J.T
                 gradient = JT.dot(e)
-                held = _held(at, lows, highs, gradient.tolist()) if at_limit else ()
-                if held:
+                held = np.flatnonzero(held_joints(q, gradient, limits)) if at_limit else ()
+                if len(held):
                     gradient[held] = 0.0
             JT.dot(J, out=H)
             for i in held:
-                H[i] = 0.0
-                H[:, i] = 0.0
+                H[i] = H[:, i] = 0.0
             diagonal += factor * square + 1e-30
             compute(H)
-            step = solve(gradient)
-            if len(lows) == 1:
-                step = step.reshape(1)  # from (1, 1)
+            step = solve(gradient).reshape(-1)  # of a single joint it is (1, 1)
             moves = step.tolist()
             if max(moves) > MAX_STEP or min(moves) < -MAX_STEP:
                 step *= MAX_STEP / max(map(abs, moves))
-            candidate = q + step
-            moved, clipped = candidate.tolist(), False
-            for angle, low, high in zip(moved, lows, highs):  # noqa: B905 (slower)
-                if not low < angle < high:
-                    candidate, moved, clipped = _inside(candidate, lows, highs)
-                    break
-            # as in `_error`, without the call
-            joints(model, data, candidate)
-            off = place(model, data, frame).actInv(target)
-            error = log6(off).vector
-            error[:3] = off.translation
-            x, y, z, u, v, w = error.tolist()
-            far, turned = x * x + y * y + z * z, u * u + v * v + w * w
-            if weights is None:
-                trial = far + turned
-            else:
-                error *= weights
-                trial = float(error.dot(error))
+            candidate, touches = _inside(q + step, lows, highs)
+            error, trial, far, turned = evaluate(candidate)
             accepted = trial < square
             if accepted:
-                q, at, at_limit, e, square = candidate, moved, clipped, error, trial
+                q, at_limit, e, square = candidate, touches, error, trial
                 position, orientation = far, turned
                 factor = max(0.2 * factor, least_factor)
+            elif polished or factor > MAX_FACTOR or not any(moves):
+                break
             else:
-                if polished or factor > MAX_FACTOR or not any(moves):
-                    break
                 factor *= 8.0
         if q is start:
             q = start.copy()
@@ -295,22 +258,37 @@ class PoseSearch:
         return LocalSolution(q, *errors, iteration, self.within(*errors))
 
 
-def _inside(
-    q: FloatArray, lower: list[float], upper: list[float]
-) -> tuple[FloatArray, list[float], bool]:
-    """The nearest joint positions inside limits, as array and list, and whether one is at them."""
+def _error_function(
+    work: _Workspace, target: Any, weights: FloatArray | None
+) -> Callable[[FloatArray], tuple[FloatArray, float, float, float]]:
+    """The error of configurations, as a function that looks up no names.
+
+    It gives the weighted error e, shape (6,), |e|², and the squares of distance [m²] and angle
+    [rad²].
+    """
+    model, data, frame = work.model, work.data, work.frame
+    joints, place, log6 = pin.computeJointJacobians, pin.updateFramePlacement, pin.log6
+
+    def error(q: FloatArray) -> tuple[FloatArray, float, float, float]:
+        joints(model, data, q)
+        off = place(model, data, frame).actInv(target)
+        # The angular part of log₆ is log₃, and it makes the array at once.
+        e = log6(off).vector
+        e[:3] = off.translation
+        x, y, z, u, v, w = e.tolist()
+        position, orientation = x * x + y * y + z * z, u * u + v * v + w * w
+        if weights is None:
+            return e, position + orientation, position, orientation
+        e *= weights
+        return e, float(e.dot(e)), position, orientation
+
+    return error
+
+
+def _inside(q: FloatArray, lower: list[float], upper: list[float]) -> tuple[FloatArray, bool]:
+    """The nearest joint positions inside limits, and whether one is at them."""
     at = q.tolist()
-    for angle, low, high in zip(at, lower, upper, strict=True):
+    for angle, low, high in zip(at, lower, upper):  # noqa: B905 (slower)
         if not low < angle < high:
-            at = [min(max(a, b), c) for a, b, c in zip(at, lower, upper, strict=True)]
-            return np.array(at), at, True
-    return q, at, False
-
-
-def _held(at: list[float], lower: list[float], upper: list[float], slope: list[float]) -> list[int]:
-    """Joints at a limit that a step along the slope would take beyond it."""
-    return [
-        i
-        for i, (q, low, high, rising) in enumerate(zip(at, lower, upper, slope, strict=True))
-        if (q <= low and rising < 0.0) or (q >= high and rising > 0.0)
-    ]
+            return np.array([min(max(a, b), c) for a, b, c in zip(at, lower, upper)]), True  # noqa: B905
+    return q, False

@@ -1,27 +1,28 @@
-"""Moving an arm with joints to spare along its free motion, nearest to a configuration."""
+"""Self-motion of a redundant arm: null-space steps, and the configuration nearest another."""
 
 from __future__ import annotations
 
 import numpy as np
 from eigenpy import LDLT  # type: ignore[import-untyped]
 
-from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.chain.joint_ranges import Limits, clipped, held_joints, limits_of
+from knotwork.kinematics.chain.levenberg_marquardt import Effort, PoseSearch
 from knotwork.waypoints import FloatArray
 
 MAX_STEPS = 30
-# A free motion of less is not worth another step [rad or m].
+# A shorter step is not worth taking [rad or m].
 SMALLEST_STEP = 1e-6
-# Steps back onto the pose that a step along the free motion may take.
-CORRECTION_ITERATIONS = 12
+# Steps back onto the pose that a null-space step may take.
+CORRECTION = Effort(iterations=12)
 
 
-def settle_near(
+def nearest_by_self_motion(
     search: PoseSearch, q: FloatArray, near: FloatArray, smallest_step: float = SMALLEST_STEP
 ) -> tuple[FloatArray, int]:
     """Minimise |q − near| over the configurations with the same pose, from one of them.
 
-    Each step goes along (I − J⁺J)(near − q), which leaves the pose alone to first order, and then
-    back onto the pose. Joints at a limit that the step would leave are held.
+    Null-space refinement: each step goes along (I − J⁺J)(near − q), which leaves the pose alone to
+    first order, and then back onto the pose.
 
     Args:
         search: The pose, and the robot.
@@ -32,16 +33,15 @@ def settle_near(
     Returns:
         A solution no farther than `q`, and the number of iterations spent.
     """
-    lower, upper = search.robot.lower_position_limit, search.robot.upper_position_limit
+    limits = limits_of(search.robot)
     distance, length, spent = float(np.linalg.norm(q - near)), 1.0, 0
     step: FloatArray | None = None
     for _ in range(MAX_STEPS):
         if step is None:
-            step = free_motion(search, q, near, lower, upper)
+            step = null_space_step(search, q, near, limits)
         if length * np.linalg.norm(step) < smallest_step:
             break
-        candidate = np.minimum(np.maximum(q + length * step, lower), upper)
-        found = search.solve(candidate, lower, upper, CORRECTION_ITERATIONS)
+        found = search.solve(clipped(q + length * step, limits), limits, CORRECTION)
         spent += found.iterations + 1
         reached = float(np.linalg.norm(found.q - near))
         if found.converged and reached < distance:
@@ -52,8 +52,8 @@ def settle_near(
     return q, spent
 
 
-def free_motion(
-    search: PoseSearch, q: FloatArray, near: FloatArray, lower: FloatArray, upper: FloatArray
+def null_space_step(
+    search: PoseSearch, q: FloatArray, near: FloatArray, limits: Limits
 ) -> FloatArray:
     """Give the step (I − J⁺J)(near − q), joints held that it would take beyond limits, shape (d,).
 
@@ -61,8 +61,7 @@ def free_motion(
         search: The pose, and the robot.
         q: Joint positions, shape (d,).
         near: Where to go, shape (d,).
-        lower: Limits, shape (d,).
-        upper: Likewise.
+        limits: Of the joints.
     """
     J = search.jacobian(q)
     held = np.zeros(len(q), dtype=bool)
@@ -72,7 +71,7 @@ def free_motion(
         # (I − J⁺J) x = x − Jᵀ (J Jᵀ)⁻¹ J x; the damping is for a singular J only.
         gram = free @ free.T + 1e-12 * np.eye(6)
         step: FloatArray = wanted - free.T @ LDLT(gram).solve(free @ wanted)
-        leaves = ((q <= lower) & (step < 0)) | ((q >= upper) & (step > 0))
+        leaves = held_joints(q, step, limits)
         if not (leaves & ~held).any():
             return step
         held |= leaves

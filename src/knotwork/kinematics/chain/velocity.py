@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import SingularityError, WaypointDataError
 from knotwork.kinematics.arguments import check_tolerance
-from knotwork.kinematics.solutions.enumeration import joint_axes
+from knotwork.kinematics.chain.joint_axes import joint_axes
+from knotwork.kinematics.chain.joint_ranges import limits_of, middle
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -79,7 +80,7 @@ def solve_velocity_ik(
         q: Joint positions [rad or m], shape (d,).
         twist: Linear [m/s], then angular velocity [rad/s] of the TCP, in base axes
             (`local_world_aligned`): `pin.Motion` or shape (6,).
-        preferred: Joint velocities v₀ to come near to with the motion that the tool does not feel
+        preferred: Joint velocities v₀ to come near to by self-motion
             [rad/s or m/s], shape (d,), for example `pull_to_middle`; by default none.
         waypoint: Name of the waypoint, for errors.
         where: Where it is defined, for errors.
@@ -164,14 +165,12 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     Raises:
         WaypointDataError: A number is not finite, or the array is of another shape.
     """
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
     position = read_only(q, (robot.dof,), "q")
     if not np.isfinite(rate):
         raise WaypointDataError(f"rate must be finite, not {rate!r} 1/s", value=rate)
-    bounded = np.isfinite(lower) & np.isfinite(upper)
-    v = np.zeros(robot.dof)
-    v[bounded] = rate * (0.5 * (lower[bounded] + upper[bounded]) - position[bounded])
-    return v
+    limits = limits_of(robot)
+    bounded = np.isfinite(limits).all(axis=0)
+    return np.where(bounded, rate * (middle(limits) - position), 0.0)
 
 
 def _speeds(robot: Robot) -> FloatArray:

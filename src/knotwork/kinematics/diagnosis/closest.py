@@ -7,15 +7,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import (
-    FULL_TURN,
-    BoolArray,
+    Limits,
+    clipped,
     difference,
-    low_discrepancy,
-    nearest_turns,
+    held_joints,
+    starts,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import MAX_STEP, LocalSolution, PoseSearch
-from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -35,29 +35,6 @@ MOST_DAMPING = 1e8
 # a little less than a tolerance.
 FINEST_TOLERANCE = 1e-12
 ROUNDING = 0.9 * FINEST_TOLERANCE
-Limits = tuple[FloatArray, FloatArray]
-
-
-def turning_limits(robot: Robot) -> Limits:
-    """Limits for a search, shape (d,) each: none for a joint that may turn all the way around.
-
-    Such a joint is taken inside its limits by whole turns, see `turned_inside`.
-    """
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    around = joint_axes(robot).revolute & (upper - lower >= FULL_TURN)
-    return np.where(around, -np.inf, lower), np.where(around, np.inf, upper)
-
-
-def turned_inside(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
-    """Take joints inside their limits by the turns nearest a configuration, then by force."""
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    turned = nearest_turns(q, near, lower, upper, joint_axes(robot).revolute)
-    return np.minimum(np.maximum(turned, lower), upper)
-
-
-def no_limits(robot: Robot) -> Limits:
-    """Limits for a search that ignores them."""
-    return np.full(robot.dof, -np.inf), np.full(robot.dof, np.inf)
 
 
 def reached(solution: LocalSolution) -> bool:
@@ -87,15 +64,16 @@ def closest_poses(
         The closest minima found, the closest first.
     """
     robot = search.robot
-    starts = np.vstack([starts_inside(robot, near, limits, SEARCHES), *(q[None] for q in more)])
-    starts = np.minimum(np.maximum(starts, limits[0]), limits[1])
-    target = Targets.of([search.pose]).take(np.zeros(len(starts), dtype=int))
-    found = solve_batch(
-        joint_axes(robot), target, starts, tolerance=1e-9, lower=limits[0], upper=limits[1]
-    )
+    begin = np.vstack([starts_from(robot, near, limits, SEARCHES), *(q[None] for q in more)])
+    found = solve_batch(robot, Targets.of([search.pose]), begin, tolerance=1e-9, limits=limits)
     size = found.position_error**2 + found.orientation_error**2
     ends = apart(robot, found.q[np.argsort(size, kind="stable")], REFINED)
     return sorted((come_close(search, q, limits) for q in ends), key=square)
+
+
+def starts_from(robot: Robot, near: FloatArray, limits: Limits, count: int) -> FloatArray:
+    """A configuration, and others that fill the box around it within limits, shape (n, d)."""
+    return np.vstack([near, starts(robot, limits, count, around=near)])
 
 
 def apart(robot: Robot, configurations: Iterable[FloatArray], most: int) -> list[FloatArray]:
@@ -122,8 +100,7 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
         q: Where to begin, shape (d,).
         limits: To stay within.
     """
-    lower, upper = limits
-    found = search.solve(q, lower, upper)
+    found = search.solve(q, limits)
     if reached(found):
         return found
     q, damping = found.q, LEAST_DAMPING
@@ -131,7 +108,7 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
     least = float(e @ e)
     for _ in range(NEWTON_STEPS):
         slope = search.gradient(q)
-        slope[held_at(q, slope, limits)] = 0.0
+        slope[held_joints(q, slope, limits)] = 0.0
         free = np.flatnonzero(slope)
         if not free.size:
             break
@@ -142,7 +119,7 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
             step = np.zeros_like(q)
             step[free] = vectors @ (along / (np.abs(values) + damping))
             step *= MAX_STEP / max(MAX_STEP, float(np.abs(step).max()))
-            trial = np.minimum(np.maximum(q + step, lower), upper)
+            trial = clipped(q + step, limits)
             e = search.error(trial)
             if float(e @ e) < least:
                 q, least = trial, float(e @ e)
@@ -155,13 +132,6 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
     return LocalSolution(q, *errors, found.iterations, search.within(*errors))
 
 
-def held_at(q: FloatArray, slope: FloatArray, limits: Limits, margin: float = 0.0) -> BoolArray:
-    """Which joints at a limit a slope steeper than a margin would take beyond it, shape (d,)."""
-    lower, upper = limits
-    held: BoolArray = ((q <= lower) & (slope < -margin)) | ((q >= upper) & (slope > margin))
-    return held
-
-
 def _hessian(search: PoseSearch, q: FloatArray) -> FloatArray:
     """Second derivatives of |e|²/2 by differences of its gradient, shape (d, d)."""
     columns = []
@@ -171,17 +141,3 @@ def _hessian(search: PoseSearch, q: FloatArray) -> FloatArray:
         columns.append(search.gradient(q - step) - search.gradient(q + step))
     H = np.array(columns) / (2.0 * DIFFERENCE)
     return np.asarray(0.5 * (H + H.T))
-
-
-def starts_inside(robot: Robot, near: FloatArray, limits: Limits, count: int) -> FloatArray:
-    """A configuration, and others that fill a box of a full turn within limits, shape (n, d)."""
-    lower, upper = (np.where(np.isfinite(limit), limit, np.nan) for limit in limits)
-    # What has no limit is searched around the configuration, a slide as far as the arm is long.
-    chain = joint_axes(robot)
-    reach = np.where(chain.revolute, np.pi, max(chain.reach, np.pi))
-    low = np.fmax(near - reach, lower)
-    low = np.fmin(low, np.fmax(upper - 2.0 * reach, lower))
-    high = np.fmin(low + 2.0 * reach, upper)
-    points = low_discrepancy(robot.dof)
-    starts = low + np.array([next(points) for _ in range(count)]) * (high - low)
-    return np.vstack([near, starts])

@@ -9,7 +9,14 @@ from typing import NoReturn
 import numpy as np
 
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
-from knotwork.kinematics.chain.joint_ranges import nearest_turns
+from knotwork.kinematics.chain.joint_ranges import (
+    held_joints,
+    limits_of,
+    nearest_turns,
+    no_limits,
+    turned_inside,
+    turning_limits,
+)
 from knotwork.kinematics.chain.levenberg_marquardt import LocalSolution, PoseSearch
 from knotwork.kinematics.diagnosis.closest import (
     FINEST_TOLERANCE,
@@ -17,15 +24,10 @@ from knotwork.kinematics.diagnosis.closest import (
     apart,
     closest_poses,
     come_close,
-    held_at,
-    no_limits,
     reached,
     square,
-    starts_inside,
-    turned_inside,
-    turning_limits,
+    starts_from,
 )
-from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.waypoints import FloatArray
 
 # How much more a metre counts than a radian when the point is to be kept and the tool turned.
@@ -131,9 +133,8 @@ def _outside_limits(
     where: str,
 ) -> OutsideLimitsError:
     robot = search.robot
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    revolute = joint_axes(robot).revolute
-    turned = [nearest_turns(s.q, near, lower, upper, revolute) for s in solutions]
+    lower, upper = limits_of(robot)
+    turned = [nearest_turns(robot, s.q, near) for s in solutions]
 
     def excess(q: FloatArray) -> FloatArray:
         beyond: FloatArray = np.maximum(lower - q, q - upper)
@@ -231,13 +232,13 @@ def _on_point(search: PoseSearch, found: list[LocalSolution], near: FloatArray) 
     turned = search.reweighted(position_weight=POINT_FIRST, orientation_weight=1.0)
     choices = [(True, turning_limits(robot)), (False, no_limits(robot))]
     for inside, limits in choices if np.isfinite(choices[0][1]).any() else choices[:1]:
-        starts = [*(s.q for s in found), *starts_inside(robot, near, limits, POINT_SEARCHES)]
-        at_point = [s for s in (point.solve(q, *limits) for q in starts) if s.converged]
+        starts = [*(s.q for s in found), *starts_from(robot, near, limits, POINT_SEARCHES)]
+        at_point = [s for s in (point.solve(q, limits) for q in starts) if s.converged]
         if at_point:
             at_point.sort(key=lambda s: s.orientation_error)
             first = apart(robot, [s.q for s in at_point], POINT_REFINED)
             refined = [come_close(turned, q, limits).q for q in first]
-            at_point += [s for s in (point.solve(q, *limits) for q in refined) if s.converged]
+            at_point += [s for s in (point.solve(q, limits) for q in refined) if s.converged]
             best = min(at_point, key=lambda s: s.orientation_error)
             return _Point(best.position_error, best.orientation_error, inside)
     nearest = (come_close(point, s.q, limits) for s in found)
@@ -248,8 +249,7 @@ def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
     """Joints at a limit that would have to go on."""
     robot = search.robot
     margin = HELD * hypot(closest.position_error, closest.orientation_error)
-    limits = robot.lower_position_limit, robot.upper_position_limit
-    held = held_at(closest.q, search.gradient(closest.q), limits, margin)
+    held = held_joints(closest.q, search.gradient(closest.q), limits_of(robot), margin)
     return tuple(robot.joint_names[i] for i in np.flatnonzero(held))
 
 

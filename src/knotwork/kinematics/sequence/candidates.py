@@ -4,31 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence.costs import AT_LIMIT
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
-from knotwork.kinematics.solutions.branches import (
-    farthest_apart,
-    in_order,
-    inside_limits,
-    spread_free_motion,
-    turns_inside,
-)
-from knotwork.kinematics.solutions.configuration_flags import all_branches, branch_signs
-from knotwork.kinematics.solutions.enumeration import (
-    MOST_BRANCHES,
-    find_branches,
-    joint_axes,
-    told_apart,
-)
-from knotwork.kinematics.solutions.pose import IKSolution, solve_pose_ik
+from knotwork.kinematics.solutions.configuration_flags import configuration_flags
+from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
+from knotwork.kinematics.solutions.inside import brought_inside, in_order
+from knotwork.kinematics.solutions.pose import solve_pose_ik
+from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -39,7 +29,10 @@ ANCHOR_EVERY = 8
 RESIDUAL = 1e-7
 # And that counts as so many times the velocity limits.
 LOST = 1e3
+# Samples of a self-motion.
 SPREAD = 24
+# As near the pose solutions are brought [m, rad].
+TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,19 +42,19 @@ class Candidates:
     Attributes:
         q: Joint positions inside the limits, all turns, shape (m, d).
         branch: Index of the branch of each, shape (m,).
-        signs: What tells branches apart, shape (m, k).
+        flags: Configuration flags, shape (m, k).
         excess: 0 where the twist can be had within the velocity limits, otherwise how many times
             the limits it takes; a thousand and more where it can't be had at all. Shape (m,).
         weight: Factor of the travel from and to each, shape (m,).
         velocity: Joint velocities that give the twist [rad/s or m/s], shape (m, d).
         lost: Where no joint velocities give it, shape (m,).
         branches: Number of branches inside the limits.
-        free: The arm moves freely at the pose, and the candidates are samples of that motion.
+        free: The arm moves freely at the pose, and the candidates are samples of its self-motion.
     """
 
     q: FloatArray
     branch: Any
-    signs: FloatArray
+    flags: FloatArray
     excess: FloatArray
     weight: FloatArray
     velocity: FloatArray
@@ -85,97 +78,69 @@ def find_candidates(
     """
     if not waypoints:
         return []
-    poses = [waypoint.pose for waypoint in waypoints]
-    targets = Targets.of(poses)
+    targets = Targets.of([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
     found = _tracked(robot, targets) if redundant else _branches(robot, targets)
-    result = []
+    result: list[Candidates] = []
     before: FloatArray | None = None
-    tried: FloatArray | None = None
-    for i, (waypoint, pose, solutions, reference) in enumerate(
-        zip(waypoints, poses, found, references, strict=True)
+    for i, (waypoint, solutions, reference) in enumerate(
+        zip(waypoints, found, references, strict=True)
     ):
+        search = PoseSearch(robot, waypoint.pose, TOLERANCE, TOLERANCE)
         free = redundant or len(solutions) > MOST_BRANCHES
-        if free and not redundant:
-            inside = np.array(inside_limits(robot, solutions)).reshape(-1, robot.dof)
-            solutions = farthest_apart(robot, inside, SPREAD)
-        if not free and not (tried is not None and np.array_equal(reference, tried)):
+        if not free and not (i and np.array_equal(reference, references[i - 1])):
             # What is next to where the arm comes from must not be missing.
-            tried, led = reference, _led(robot, pose, reference)
-            solutions = told_apart(
-                joint_axes(robot), targets.take([i]), np.vstack([solutions, led])
-            )
+            local = search.solve(reference, limits_of(robot))
+            if local.converged:
+                both = np.vstack([solutions, local.q])
+                solutions = distinct(robot, targets.take([i]), both)
+        kept = brought_inside(search, solutions)
+        if free and not redundant:
+            kept = farthest_apart(robot, kept, SPREAD)
         if not free:
             # The order decides ties, and must not hang on which search came to which solution.
-            solutions = np.array(sorted(solutions, key=in_order)).reshape(-1, robot.dof)
-        copies = [turns_inside(robot, q) for q in solutions]
-        copies = [turns for turns in copies if len(turns) and _reaches(robot, pose, turns[0])]
+            kept = np.array(sorted(kept, key=in_order)).reshape(-1, robot.dof)
+        copies = [all_turns(robot, q) for q in kept]
         if free or not copies:
+            # Where to be is refined later; at first anywhere near will do.
             near = reference if before is None else before
-            # Where to be is settled later; at first anywhere near will do.
-            solution = _nearest(robot, pose, near, waypoint, search_on=not free)
-            copies.insert(0, turns_inside(robot, solution.q))
-            before = solution.q
+            before = solve_pose_ik(
+                robot,
+                waypoint.pose,
+                near,
+                nearest=not free,
+                waypoint=waypoint.name,
+                where=waypoint.where,
+            ).q
+            copies.insert(0, all_turns(robot, before))
         result.append(_valued(robot, waypoint, copies, free))
     return result
 
 
-def _led(robot: Robot, pose: Any, start: FloatArray) -> FloatArray:
-    """Where a search from a configuration ends: one solution, shape (1, d), or none."""
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    found = PoseSearch(robot, pose, 1e-9, 1e-9).solve(start, lower, upper)
-    return found.q[None] if found.converged else np.empty((0, robot.dof))
-
-
-def _nearest(
-    robot: Robot, pose: Any, near: FloatArray, waypoint: CartesianWaypoint, *, search_on: bool
-) -> IKSolution:
-    return solve_pose_ik(
-        robot, pose, near, nearest=search_on, waypoint=waypoint.name, where=waypoint.where
-    )
-
-
-def _reaches(robot: Robot, pose: Any, q: FloatArray) -> bool:
-    """Whether Pinocchio's forward kinematics puts the TCP on the pose."""
-    error = robot.forward(q).actInv(pose)
-    turn = np.linalg.norm(error.rotation - np.eye(3))  # √2 times the angle, if that is small
-    return bool(np.linalg.norm(error.translation) <= 1e-8 and turn <= 1e-8)
-
-
 def _branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     """All branches at each pose: at some of them afresh, at the others from those."""
-    n, complete = len(targets), partial(all_branches, robot)
+    n = len(targets)
     anchors = sorted({*range(0, n, ANCHOR_EVERY), n - 1})
-    found: list[FloatArray] = [np.empty((0, robot.dof))] * n
-    for i, solutions in zip(
-        anchors, find_branches(robot, targets.take(anchors), complete=complete), strict=True
-    ):
-        found[i] = solutions
-    others = [i for i in range(n) if i not in anchors]
+    found = dict(zip(anchors, find_branches(robot, targets.take(anchors)), strict=True))
+    others = [i for i in range(n) if i not in found]
     if others:
         nearest = [min(anchors, key=lambda k: (abs(k - i), k)) for i in others]
         known = [found[k][:MOST_BRANCHES] for k in nearest]
-        for i, solutions in zip(
-            others, find_branches(robot, targets.take(others), known, complete), strict=True
-        ):
-            found[i] = solutions
-    return found
+        found |= zip(others, find_branches(robot, targets.take(others), known), strict=True)
+    return [found[i] for i in range(n)]
 
 
 def _tracked(robot: Robot, targets: Targets) -> list[FloatArray]:
-    """Samples of the free motion at each pose, and where those of the pose before lead."""
-    fresh = spread_free_motion(robot, targets, SPREAD)
-    limits = robot.lower_position_limit, robot.upper_position_limit
+    """Samples of the self-motion at each pose, and where those of the pose before lead."""
+    fresh = [farthest_apart(robot, q, SPREAD) for q in sample_self_motion(robot, targets)]
     found = [fresh[0]]
     for i in range(1, len(targets)):
-        before = found[-1][:SPREAD]
         led = solve_batch(
-            joint_axes(robot),
-            targets.take([i] * len(before)),
-            before,
+            robot,
+            targets.take([i]),
+            found[-1][:SPREAD],
             tolerance=1e-10,
-            lower=limits[0],
-            upper=limits[1],
+            limits=limits_of(robot),
             max_iterations=25,
         )
         found.append(np.vstack([led.q[led.converged], fresh[i]]))
@@ -198,7 +163,7 @@ def _valued(
     return Candidates(
         q=q,
         branch=owner,
-        signs=branch_signs(robot, first)[owner],
+        flags=configuration_flags(robot, first)[owner],
         excess=excess[owner],
         weight=1.0 + limit_nearness(robot, q) + singular_nearness(smallest)[owner],
         velocity=v[owner],

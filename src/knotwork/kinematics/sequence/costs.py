@@ -1,43 +1,93 @@
-"""What a step from one waypoint to the next costs, for all pairs of candidates at once."""
+"""Lexicographic costs, and what each step from one waypoint to the next costs."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import FULL_TURN
+from knotwork.kinematics.chain.joint_ranges import BoolArray, whole_turns
 from knotwork.waypoints import FloatArray
 
-# A mean speed is too fast beyond this part of the limit: at the limit itself rounding must not
-# decide.
+# A speed is too fast beyond this part of the limit: at the limit itself rounding must not decide.
 AT_LIMIT = 1.0 + 1e-9
+# Costs that differ by less, absolute and relative, are equal: then what counts next decides, and in
+# the end the first candidate wins, on every machine.
+TIE = 1e-9
+RELATIVE_TIE = 1e-14
+# By so much, absolute and relative, a bound is widened, so that equal costs are within it.
+WIDER = 1e-6
 
 
-@dataclass(frozen=True)
-class Prices:
-    """What counts more than any travel, each more than all of the next together [s].
+class Cost(NamedTuple):
+    """What choices cost. What comes first counts before all that comes after.
+
+    Each attribute is an array over the choices; or a number, if it is the same for all.
 
     Attributes:
-        infeasible: An interval or waypoint beyond the velocity limits, once for each time the
-            limit, so that where nothing is feasible the least infeasible wins.
-        strained: An interval where a cubic is beyond the limits in its middle: the mean speed is
-            within them, but a planner would have to go faster on the way. The farther beyond, the
-            more, up to twice as much.
-        change: A change of branch where it is to be avoided.
+        infeasible: Joint speeds beyond their limits, on average over an interval or at a waypoint:
+            the sum of how many times the limit; infinite for a change of branch that is forbidden.
+        violation: Mid-interval velocity violations: intervals where a joint is within its limit on
+            average, but a cubic is beyond it halfway. Each counts 2 − 1/u at u times the limit.
+        changes: Changes of branch where they are to be avoided.
+        distance: From the configuration to be near [s].
+        travel: Weighted travel [s].
     """
 
-    infeasible: float
-    strained: float
-    change: float
+    infeasible: Any = 0.0
+    violation: Any = 0.0
+    changes: Any = 0.0
+    distance: Any = 0.0
+    travel: Any = 0.0
 
-    @classmethod
-    def above(cls, bound: float, intervals: int) -> Prices:
-        """Prices for sequences of some intervals whose other costs come to a bound at most [s]."""
-        change = 2.0 * bound + 1.0
-        strained = 2.0 * (intervals + 1) * change
-        return cls(4.0 * (intervals + 1) * strained, strained, change)
+    def plus(self, other: Cost) -> Cost:
+        """The sum, broadcast as arrays are."""
+        return Cost(*(a + b for a, b in zip(self, other, strict=True)))
+
+    def take(self, index: Any) -> Cost:
+        """The costs of some of the choices."""
+        return Cost(*(x if np.ndim(x) == 0 else x[index] for x in self))
+
+    def pick(self, row: Any, column: Any) -> Cost:
+        """The costs of some entries of a matrix."""
+        shape = np.shape(self.travel)
+        return Cost(*(np.broadcast_to(x, shape)[row, column] if np.ndim(x) else x for x in self))
+
+    def first_least(self, axis: int = 0) -> Any:
+        """Along an axis the first choice that is as good as the least, but for rounding."""
+        shape = np.broadcast_shapes(*(np.shape(x) for x in self))
+        tied: Any = None
+        for level in self:
+            if np.ndim(level) == 0:
+                continue
+            level = np.broadcast_to(level, shape)
+            value = level if tied is None else np.where(tied, level, np.inf)
+            least = value.min(axis=axis, keepdims=True)
+            finite = np.where(np.isfinite(least), least, 0.0)
+            tied = value <= finite + TIE + RELATIVE_TIE * np.abs(finite)
+        return np.argmax(np.broadcast_to(True if tied is None else tied, shape), axis=axis)
+
+    def within(self, bound: Cost) -> Any:
+        """Which choices cost no more than a bound, equal to it but for rounding included."""
+        result: Any = np.array(True)
+        for level, most in zip(reversed(self), reversed(bound), strict=True):
+            slack = 0.0 if math.isinf(most) else WIDER * (1.0 + abs(most))
+            result = (level < most - slack) | ((level <= most + slack) & result)
+        return result
+
+    def without_zeros(self) -> Cost:
+        """The same, arrays of zeros as a number: nothing is spent on them."""
+        return Cost(*(x if np.any(x) else 0.0 for x in self[:-1]))._replace(travel=self.travel)
+
+    def worse_than(self, other: Cost) -> bool:
+        """Of single costs: whether this is worse in what counts before distance and travel."""
+        gaps = (a - b for a, b in zip(self[:3], other[:3], strict=True))
+        return next((gap > 0 for gap in gaps if abs(gap) > WIDER), False)
+
+
+UNBOUNDED = Cost(*[np.inf] * 5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +97,18 @@ class Layer:
     Attributes:
         q: Joint positions [rad or m], shape (m, d). Joints that turn without limit may be any
             number of turns away, unless the layer is `fixed`.
-        cost: Of being at each candidate [s], shape (m,).
+        cost: Of being at each candidate; its travel of shape (m,).
         weight: Factor of the travel from and to each, shape (m,).
-        signs: What tells branches apart, shape (m, k); 0 for either.
+        flags: Configuration flags, shape (m, k); 0 for either.
         fixed: The positions are given, turns and all.
         velocity: Joint velocities at each [rad/s or m/s], shape (m, d), or `None` to leave out of
             account how fast joints are between waypoints.
     """
 
     q: FloatArray
-    cost: FloatArray
+    cost: Cost
     weight: FloatArray
-    signs: FloatArray
+    flags: FloatArray
     fixed: bool = False
     velocity: FloatArray | None = None
 
@@ -66,9 +116,9 @@ class Layer:
         """Those candidates of the given indices."""
         return Layer(
             self.q[index],
-            self.cost[index],
+            self.cost.take(index).without_zeros(),
             self.weight[index],
-            self.signs[index],
+            self.flags[index],
             self.fixed,
             None if self.velocity is None else self.velocity[index],
         )
@@ -83,18 +133,16 @@ class Rules:
             and something else where there is none.
         limit: Velocity limits [rad/s or m/s], shape (d,), infinite where there is none.
         unbounded: Joints that turn without limit, shape (d,).
-        prices: What counts more than travel.
-        travel: Factor of the travel.
-        change: Cost of a change of branch [s], infinite where it is forbidden: for all intervals,
-            or one for each, shape (n - 1,).
+        avoided: Intervals in which a change of branch is to be avoided: all or none, or shape
+            (n - 1,).
+        forbidden: A change of branch is forbidden.
     """
 
     speed: FloatArray
     limit: FloatArray
-    unbounded: Any
-    prices: Prices
-    travel: float = 1.0
-    change: float | FloatArray = 0.0
+    unbounded: BoolArray
+    avoided: bool | BoolArray = False
+    forbidden: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,18 +150,18 @@ class Reached:
     """The candidates of a layer that are kept, and the cheapest way to each.
 
     Attributes:
-        cost: Of the cheapest way to each and of being there [s], shape (m,).
+        cost: Of the cheapest way to each and of being there; its travel of shape (m,).
         q: Positions at the turn that way comes to, shape (m, d).
-        signs: What tells their branches apart, shape (m, k).
+        flags: Their configuration flags, shape (m, k).
         weight: Factors of travel, shape (m,).
         index: Which candidates of the layer they are, shape (m,).
         came: From which of those kept at the layer before, shape (m,).
         velocity: Joint velocities at each, shape (m, d), or `None`.
     """
 
-    cost: FloatArray
+    cost: Cost
     q: FloatArray
-    signs: FloatArray
+    flags: FloatArray
     weight: FloatArray
     index: Any
     came: Any
@@ -121,8 +169,8 @@ class Reached:
 
 
 def step_costs(
-    rules: Rules, state: Reached, layer: Layer, duration: float, change: float
-) -> tuple[FloatArray, FloatArray]:
+    rules: Rules, state: Reached, layer: Layer, duration: float, interval: int
+) -> tuple[Cost, FloatArray]:
     """Cost of each step between two waypoints, and how far the joints turn.
 
     Args:
@@ -130,19 +178,19 @@ def step_costs(
         state: Where steps start, l candidates.
         layer: Where they lead, m candidates.
         duration: Time for the step [s].
-        change: What a change of branch costs in it [s].
+        interval: Its number.
 
     Returns:
         Costs, shape (l, m), and the motion of the joints without limits, shape (u, l, m).
     """
     shape = (len(state.q), len(layer.q))
-    square, fastest, strain = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    square, fastest, halfway = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     buffer = np.empty(shape)
     turns: list[FloatArray] = []
     for j, speed in enumerate(rules.speed):
         move = np.subtract.outer(state.q[:, j], layer.q[:, j], out=buffer)
         if rules.unbounded[j] and not layer.fixed:
-            move -= FULL_TURN * np.round(move / FULL_TURN)
+            move -= whole_turns(move)
             turns.append(-move)
         move /= speed
         if np.isfinite(rules.limit[j]):
@@ -151,34 +199,26 @@ def step_costs(
                 middle = move * (1.5 / duration)
                 middle += (0.25 / speed) * state.velocity[:, j, None]
                 middle += (0.25 / speed) * layer.velocity[:, j]
-                np.maximum(strain, np.abs(middle, out=middle), out=strain)
+                np.maximum(halfway, np.abs(middle, out=middle), out=halfway)
             np.maximum(fastest, np.abs(move, out=move), out=fastest)
         move *= move
         square += move
     fastest /= duration
-    cost = rules.travel * np.sqrt(square)
-    cost *= 0.5 * (state.weight[:, None] + layer.weight[None, :])
-    beyond = strain > AT_LIMIT
-    if beyond.any():
-        cost[beyond] += rules.prices.strained * (2.0 - 1.0 / strain[beyond])
-    beyond = fastest > AT_LIMIT
-    if beyond.any():
-        cost[beyond] += rules.prices.infeasible * fastest[beyond]
-    if change:
-        product = state.signs[:, None, :] * layer.signs[None, :, :]
-        cost[(product < 0).any(axis=2)] += change
+    travel = np.sqrt(square)
+    travel *= 0.5 * (state.weight[:, None] + layer.weight[None, :])
+    infeasible: Any = 0.0
+    violation: Any = 0.0
+    if (beyond := fastest > AT_LIMIT).any():
+        infeasible = np.where(beyond, fastest, 0.0)
+    if (beyond := halfway > AT_LIMIT).any():
+        violation = np.where(beyond, 2.0 - 1.0 / np.maximum(halfway, 1.0), 0.0)
+    avoided = bool(np.ravel(rules.avoided)[interval if np.ndim(rules.avoided) else 0])
+    cost = Cost(infeasible, violation, travel=travel)
+    if avoided or rules.forbidden:
+        product = state.flags[:, None, :] * layer.flags[None, :, :]
+        changed = (product < 0).any(axis=2)
+        if changed.any() and rules.forbidden:
+            cost = cost._replace(infeasible=np.where(changed, np.inf, infeasible))
+        elif changed.any():
+            cost = cost._replace(changes=changed.astype(float))
     return cost, np.array(turns)
-
-
-def changes(rules: Rules, count: int) -> FloatArray:
-    """What a change of branch costs in each of so many intervals [s], shape (count,)."""
-    return np.broadcast_to(np.asarray(rules.change, dtype=float), (count,))
-
-
-def most_travel(layers: list[Layer], rules: Rules) -> float:
-    """A bound of what any sequence costs but for prices [s]."""
-    every = np.concatenate([layer.q for layer in layers])
-    span = (every.max(axis=0) - every.min(axis=0)) / rules.speed
-    heaviest = max(float(layer.weight.max()) for layer in layers)
-    travel = (len(layers) - 1) * rules.travel * heaviest * float(np.linalg.norm(span))
-    return travel + sum(float(layer.cost.max()) for layer in layers)

@@ -1,4 +1,4 @@
-"""The best sequence where what lies between the waypoints counts, too."""
+"""The best sequence where the way between waypoints counts, too: intervals evaluated lazily."""
 
 from __future__ import annotations
 
@@ -9,49 +9,40 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.kinematics.sequence.choice import (
-    Sequence,
-    choose_sequence,
-    first_least,
-    positions_of,
-    reach,
-    widened,
-)
-from knotwork.kinematics.sequence.costs import (
-    Layer,
-    Reached,
-    Rules,
-    changes,
-    step_costs,
-)
+from knotwork.kinematics.sequence.choice import Sequence, choose_sequence, positions_of, reach
+from knotwork.kinematics.sequence.costs import TIE, Cost, Layer, Reached, Rules, step_costs
 from knotwork.waypoints import FloatArray
 
-# Of each interval so many steps are looked at in the first round, those that look best so far, and
+# Steps of each interval that are evaluated in the first round, those that look best so far, and
 # twice as many in each round after it.
-LOOKED_AT = 16
+EVALUATED = 16
 
 # Interval and candidates at its two ends, each of shape (k,), in; what the way there costs beyond
 # what its ends alone make certain [s], at least 0, shape (k,), out.
-Surcharge = Callable[[Any, Any, Any], FloatArray]
+IntervalCost = Callable[[Any, Any, Any], FloatArray]
 
 
-def choose_with_passages(
-    layers: list[Layer], durations: FloatArray, rules: Rules, samples: int, surcharge: Surcharge
+def choose_with_intervals(
+    layers: list[Layer],
+    durations: FloatArray,
+    rules: Rules,
+    samples: int,
+    interval_cost: IntervalCost,
 ) -> Sequence:
     """Choose the sequence of least cost, the weight of travel being the mean along the way.
 
-    A step takes its travel times 1 and the mean nearness on the way, and its time times the most.
-    To look at it is dear, so it counts at first as if nothing were near but its ends: it can't cost
-    less. The steps of the sequence that is best so far, and those
-    that come next, are looked at and cost more from then on, until the best sequence has been
-    looked at all the way. That is the best of all (Dellin and Srinivasa, 2016).
+    A step costs its travel times 1 and the mean nearness on the way, and its time times the most.
+    That is expensive to evaluate. So a step counts at first as if nothing were near but its ends:
+    it can't cost less. The steps of the sequence that is best so far, and those that come next, are
+    evaluated and cost more from then on, until all steps of the best sequence have been evaluated.
+    That is the best of all (Dellin and Srinivasa, 2016).
 
     Args:
         layers: The candidates at each of n waypoints, at least one in each.
         durations: Time between them [s], shape (n - 1,).
         rules: What steps cost.
-        samples: Times between two waypoints at which steps are looked at; ends count half each.
-        surcharge: Looks at steps.
+        samples: Times between two waypoints at which steps are evaluated; ends count half each.
+        interval_cost: Evaluates steps.
     """
     least = [replace(layer, weight=1.0 + (layer.weight - 1.0) / (samples + 1)) for layer in layers]
     first = choose_sequence(least, durations, rules)
@@ -59,37 +50,59 @@ def choose_with_passages(
         return first
     near = [layer.weight - 1.0 for layer in layers]
     index = np.array(first.index)
-    more = surcharge(np.arange(len(durations)), index[:-1], index[1:])
+    more = interval_cost(np.arange(len(durations)), index[:-1], index[1:])
     own = np.array([one[k] for one, k in zip(near, index, strict=True)])
     waits = durations * np.maximum(own[1:], own[:-1])
-    states = reach(least, durations, rules, widened(first.cost + float((more + waits).sum())))
-    steps = _steps(least, states, durations, rules)
+    bound = first.cost.plus(Cost(travel=float((more + waits).sum())))
+    states = reach(least, durations, rules, bound)
+    start, steps = _travel(least, states, durations, rules)
     for i, (step, duration) in enumerate(zip(steps, durations, strict=True)):
         a, b = near[i][states[i].index], near[i + 1][states[i + 1].index]
         step += duration * np.maximum.outer(a, b)
     unknown = [np.ones(step.shape, dtype=bool) for step in steps]
-    count = LOOKED_AT
+    count = EVALUATED
     while True:
-        ways, rows = _ways(states[0].cost, steps)
-        if not any(new[pair] for new, pair in zip(unknown, _pairs(rows), strict=True)):
+        ways, rows = _ways(start, steps)
+        pairs = itertools.pairwise(rows)
+        if not any(new[pair] for new, pair in zip(unknown, pairs, strict=True)):
             break
-        _look(states, steps, unknown, ways, surcharge, count)
+        _evaluate(states, steps, unknown, ways, interval_cost, count)
         count *= 2
     best = tuple(int(state.index[row]) for state, row in zip(states, rows, strict=True))
-    return Sequence(best, positions_of(layers, best, rules), float(ways[0].min()))
+    cost = first.cost._replace(travel=float(ways[0].min()))
+    return Sequence(best, positions_of(layers, best, rules), cost)
 
 
-def _steps(
+def _travel(
     layers: list[Layer], states: list[Reached], durations: FloatArray, rules: Rules
-) -> list[FloatArray]:
-    """Cost of each step and of being where it leads [s]."""
-    prices = changes(rules, len(durations))
-    result = []
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Travel of the first candidates and of each step [s], infinite off the best sequences.
+
+    The way between waypoints adds to the travel alone. So only sequences matter that are best in
+    all that counts before it.
+    """
+    costs = []
     for i, duration in enumerate(durations):
         layer = layers[i + 1].take(states[i + 1].index)
-        cost, _ = step_costs(rules, states[i], layer, float(duration), float(prices[i]))
-        result.append(cost + layer.cost)
-    return result
+        step, _ = step_costs(rules, states[i], layer, float(duration), i)
+        costs.append(step.plus(layer.cost))
+    shapes = [cost.travel.shape for cost in costs]
+    allowed = [np.ones(shape, dtype=bool) for shape in shapes]
+    start = states[0].cost
+    for level in range(len(start) - 1):
+        if not (np.ndim(start[level]) or any(np.ndim(cost[level]) for cost in costs)):
+            continue
+        steps = [
+            np.where(open_, np.broadcast_to(cost[level], open_.shape), np.inf)
+            for cost, open_ in zip(costs, allowed, strict=True)
+        ]
+        ways, _ = _ways(np.broadcast_to(start[level], shapes[0][:1]), steps)
+        most = ways[0].min() * (1.0 + TIE) + TIE
+        allowed = [way <= most for way in ways]
+    travel = [
+        np.where(open_, cost.travel, np.inf) for cost, open_ in zip(costs, allowed, strict=True)
+    ]
+    return start.travel, travel
 
 
 def _ways(start: FloatArray, steps: list[FloatArray]) -> tuple[list[FloatArray], list[int]]:
@@ -98,27 +111,23 @@ def _ways(start: FloatArray, steps: list[FloatArray]) -> tuple[list[FloatArray],
     for step in reversed(steps):
         onward.insert(0, (step + onward[0]).min(axis=1))
     ways, cost = [], start
-    rows = [int(first_least((start + onward[0])[:, None])[0])]
+    rows = [int(Cost(travel=start + onward[0]).first_least())]
     for step, after in zip(steps, onward[1:], strict=True):
         ways.append(cost[:, None] + step + after)
         cost = (cost[:, None] + step).min(axis=0)
-        rows.append(int(first_least((step[rows[-1]] + after)[:, None])[0]))
+        rows.append(int(Cost(travel=step[rows[-1]] + after).first_least()))
     return ways, rows
 
 
-def _pairs(rows: list[int]) -> list[tuple[int, int]]:
-    return list(itertools.pairwise(rows))
-
-
-def _look(
+def _evaluate(
     states: list[Reached],
     steps: list[FloatArray],
     unknown: list[Any],
     ways: list[FloatArray],
-    surcharge: Surcharge,
+    interval_cost: IntervalCost,
     count: int,
 ) -> None:
-    """Look at the most promising steps of all intervals at once, and add what they cost."""
+    """Evaluate the most promising steps of all intervals at once, and add what they cost."""
     intervals, starts, ends = [], [], []
     for i, (way, new) in enumerate(zip(ways, unknown, strict=True)):
         open_ = np.where(new & np.isfinite(way), way, np.inf).ravel()
@@ -131,7 +140,7 @@ def _look(
         starts.append(a)
         ends.append(b)
     interval, a, b = (np.concatenate(one) for one in (intervals, starts, ends))
-    more = surcharge(
+    more = interval_cost(
         interval,
         np.array([states[i].index[row] for i, row in zip(interval, a, strict=True)]),
         np.array([states[i + 1].index[row] for i, row in zip(interval, b, strict=True)]),

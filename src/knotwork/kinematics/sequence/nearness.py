@@ -1,10 +1,10 @@
-"""How near limits and singularities configurations are, at waypoints and on the way between."""
+"""How near limits and singularities configurations are, at waypoints and between them."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from knotwork.kinematics.solutions.enumeration import joint_axes
+from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -12,9 +12,9 @@ from knotwork.waypoints import FloatArray
 # to twice as much on a limit, and likewise on a singularity.
 LIMIT_MARGIN = 0.2
 SINGULAR_MARGIN = 0.05
-# A way beyond a limit is to be had only where there is no other.
+# A motion beyond a limit is chosen only where there is no other.
 BEYOND = 1e3
-# Times between two waypoints at which the way is looked at, evenly spread.
+# Times between two waypoints at which an interval is sampled, evenly spread.
 SAMPLES = 4
 
 
@@ -35,7 +35,7 @@ def singular_nearness(smallest: FloatArray) -> FloatArray:
 
 
 def weights(robot: Robot, q: FloatArray) -> FloatArray:
-    """Factor of the travel at configurations (n, d): 1, and more near limits, singularities."""
+    """Factor of the travel at configurations (n, d): 1, and more near limits and singularities."""
     J = joint_axes(robot).jacobians(q)
     # Of J Jᵀ or Jᵀ J the smaller; its smallest eigenvalue is the square of what is asked for.
     gram = J @ J.transpose(0, 2, 1) if robot.dof > 6 else J.transpose(0, 2, 1) @ J
@@ -43,14 +43,14 @@ def weights(robot: Robot, q: FloatArray) -> FloatArray:
     return 1.0 + limit_nearness(robot, q) + singular_nearness(smallest)
 
 
-def passage_nearness(
+def interval_nearness(
     robot: Robot,
-    q0: FloatArray,
-    v0: FloatArray,
-    q1: FloatArray,
-    v1: FloatArray,
+    start: tuple[FloatArray, FloatArray],
+    end: tuple[FloatArray, FloatArray],
     durations: FloatArray,
     samples: int = SAMPLES,
+    *,
+    ends: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
     """How near limits and singularities cubics between configurations come.
 
@@ -59,36 +59,26 @@ def passage_nearness(
 
     Args:
         robot: The robot.
-        q0: Joint positions at the start [rad or m], shape (n, d).
-        v0: Joint velocities there [rad/s or m/s], shape (n, d).
-        q1: Joint positions at the end, likewise.
-        v1: Joint velocities at the end, likewise.
+        start: Joint positions [rad or m] and velocities [rad/s or m/s], shape (n, d) each.
+        end: Likewise.
         durations: [s], shape (n,).
-        samples: Times between at which it is looked at, evenly spread.
+        samples: Times between at which it is evaluated, evenly spread.
+        ends: Count the ends, too.
 
     Returns:
         Of `weights` beyond 1 the mean by the trapezoidal rule, shape (n,), and the most, (n,).
+        Without the ends their share of the mean is left out.
     """
-    ends = np.array([weights(robot, q0), weights(robot, q1)]) - 1.0
-    mean, most = between_nearness(robot, q0, v0, q1, v1, durations, samples)
-    return mean + ends.mean(axis=0) / (samples + 1), np.maximum(most, ends.max(axis=0))
-
-
-def between_nearness(
-    robot: Robot,
-    q0: FloatArray,
-    v0: FloatArray,
-    q1: FloatArray,
-    v1: FloatArray,
-    durations: FloatArray,
-    samples: int = SAMPLES,
-) -> tuple[FloatArray, FloatArray]:
-    """What lies between has for a share in `passage_nearness`, the ends left out."""
-    if not samples:
-        return np.zeros(len(q0)), np.zeros(len(q0))
-    s = np.linspace(0.0, 1.0, samples + 2)[1:-1, None, None]
-    h = durations[:, None]
-    q = (1 + 2 * s) * (1 - s) ** 2 * q0 + s**2 * (3 - 2 * s) * q1
-    q = q + h * s * (1 - s) * ((1 - s) * v0 - s * v1)
-    found = weights(robot, q.reshape(-1, robot.dof)).reshape(samples, -1) - 1.0
-    return np.asarray(found.sum(axis=0) / (samples + 1)), np.asarray(found.max(axis=0))
+    (q0, v0), (q1, v1) = start, end
+    mean, most = np.zeros(len(q0)), np.zeros(len(q0))
+    if samples:
+        s = np.linspace(0.0, 1.0, samples + 2)[1:-1, None, None]
+        q = (1 + 2 * s) * (1 - s) ** 2 * q0 + s**2 * (3 - 2 * s) * q1
+        q = q + durations[:, None] * s * (1 - s) * ((1 - s) * v0 - s * v1)
+        near = weights(robot, q.reshape(-1, robot.dof)).reshape(samples, -1) - 1.0
+        mean, most = near.sum(axis=0) / (samples + 1), near.max(axis=0)
+    if ends:
+        at_ends = np.array([weights(robot, q0), weights(robot, q1)]) - 1.0
+        mean = mean + at_ends.mean(axis=0) / (samples + 1)
+        most = np.maximum(most, at_ends.max(axis=0))
+    return mean, most

@@ -1,4 +1,4 @@
-"""Using the free motion of an arm with joints to spare, at its waypoints and between them."""
+"""Null-space refinement: self-motion at the waypoints for a better motion between them."""
 
 from __future__ import annotations
 
@@ -9,34 +9,32 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_axes import joint_axes
+from knotwork.kinematics.chain.joint_ranges import limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence.costs import AT_LIMIT
-from knotwork.kinematics.sequence.nearness import SAMPLES, passage_nearness, weights
-from knotwork.kinematics.solutions.enumeration import joint_axes
+from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 SWEEPS = 12
-# Steps tried along the free motion [rad or m], either way, besides those towards the neighbours.
+# Steps tried along the self-motion [rad or m], either way, besides those towards the neighbours.
 STEPS = (0.3, 0.08, 0.02)
-# What is gained or moved by less ends it [s], [rad or m].
+# Smaller gains and moves end it [s], [rad or m].
 SMALLEST_GAIN = 1e-6
 SMALLEST_MOVE = 1e-3
-# What speeds beyond their limits cost at a waypoint and on average, and halfway between [s].
-INFEASIBLE = 1e6
-STRAINED = 1e5
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
-    """What is given of the way: where and when the arm has to be, and where it comes from.
+class Given:
+    """What is given: where and when the arm has to be, and where it comes from.
 
     Attributes:
         times: Of the waypoints [s], shape (n,).
-        waypoints: Those that may be moved along their free motion; `None` for those that may not.
+        waypoints: Those that may be moved by self-motion; `None` for those that may not.
         near: Configuration to be near at all of them, shape (d,), or `None` for least travel.
-        origin: Configuration that the way to the first counts from, shape (d,), or `None`.
-        samples: Times between two waypoints at which the way is looked at.
+        origin: Configuration that the travel to the first counts from, shape (d,), or `None`.
+        samples: Times between two waypoints at which intervals are evaluated.
     """
 
     times: FloatArray
@@ -46,51 +44,51 @@ class Way:
     samples: int = SAMPLES
 
 
-def settle_sequence(
-    robot: Robot, way: Way, positions: FloatArray, velocities: FloatArray
+def refine_sequence(
+    robot: Robot, given: Given, positions: FloatArray, velocities: FloatArray
 ) -> FloatArray:
-    """Move each waypoint along its free motion to where the way through is better.
+    """Move each waypoint along its self-motion to where the whole motion is better.
 
-    Every other waypoint, then the others, and again: each tries steps along its free motion, and
-    towards its neighbours, and takes the best. What is best is told by the cubics to and from the
-    neighbours, looked at `samples` times each: with travel T, time h, and the mean n and the most
-    m of the nearness to limits and singularities on the way, T (1 + n) + h m. Joint speeds beyond
-    their limits count as in the choice of the sequence.
+    Every other waypoint, then the others, and again: each tries steps along its self-motion, and
+    towards its neighbours, and takes the best. The cubics to and from the neighbours, evaluated at
+    `samples` times each, tell what is best: with travel T, time h, and the mean n and the most m of
+    the nearness to limits and singularities on the way, T (1 + n) + h m. As in the choice of the
+    sequence, joint speeds beyond their limits count before that, and violations halfway next.
 
     Args:
         robot: The robot.
-        way: What is given.
+        given: What is given.
         positions: Joint positions at all waypoints [rad or m], shape (n, d).
         velocities: Joint velocities there [rad/s or m/s], shape (n, d).
 
     Returns:
         Joint positions with the same tool poses, shape (n, d).
     """
-    settling = _Settling(robot, way, positions, velocities)
-    movable = [i for i, waypoint in enumerate(way.waypoints) if waypoint is not None]
+    refinement = _Refinement(robot, given, positions, velocities)
+    movable = [i for i, waypoint in enumerate(given.waypoints) if waypoint is not None]
     for _ in range(SWEEPS):
-        moved = [settling.improve([i for i in movable if i % 2 == odd]) for odd in (0, 1)]
+        moved = [refinement.improve([i for i in movable if i % 2 == odd]) for odd in (0, 1)]
         if max(moved) < SMALLEST_MOVE:
             break
-    return settling.q
+    return refinement.q
 
 
-class _Settling:
+class _Refinement:
     """The state of the waypoints while they are moved."""
 
     def __init__(
-        self, robot: Robot, way: Way, positions: FloatArray, velocities: FloatArray
+        self, robot: Robot, given: Given, positions: FloatArray, velocities: FloatArray
     ) -> None:
-        self.robot, self.way = robot, way
+        self.robot, self.given = robot, given
         self.chain = joint_axes(robot)
         self.q, self.v = positions.copy(), velocities.copy()
         self.limit = robot.velocity_limit
         self.speed = np.where(np.isfinite(self.limit), self.limit, 1.0)
-        self.durations = np.diff(way.times)
-        posed = [w for w in way.waypoints if w is not None]
+        self.durations = np.diff(given.times)
+        posed = [w for w in given.waypoints if w is not None]
         self.targets = Targets.of([w.pose for w in posed])
         self.twists = np.array([np.concatenate([w.linear, w.angular]) for w in posed])
-        numbers = np.cumsum([w is not None for w in way.waypoints]) - 1
+        numbers = np.cumsum([w is not None for w in given.waypoints]) - 1
         self.number = numbers  # of each waypoint among those that may be moved
 
     def improve(self, chosen: list[int]) -> float:
@@ -98,34 +96,32 @@ class _Settling:
         if not chosen:
             return 0.0
         owner, starts = self._starts(chosen)
-        lower, upper = self.robot.lower_position_limit, self.robot.upper_position_limit
-        targets = self.targets.take(self.number[owner])
-        inside = np.minimum(np.maximum(starts, lower), upper)
         found = solve_batch(
-            self.chain,
-            targets,
-            inside,
+            self.robot,
+            self.targets.take(self.number[owner]),
+            starts,
             tolerance=1e-10,
-            lower=lower,
-            upper=upper,
+            limits=limits_of(self.robot),
             max_iterations=12,
         )
         # Where it is now comes first, and ties leave it there.
         owner = np.concatenate([np.array(chosen), owner[found.converged]])
         q = np.vstack([self.q[chosen], found.q[found.converged]])
         v = solve_velocities(self.robot, q, self.twists[self.number[owner]])[0]
-        cost = self._costs(owner, q, v)
+        *before, travel = self._costs(owner, q, v)
         moved = 0.0
         for i in chosen:
             rows = np.flatnonzero(owner == i)
-            best = rows[int(np.argmin(np.round(cost[rows], 9)))]
-            if cost[best] < cost[rows[0]] - SMALLEST_GAIN:
+            keys = [np.round(level[rows], 9) for level in (travel, *reversed(before))]
+            best = rows[int(np.lexsort(keys)[0])]
+            better = any(level[best] < level[rows[0]] - 1e-9 for level in before)
+            if better or travel[best] < travel[rows[0]] - SMALLEST_GAIN:
                 moved = max(moved, float(np.abs(q[best] - self.q[i]).max()))
                 self.q[i], self.v[i] = q[best], v[best]
         return moved
 
     def _starts(self, chosen: list[int]) -> tuple[Any, FloatArray]:
-        """Where to look: steps along the free motion of each waypoint, and towards neighbours."""
+        """Where to look: steps along the self-motion of each waypoint, and towards neighbours."""
         _, _, Vt = np.linalg.svd(self.chain.jacobians(self.q[chosen]))
         owner: list[int] = []
         starts: list[FloatArray] = []
@@ -139,24 +135,32 @@ class _Settling:
         return np.array(owner), np.array(starts)
 
     def _goal(self, i: int) -> FloatArray:
-        if self.way.near is not None:
-            return self.way.near
+        if self.given.near is not None:
+            return self.given.near
         beside = [self.q[k] for k in (i - 1, i + 1) if 0 <= k < len(self.q)]
-        if i == 0 and self.way.origin is not None:
-            beside.append(self.way.origin)
+        if i == 0 and self.given.origin is not None:
+            beside.append(self.given.origin)
         return np.asarray(np.mean(beside, axis=0))
 
-    def _costs(self, owner: Any, q: FloatArray, v: FloatArray) -> FloatArray:
-        """What the way to each candidate and on from it costs [s], the neighbours as they are."""
-        fastest = (np.abs(v) / self.limit).max(axis=1)
-        cost = np.where(fastest > AT_LIMIT, INFEASIBLE * fastest, 0.0)
+    def _costs(
+        self, owner: Any, q: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What each candidate costs, its neighbours as they are.
+
+        Returns:
+            How much is infeasible, mid-interval violations and weighted travel [s], shape (n,)
+            each, the first to count before the others.
+        """
+        at_waypoint = (np.abs(v) / self.limit).max(axis=1)
+        infeasible = np.where(at_waypoint > AT_LIMIT, at_waypoint, 0.0)
+        violation, travel = np.zeros(len(q)), np.zeros(len(q))
         nearness = 0.5 * (1.0 + weights(self.robot, q))
-        if self.way.near is not None:
-            cost += np.linalg.norm((q - self.way.near) / self.speed, axis=1) * nearness
-            return cost
-        if self.way.origin is not None:
-            away = np.linalg.norm((q - self.way.origin) / self.speed, axis=1)
-            cost += np.where(owner == 0, away * nearness, 0.0)
+        if self.given.near is not None:
+            away = np.linalg.norm((q - self.given.near) / self.speed, axis=1)
+            return infeasible, violation, away * nearness
+        if self.given.origin is not None:
+            away = np.linalg.norm((q - self.given.origin) / self.speed, axis=1)
+            travel += np.where(owner == 0, away * nearness, 0.0)
         for side in (-1, 1):
             beside = owner + side
             rows = np.flatnonzero((beside >= 0) & (beside < len(self.q)))
@@ -165,13 +169,13 @@ class _Settling:
             other = beside[rows]
             h = self.durations[np.minimum(owner[rows], other)]
             here, there = (q[rows], v[rows]), (self.q[other], self.v[other])
-            (q0, v0), (q1, v1) = (here, there) if side > 0 else (there, here)
-            move = np.abs(q1 - q0) / self.speed
-            mean, most = passage_nearness(self.robot, q0, v0, q1, v1, h, self.way.samples)
-            cost[rows] += np.linalg.norm(move, axis=1) * (1.0 + mean) + h * most
-            fastest = (np.abs(q1 - q0) / self.limit).max(axis=1) / h
-            middle = 1.5 * (q1 - q0) / h[:, None] - 0.25 * (v0 + v1)
-            strain = (np.abs(middle) / self.limit).max(axis=1)
-            for use, price in ((fastest, INFEASIBLE), (strain, STRAINED)):
-                cost[rows] += np.where(use > AT_LIMIT, price * use, 0.0)
-        return cost
+            start, end = (here, there) if side > 0 else (there, here)
+            move = end[0] - start[0]
+            mean, most = interval_nearness(self.robot, start, end, h, self.given.samples)
+            travel[rows] += np.linalg.norm(move / self.speed, axis=1) * (1.0 + mean) + h * most
+            fastest = (np.abs(move) / self.limit).max(axis=1) / h
+            middle = 1.5 * move / h[:, None] - 0.25 * (start[1] + end[1])
+            halfway = (np.abs(middle) / self.limit).max(axis=1)
+            infeasible[rows] += np.where(fastest > AT_LIMIT, fastest, 0.0)
+            violation[rows] += np.where(halfway > AT_LIMIT, halfway, 0.0)
+        return infeasible, violation, travel

@@ -1,8 +1,8 @@
-"""Geometric words for the branches of a six-joint arm, found from its joint axes.
+"""Configuration flags of a six-joint arm: shoulder, elbow and wrist, found from its joint axes.
 
 An arm whose axes 2 and 3 are parallel and square to axis 1, and whose last axes either meet in a
 point (spherical wrist) or have axis 4 parallel to 3 and axes 5 and 6 meeting, is singular in three
-ways, each of which is a sign:
+ways. Each of them is a flag, with a sign:
 
 * shoulder: on which side of axis 1 the wrist is. Seen by someone who stands behind the arm and
   looks where it reaches, the upper arm is to the left or to the right of axis 1; where it is
@@ -20,20 +20,19 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_axes import JointAxes
+from knotwork.kinematics.chain.joint_axes import JointAxes, joint_axes
 from knotwork.kinematics.chain.joint_ranges import low_discrepancy
-from knotwork.kinematics.solutions.enumeration import joint_axes
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-WORDS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
+FLAGS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no flip", "flip")}
 # Lengths below this [m] and sines below this are rounding.
 TINY = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """Where an arm that the words are defined for has its wrist.
+    """Where an arm that the flags are defined for has its wrist.
 
     Attributes:
         parallel: Axis 4 is parallel to axis 3; otherwise the wrist is spherical.
@@ -53,7 +52,7 @@ _GEOMETRIES: WeakKeyDictionary[Robot, list[Geometry | None]] = WeakKeyDictionary
 
 
 def geometry(robot: Robot) -> Geometry | None:
-    """The geometry of an arm that the words are defined for, or `None`."""
+    """The geometry of an arm that the flags are defined for, or `None`."""
     if robot not in _GEOMETRIES:
         _GEOMETRIES[robot] = [_find(robot)]
     return _GEOMETRIES[robot][0]
@@ -77,10 +76,9 @@ def _find(robot: Robot) -> Geometry | None:
     tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
     in_tool = rotation[:, :, 0] @ (centre - tip[:, 0])
     found = Geometry(not on_axis_4, up, -1.0 if across < -TINY else 1.0, in_tool)
-    # The words hold what they say if the Jacobian loses rank where one of the three vanishes and
+    # The flags mean what they say if the Jacobian loses rank where one of the three vanishes and
     # nowhere else: its determinant is a constant times their product.
-    points = low_discrepancy(6)
-    q = 2 * np.pi * np.array([next(points) for _ in range(24)]) - np.pi
+    q = 2 * np.pi * low_discrepancy(6, 24) - np.pi
     product = np.prod(_functions(chain, found, q), axis=0)
     determinant = np.linalg.det(chain.jacobians(q))
     factor = (determinant @ product) / max(product @ product, 1e-300)
@@ -104,7 +102,7 @@ def _meeting(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> Floa
 
 
 def _functions(chain: JointAxes, found: Geometry, q: FloatArray) -> FloatArray:
-    """The three functions whose signs are the words, for q of shape (n, 6): shape (3, n)."""
+    """The three functions whose signs are the flags, for q of shape (n, 6): shape (3, n)."""
     tip, rotation, p, z = chain.forward(q)
     centre = tip + np.einsum("crn,c->rn", rotation, found.centre)
     wrist = p[:, 3] if found.parallel else centre
@@ -121,11 +119,11 @@ def _triple(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return np.asarray(x * c[0] + y * c[1] + z * c[2])
 
 
-def branch_signs(robot: Robot, q: FloatArray) -> FloatArray:
-    """Signs that tell branches apart, for configurations of shape (n, d).
+def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
+    """Configuration flags: the signs that tell branches apart, for `q` of shape (n, d).
 
     Returns:
-        Shoulder, elbow and wrist, shape (n, 3), +1 for the first of `WORDS`, -1 for the second
+        Shoulder, elbow and wrist, shape (n, 3), +1 for the first of `FLAGS`, -1 for the second
         and 0 on a singularity. For another arm of six joints the sign of the Jacobian's
         determinant, shape (n, 1); for all others shape (n, 0): their branches have no signs.
     """
@@ -143,10 +141,10 @@ def branch_signs(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def all_branches(robot: Robot, q: FloatArray) -> bool | None:
-    """Whether configurations (n, d) for one pose are all there are, as far as the signs tell.
+    """Whether configurations (n, d) for one pose are all there are, as far as the flags tell.
 
-    Only for arms that the words are defined for. One for each way of the signs is all there can
-    be, though not at every pose. And where the elbow is up it can also be down, shoulder and wrist
+    Only for arms that the flags are defined for. There can be one for each combination of them,
+    though not at every pose. And where the elbow is up it can also be down, shoulder and wrist
     as they are.
 
     Returns:
@@ -154,24 +152,24 @@ def all_branches(robot: Robot, q: FloatArray) -> bool | None:
     """
     if geometry(robot) is None:
         return None
-    signs = branch_signs(robot, q)
+    signs = configuration_flags(robot, q)
     found = {tuple(row) for row in signs.tolist()}
     if not signs.all() or len(found) < len(q):
         return None
-    if len(q) == 2 ** len(WORDS):
+    if len(q) == 2 ** len(FLAGS):
         return True
     paired = all((shoulder, -elbow, wrist) in found for shoulder, elbow, wrist in found)
     return None if paired else False
 
 
-def describe_branch(robot: Robot, signs: FloatArray) -> str:
-    """The words for signs of one configuration, shape (k,): `shoulder left, elbow up, no flip`."""
+def describe_flags(robot: Robot, flags: FloatArray) -> str:
+    """The flags of one configuration, shape (k,), in words: `shoulder left, elbow up, no flip`."""
     if geometry(robot) is None:
         return (
-            {1.0: "det J > 0", -1.0: "det J < 0", 0.0: "singular"}[signs[0]] if len(signs) else ""
+            {1.0: "det J > 0", -1.0: "det J < 0", 0.0: "singular"}[flags[0]] if len(flags) else ""
         )
     said = []
-    for (joint, words), sign in zip(WORDS.items(), signs, strict=True):
+    for (joint, words), sign in zip(FLAGS.items(), flags, strict=True):
         word = "singular" if sign == 0 else words[0] if sign > 0 else words[1]
         said.append(word if joint == "wrist" and sign != 0 else f"{joint} {word}")
     return ", ".join(said)

@@ -1,32 +1,41 @@
-"""Every configuration of a six-joint arm for a pose, turns of 2π apart counted once."""
+"""Every configuration of an arm of up to six joints for a pose, turns of 2π apart counted once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from weakref import WeakKeyDictionary
+import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
-from knotwork.kinematics.chain.batch import Targets, solve_batch
-from knotwork.kinematics.chain.joint_axes import JointAxes, pose_errors
-from knotwork.kinematics.chain.joint_ranges import BoolArray, difference, low_discrepancy
+from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
+from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
+from knotwork.kinematics.chain.joint_ranges import (
+    BoolArray,
+    Limits,
+    difference,
+    limits_of,
+    no_limits,
+    starts,
+)
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.solutions.configuration_flags import all_branches
 from knotwork.kinematics.solutions.near_singular import (
-    DEEP,
-    VALLEY_RESIDUAL,
-    floors_of_valleys,
-    solutions_in_valleys,
+    MOST_RESIDUAL,
+    near_singular_solutions,
+    singular_solutions,
 )
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-# Branches attract about equal shares of the starts: each of a UR5's gets an eighth. Of 32 starts
-# four in five converge, which leaves a branch out in 2 % of cases; as many again, in none of 2,000.
-FIRST_STARTS = 32
+# Branches attract about equal shares of the starts: each of a UR5's gets an eighth. A step of a
+# batch of this size takes hardly longer than one of half of it.
+FIRST_STARTS = 64
 MORE_STARTS = 32
 # Starts besides the solutions of a pose nearby, where those are known.
 BESIDE_KNOWN = 8
 MAX_ROUNDS = 6
+# Steps of the first round, in which half of the searches get there, and of those after it.
+FIRST_ITERATIONS = 12
 MAX_ITERATIONS = 72
 # Searches end this near the pose [m, rad], so near that what is left of the error moves no joint
 # by more than `SAME`, but where two branches meet.
@@ -40,127 +49,141 @@ NEAR_SINGULAR = 0.03
 # An arm with more solutions than any six-joint arm has (16) moves freely at the pose.
 MOST_BRANCHES = 16
 
-_CHAINS: WeakKeyDictionary[Robot, JointAxes] = WeakKeyDictionary()
 
+class _Found:
+    """What has been found for one pose.
 
-def joint_axes(robot: Robot) -> JointAxes:
-    """The axes of a robot, kept for as long as the robot is."""
-    if robot not in _CHAINS:
-        _CHAINS[robot] = JointAxes(robot)
-    return _CHAINS[robot]
+    Attributes:
+        solutions: Each once, shape (b, d).
+        hits: How many searches ended there, shape (b,).
+        unfinished: Where searches ended with a small error, shape (k, d).
+    """
 
+    def __init__(self, dof: int) -> None:
+        self.solutions, self.hits = np.empty((0, dof)), np.zeros(0, dtype=int)
+        self.unfinished = np.empty((0, dof))
 
-def starts_box(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Where starts are taken from: one turn of every joint that turns, the range of a slide."""
-    revolute = joint_axes(robot).revolute
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    reach = joint_axes(robot).reach
-    low = np.where(revolute, -np.pi, np.where(np.isfinite(lower), lower, -reach))
-    high = np.where(revolute, np.pi, np.where(np.isfinite(upper), upper, reach))
-    return low, high
+    def add(self, ended: BatchSolution, own: BoolArray, revolute: BoolArray) -> FloatArray:
+        """Take in where the searches of a round ended; the solutions that are new."""
+        solved, known = ended.q[own & ended.converged], len(self.solutions)
+        for i in itertools.count():
+            if i == len(self.solutions):
+                if not len(solved):
+                    break
+                self.solutions = np.vstack([self.solutions, solved[:1]])
+                self.hits = np.append(self.hits, 0)
+            same = np.abs(difference(solved, self.solutions[i], revolute)).max(axis=1) <= SAME
+            self.hits[i] += same.sum()
+            solved = solved[~same]
+        near = ended.position_error + ended.orientation_error < MOST_RESIDUAL
+        self.unfinished = ended.q[own & near & ~ended.converged]
+        return self.solutions[known:]
 
 
 def find_branches(
-    robot: Robot,
-    targets: Targets,
-    known: Sequence[FloatArray] | None = None,
-    complete: Callable[[FloatArray], bool | None] | None = None,
+    robot: Robot, targets: Targets, known: Sequence[FloatArray] | None = None
 ) -> list[FloatArray]:
     """Find all solutions for each pose, without regard to position limits of joints that turn.
 
-    Rounds of starts go on for a pose until one brings nothing new. Starts are the points of a
-    low-discrepancy sequence and, near singularities, the mirror images of what has been found.
+    Rounds of searches go on for a pose until all solutions that its configuration flags allow are
+    found, or until each has been found twice and a round brings nothing new: what has not been
+    found then is hit by few searches, if any (Good, 1953). Starts are the points of a
+    low-discrepancy sequence, the mirror images of what has been found near singularities, and where
+    searches were given up with a small error.
 
     Args:
         robot: An arm of up to six joints.
         targets: n poses in the base frame.
         known: Configurations that may be near solutions of each pose, n arrays (k, d).
-        complete: Says whether solutions of a pose, shape (b, d), are all there are: `None` where
-            that is not known, which is also the default.
 
     Returns:
         For each pose the solutions in the order they were found, revolute joints within half a
         turn of zero, shape (b, d).
     """
-    chain, n, d = joint_axes(robot), len(targets), robot.dof
-    low, high = starts_box(robot)
-    points = low_discrepancy(d)
-
-    def fresh(count: int) -> FloatArray:
-        return low + np.array([next(points) for _ in range(count)]) * (high - low)
-
-    found = [np.empty((0, d)) for _ in range(n)]
-    deep = [np.empty((0, d)) for _ in range(n)]  # where searches ended without getting there
-    first = fresh(FIRST_STARTS if known is None else BESIDE_KNOWN)
-    starts = [first if known is None else np.vstack([known[i], first]) for i in range(n)]
+    revolute, n, d = joint_axes(robot).revolute, len(targets), robot.dof
+    box, used = _slide_limits(robot), FIRST_STARTS if known is None else BESIDE_KNOWN
+    first = starts(robot, box, used)
+    begin = [first if known is None else np.vstack([known[i], first]) for i in range(n)]
+    found, stuck = [_Found(d) for _ in range(n)], [np.empty((0, d))] * n
     active = list(range(n))
     for round_ in range(MAX_ROUNDS):
-        owner = np.repeat(active, [len(start) for start in starts])
-        solution = solve_batch(
-            chain,
+        owner = np.repeat(active, [len(start) for start in begin])
+        ended = solve_batch(
+            robot,
             targets.take(owner),
-            np.concatenate(starts),
+            np.concatenate(begin),
             tolerance=RESIDUAL,
-            max_iterations=MAX_ITERATIONS,
+            max_iterations=FIRST_ITERATIONS if round_ == 0 else MAX_ITERATIONS,
+            hasty=round_ == 0,
         )
-        common = fresh(MORE_STARTS)
-        again: list[int] = []
-        starts = []
+        common, used = starts(robot, box, MORE_STARTS, skip=used), used + MORE_STARTS
+        again, begin = [], []
         for i in active:
-            own = owner == i
-            solved = solution.q[own & solution.converged]
-            if d == 6:
-                near = solution.position_error + solution.orientation_error < DEEP
-                deep[i] = np.vstack([deep[i], solution.q[own & near & ~solution.converged]])
-            new = _not_yet(found[i], solved, chain.revolute)
-            found[i] = np.vstack([found[i], new])
-            all_there = complete(found[i]) if complete is not None else None
-            if all_there:  # where searches ended besides does not matter
-                deep[i] = deep[i][:0]
-            settled = len(new) == 0 and round_ > 0 if all_there is None else all_there
-            if settled or len(found[i]) > MOST_BRANCHES:
+            new = found[i].add(ended, owner == i, revolute)
+            complete = all_branches(robot, found[i].solutions)
+            if complete or len(found[i].solutions) > MOST_BRANCHES:
+                stuck[i] = stuck[i][:0]
                 continue
+            unfinished = found[i].unfinished
+            if round_ > 0 and d == 6:
+                stuck[i] = np.vstack([stuck[i], unfinished])
+                unfinished = unfinished[:0]
+            twice = complete is None and bool((found[i].hits > 1).all())
+            enough = twice and (not len(new) if round_ else known is None)
+            if enough and not len(unfinished):
+                continue
+            more = [] if enough else [common, _mirrored(robot, new)]
             again.append(i)
-            starts.append(np.vstack([common, _mirrored(robot, new)]))
+            begin.append(np.vstack([*more, unfinished]))
         active = again
         if not active:
             break
     return [
-        _with_valleys(robot, targets.take([i]), one, beside)
-        for i, (one, beside) in enumerate(zip(found, deep, strict=True))
+        _with_near_singular(robot, targets.take([i]), found[i].solutions, stuck[i])
+        for i in range(n)
     ]
 
 
-def _with_valleys(
-    robot: Robot, target: Targets, found: FloatArray, beside: FloatArray
+def _slide_limits(robot: Robot) -> Limits:
+    """The position limits of slides alone."""
+    revolute = joint_axes(robot).revolute
+    (lower, upper), (low, high) = no_limits(robot), limits_of(robot)
+    return np.where(revolute, lower, low), np.where(revolute, upper, high)
+
+
+def _with_near_singular(
+    robot: Robot, target: Targets, found: FloatArray, stuck: FloatArray
 ) -> FloatArray:
-    """Solutions for one pose, each once, with those next to singularities, or along the motion.
+    """Solutions for one pose, each once, with those that continuation finds.
 
     Args:
         robot: The robot.
         target: The pose.
         found: Solutions that searches have found, shape (b, d).
-        beside: Where searches have ended on the way to others, shape (k, d).
+        stuck: Where searches have ended on the way to others, shape (k, d).
     """
-    chain, d = joint_axes(robot), robot.dof
+    d = robot.dof
     singular = d == 6 and len(found) > MOST_BRANCHES
-    if singular or len(beside):
+    if singular or len(stuck):
         search = PoseSearch(robot, target.pose(0), RESIDUAL, RESIDUAL)
-        follow = floors_of_valleys if singular else solutions_in_valleys
-        starts = found if singular else beside
-        more = follow(search, starts, chain.revolute, VALLEY_RESIDUAL)
+        more = (
+            singular_solutions(search, found)
+            if singular
+            else near_singular_solutions(search, stuck)
+        )
         found = np.vstack([np.array(more).reshape(-1, d), found])
     if not singular:
-        found = told_apart(chain, target, found)
-    return difference(found, np.zeros(d), chain.revolute)
+        found = distinct(robot, target, found)
+    return difference(found, np.zeros(d), joint_axes(robot).revolute)
 
 
-def told_apart(chain: JointAxes, target: Targets, solutions: FloatArray) -> FloatArray:
+def distinct(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
     """Those solutions that no motion joins which leaves the tool where it is: the first of each.
 
-    Where two branches meet, searches end on both sides of the point where they do, and in a valley
-    anywhere near the solution.
+    Where two branches meet, searches end on both sides of the point where they do, and next to a
+    singularity anywhere near the solution.
     """
+    chain = joint_axes(robot)
     kept: list[FloatArray] = []
     for q in solutions:
         apart = [difference(q, other, chain.revolute) for other in kept]
@@ -179,26 +202,14 @@ def told_apart(chain: JointAxes, target: Targets, solutions: FloatArray) -> Floa
     return np.array(kept).reshape(-1, solutions.shape[1])
 
 
-def _not_yet(found: FloatArray, solved: FloatArray, revolute: BoolArray) -> FloatArray:
-    """Those solutions that are not among the ones found, each once."""
-    new: list[FloatArray] = []
-    rest = solved
-    for q in found:
-        rest = rest[np.abs(difference(rest, q, revolute)).max(axis=1) > SAME]
-    while len(rest):
-        new.append(rest[0])
-        rest = rest[np.abs(difference(rest, rest[0], revolute)).max(axis=1) > SAME]
-    return np.array(new).reshape(-1, found.shape[1])
-
-
 def _mirrored(robot: Robot, solutions: FloatArray) -> FloatArray:
     """Starts across the singularity, for the solutions that are near one.
 
-    Two branches meet at a singularity: along the joint motion that the tool does not feel, and,
-    where the axes of joints i and i + 2 line up, by half a turn of both.
+    Two branches meet at a singularity: along the smallest right-singular vector, and, where the
+    axes of joints i and i + 2 line up, by half a turn of both.
     """
     d = robot.dof
-    starts: list[FloatArray] = []
+    result: list[FloatArray] = []
     if d < 3 or not len(solutions):
         return np.empty((0, d))
     chain = joint_axes(robot)
@@ -206,9 +217,9 @@ def _mirrored(robot: Robot, solutions: FloatArray) -> FloatArray:
     for q, smallest, v in zip(solutions, s[:, -1], Vt[:, -1], strict=True):
         if smallest < NEAR_SINGULAR:
             unit = v / np.abs(v).max()
-            starts += [q + step * unit for step in (0.1, -0.1, 0.6, -0.6)]
+            result += [q + step * unit for step in (0.1, -0.1, 0.6, -0.6)]
             for i in range(d - 2):
                 turned = q.copy()
                 turned[[i, i + 2]] += np.pi * chain.revolute[[i, i + 2]]
-                starts.append(turned)
-    return np.array(starts).reshape(-1, d)
+                result.append(turned)
+    return np.array(result).reshape(-1, d)

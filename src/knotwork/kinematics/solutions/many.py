@@ -19,15 +19,13 @@ from knotwork.kinematics.arguments import (
     check_tolerance,
 )
 from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import low_discrepancy, search_box
-from knotwork.kinematics.solutions.enumeration import joint_axes
+from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
+from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
 from knotwork.kinematics.solutions.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
 MAX_RESTARTS = 600
-# Searches aim at a little less than the tolerance, so that rounding can't carry one across.
-MARGIN = 0.9
 # Searches that are made at once where few poses are left.
 FILLED_BATCH = 600
 
@@ -67,24 +65,20 @@ def solve_many(
     check_count(max_restarts, "max_restarts")
     targets = _targets(wanted)
     first = read_only(_each(start, n), (n, d), "start")
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    corner, opposite = search_box(robot, np.zeros(d), np.inf)
-    chain = joint_axes(robot)
-    points = low_discrepancy(d)
-    q = np.minimum(np.maximum(first, lower), upper)
+    limits = limits_of(robot)
+    q = clipped(first, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
-    todo, iterations, restarts = np.arange(n), 0, 0
-    starts = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
+    todo, iterations, restarts, used = np.arange(n), 0, 0, 0
+    begin = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
     while True:
-        count = starts.shape[1]
+        count = begin.shape[1]
         group = np.repeat(todo, count)
         found = solve_batch(
-            chain,
+            robot,
             targets.take(group),
-            starts.reshape(-1, d),
+            begin.reshape(-1, d),
             tolerance=MARGIN * tolerance,
-            lower=lower,
-            upper=upper,
+            limits=limits,
             hasty=True,
             group=group,
         )
@@ -103,13 +97,13 @@ def solve_many(
         if not todo.size or restarts >= max_restarts:
             break
         if restarts == 0:
-            starts = seeds(robot, [wanted[i] for i in todo])[:, :max_restarts]
+            begin = seeds(robot, [wanted[i] for i in todo])[:, :max_restarts]
         else:
             # A step of a batch takes hardly longer for hundreds than for one.
             count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
-            spread = corner + np.array([next(points) for _ in range(count)]) * (opposite - corner)
-            starts = np.tile(spread, (len(todo), 1, 1))
-        restarts += starts.shape[1]
+            begin = np.tile(starts(robot, limits, count, skip=used), (len(todo), 1, 1))
+            used += count
+        restarts += begin.shape[1]
     converged = np.maximum(position, orientation) <= MARGIN * tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
 

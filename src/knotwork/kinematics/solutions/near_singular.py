@@ -1,11 +1,11 @@
-"""Solutions next to a singularity, found along the motion that the tool hardly feels.
+"""Near-singular continuation: solutions next to a singularity, found along a curve.
 
 Where an arm of six joints is nearly singular, as where two axes of its wrist are nearly in line,
-it can move along a curve while the tool stays almost at its pose: a valley of the pose error, on
-whose floor the error is as small as the distance from the singularity. The solutions are single
-points of that curve. A search that comes down into the valley crawls along it and hardly gets to
-them; here the valley is followed from end to end instead, and its solutions are where the rest of
-the error, which has a sign, passes through zero.
+it can move along a curve while the tool stays almost at its pose. There the error has a component
+along one direction only, the smallest left-singular vector of the Jacobian: the signed residual,
+as small as the distance from the singularity. The solutions are the points of the curve where it
+is zero. A local search that ends up near the curve crawls along it and hardly gets to them; here
+the curve is followed from end to end instead, and the zeros of the signed residual are found.
 """
 
 from __future__ import annotations
@@ -16,153 +16,122 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import BoolArray, difference
+from knotwork.kinematics.chain.joint_axes import joint_axes
+from knotwork.kinematics.chain.joint_ranges import difference
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.waypoints import FloatArray
 
-# Errors on the floor of a valley are below this [m, rad]: farther from a singularity searches
+# The residual on a curve is below this [m, rad]: farther from a singularity local searches
 # converge as anywhere.
-DEEP = 1e-2
+MOST_RESIDUAL = 1e-2
 # Solutions there are as exact as rounding lets them be [m, rad].
-VALLEY_RESIDUAL = 1e-10
-STEP = 0.15  # along the valley [rad or m]
+TOLERANCE = 1e-10
+STEP = 0.15  # along the curve [rad or m]
 SHORTEST_STEP = STEP / 32
-# Cosine of the angle that the directions along and across may turn in a step.
+# Cosine of the angle that the smallest singular directions may turn in a step.
 SAME_DIRECTION = 0.8
 MOST_STEPS = 160
-# Valleys followed for one pose at most; a UR5 has four.
-MOST_VALLEYS = 10
-# A configuration so near one that a valley has been followed through is in that valley.
-SAME_VALLEY = 2.0 * STEP
-# Steps down to the floor: Newton's, in the directions other than the valley's.
-DESCENTS = 6
-# A move of less leaves what the square of it leaves: nothing.
-DESCENDED = 1e-7
-# There is one direction that the tool hardly feels; where there are two, valleys meet.
+# Curves followed for one pose at most; a UR5 has four.
+MOST_CURVES = 10
+# A configuration so near a point of a curve that has been followed is on that curve.
+SAME_CURVE = 2.0 * STEP
+# Newton steps back onto the curve, in the directions other than along it, and the size of the last
+# [rad or m]: what is left is its square.
+CORRECTIONS = 6
+CORRECTED = 1e-7
+# One singular value is small; where the second is below this, too, curves meet.
 SECOND_SINGULAR = 1e-3
 ROOT_STEPS = 60
-DIP_STEPS = 40
+GOLDEN_STEPS = 40
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-# A parabola through three points that stays this far above zero is no dip [m, rad].
-DIP = 1e-9
-# The rest of the error is known no better [m, rad]. A solution a millionth from a singularity is
-# then known to a millionth of its way along the valley.
+# A parabola through three residuals whose vertex is this far above zero has no zeros [m, rad].
+ABOVE_ZERO = 1e-9
+# The residual is known no better [m, rad]. A solution a millionth from a singularity is then known
+# to a millionth of its way along the curve.
 ROUNDING = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
-class _Floor:
-    """A point on the floor of a valley.
+class _Point:
+    """A point of a curve.
 
     Attributes:
         q: Joint positions [rad or m], shape (d,).
-        along: Direction of the valley, shape (d,), a unit vector.
-        across: Direction of the error that the arm can't mend there, shape (6,), a unit vector.
-        rest: The error along it, with its sign.
+        along: Smallest right-singular vector: direction of the curve, shape (d,).
+        lost: Smallest left-singular vector: where the arm can't move the tool, shape (6,).
+        residual: The error along that, with its sign.
     """
 
     q: FloatArray
     along: FloatArray
-    across: FloatArray
-    rest: float
+    lost: FloatArray
+    residual: float
 
-    def follows(self, before: _Floor) -> bool:
+    def follows(self, before: _Point) -> bool:
         """Whether the directions are nearly those of the point before."""
-        return bool(min(self.along @ before.along, self.across @ before.across) > SAME_DIRECTION)
+        return bool(min(self.along @ before.along, self.lost @ before.lost) > SAME_DIRECTION)
 
 
-def solutions_in_valleys(
-    search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray, tolerance: float
+def near_singular_solutions(
+    search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MOST_STEPS
 ) -> list[FloatArray]:
-    """Follow the valleys that configurations lie in, and find the solutions there.
+    """Follow the curves that configurations lie on, and find the solutions there.
 
     Args:
         search: The pose, and an arm of six joints.
         starts: Configurations with a small error, shape (d,) each.
-        revolute: Which joints are revolute, shape (d,).
-        tolerance: Of solutions: distance [m] and angle [rad].
+        most_steps: How many steps to follow each curve either way at most.
 
     Returns:
         Solutions, shape (d,) each; some perhaps more than once.
     """
     found: list[FloatArray] = []
-    for way in _valleys(search, starts, revolute):
-        for a, b in itertools.pairwise(_with_dips(search, way)):
-            if a.rest * b.rest <= 0.0:
-                found += _root(search, a, b, tolerance)
+    for curve in _curves(search, starts, most_steps):
+        for a, b in itertools.pairwise(_with_double_zeros(search, curve)):
+            if a.residual * b.residual <= 0.0:
+                found += _zero(search, a, b)
     return found
 
 
-def solutions_outward(
-    search: PoseSearch, start: FloatArray, tolerance: float, most_steps: int
-) -> Iterator[FloatArray]:
-    """Follow the valley that a configuration lies in both ways, and give solutions as they come.
+def singular_solutions(search: PoseSearch, starts: Iterable[FloatArray]) -> list[FloatArray]:
+    """Follow the curves of an arm that is singular: all along them the pose is met.
 
-    Args:
-        search: The pose, and an arm of six joints or more: of the floor of a valley that is not a
-            line, a line is followed.
-        start: A configuration with a small error, shape (d,).
-        tolerance: Of solutions: distance [m] and angle [rad].
-        most_steps: How many steps to try either way.
+    Args and returns as of `near_singular_solutions`, but points all along the curves.
     """
-    first = _down(search, start, None)
-    if first is None:
-        return
-    here = [first, first]
-    walks = (_walk(search, first, sign, most_steps) for sign in (1.0, -1.0))
-    for pair in itertools.zip_longest(*walks):
-        for side, point in enumerate(pair):
-            if point is None:
-                continue
-            _, there = point
-            if here[side].rest * there.rest <= 0.0:
-                yield from _root(search, here[side], there, tolerance)
-            here[side] = there
+    points = [point.q for curve in _curves(search, starts) for point in curve]
+    return [q for q in points if max(search.errors(q)) <= TOLERANCE]
 
 
-def floors_of_valleys(
-    search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray, tolerance: float
-) -> list[FloatArray]:
-    """Follow the valleys of an arm that is singular: all along them the pose is met.
-
-    Arguments as of `solutions_in_valleys`.
-
-    Returns:
-        Points along the valleys that are solutions, shape (d,) each.
-    """
-    points = [floor.q for way in _valleys(search, starts, revolute) for floor in way]
-    return [q for q in points if max(search.errors(q)) <= tolerance]
-
-
-def _valleys(
-    search: PoseSearch, starts: Iterable[FloatArray], revolute: BoolArray
-) -> Iterator[list[_Floor]]:
-    """Points along each valley that starts lie in."""
+def _curves(
+    search: PoseSearch, starts: Iterable[FloatArray], most_steps: int = MOST_STEPS
+) -> Iterator[list[_Point]]:
+    """Points along each curve that starts lie on."""
     followed: list[FloatArray] = []
     for start in starts:
-        if len(followed) == MOST_VALLEYS:
+        if len(followed) == MOST_CURVES:
             break
-        if any(_apart(points, start, revolute).min() < SAME_VALLEY for points in followed):
+        if any(_apart(search, points, start).min() < SAME_CURVE for points in followed):
             continue
-        first = _down(search, start, None)
+        first = _corrected(search, start, None)
         if first is None:
             continue
-        way, closed = _follow(search, first, 1.0, revolute)
+        curve, closed = _one_way(search, first, 1.0, most_steps)
         if not closed:
-            back, _ = _follow(search, first, -1.0, revolute)
-            way = [*reversed(back[1:]), *way]
-        followed.append(np.array([floor.q for floor in way]))
-        yield way
+            back, _ = _one_way(search, first, -1.0, most_steps)
+            curve = [*reversed(back[1:]), *curve]
+        followed.append(np.array([point.q for point in curve]))
+        yield curve
 
 
-def _apart(points: FloatArray, q: FloatArray, revolute: BoolArray) -> FloatArray:
+def _apart(search: PoseSearch, points: FloatArray, q: FloatArray) -> FloatArray:
     """Largest joint distance of each of some configurations from another, turns aside."""
-    return np.asarray(np.abs(difference(points, q, revolute)).max(axis=1))
+    gap = difference(points, q, joint_axes(search.robot).revolute)
+    return np.asarray(np.abs(gap).max(axis=1))
 
 
-def _down(search: PoseSearch, q: FloatArray, before: _Floor | None) -> _Floor | None:
-    """Go down to the floor of the valley; `None` where there is none."""
-    for _ in range(DESCENTS):
+def _corrected(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Point | None:
+    """Go to the nearest point of the curve; `None` where there is none."""
+    for _ in range(CORRECTIONS):
         e = search.error(q)
         U, s, Vt = np.linalg.svd(search.jacobian(q), full_matrices=False)
         if s[-2] < SECOND_SINGULAR:
@@ -172,103 +141,94 @@ def _down(search: PoseSearch, q: FloatArray, before: _Floor | None) -> _Floor | 
         if size > 2.0 * STEP:
             return None
         q = q + move
-        if size < DESCENDED:
+        if size < CORRECTED:
             break
-    along, across = Vt[-1], U[:, -1]
+    along, lost = Vt[-1], U[:, -1]
     if before is not None:
         along = along if along @ before.along >= 0.0 else -along
-        across = across if across @ before.across >= 0.0 else -across
-    rest = float(across @ search.error(q))
-    return _Floor(q, along, across, rest) if abs(rest) < DEEP else None
+        lost = lost if lost @ before.lost >= 0.0 else -lost
+    residual = float(lost @ search.error(q))
+    return _Point(q, along, lost, residual) if abs(residual) < MOST_RESIDUAL else None
 
 
-def _follow(
-    search: PoseSearch, first: _Floor, sign: float, revolute: BoolArray
-) -> tuple[list[_Floor], bool]:
-    """Points along a valley in one direction to its end, or round to the first, and whether so."""
-    way, closed = [first], False
-    for length, there in _walk(search, first, sign):
-        way.append(there)
-        if closed:  # a step beyond, so that nothing is between the last and the first
-            break
-        closed = length > 4 * STEP and _apart(there.q[None], first.q, revolute)[0] < 0.75 * STEP
-    return way, closed
-
-
-def _walk(
-    search: PoseSearch, first: _Floor, sign: float, most_steps: int = MOST_STEPS
-) -> Iterator[tuple[float, _Floor]]:
-    """Points along a valley in one direction, and how far they are."""
-    here = _Floor(first.q, sign * first.along, first.across, first.rest)
+def _one_way(
+    search: PoseSearch, first: _Point, sign: float, most_steps: int
+) -> tuple[list[_Point], bool]:
+    """Points along a curve in one direction to its end, or round to the first, and whether so."""
+    curve, here, closed = [first], _Point(first.q, sign * first.along, first.lost, 0.0), False
     step, length = STEP, 0.0
     for _ in range(most_steps):
-        there = _down(search, here.q + step * here.along, here)
-        turned = there is None or not there.follows(here)
-        if turned and step > SHORTEST_STEP:
+        there = _corrected(search, here.q + step * here.along, here)
+        if (there is None or not there.follows(here)) and step > SHORTEST_STEP:
             step *= 0.5
             continue
         if there is None:
             break
+        curve.append(there)
+        if closed:  # a step beyond, so that nothing is between the last and the first
+            break
         length += step
-        yield length, there
-        step = min(2.0 * step, STEP)
-        here = there
+        closed = length > 4 * STEP and _apart(search, there.q[None], first.q)[0] < 0.75 * STEP
+        step, here = min(2.0 * step, STEP), there
+    return curve, closed
 
 
-def _with_dips(search: PoseSearch, way: list[_Floor]) -> list[_Floor]:
-    """The same with a point where the error dips to zero or below between points.
+def _with_double_zeros(search: PoseSearch, curve: list[_Point]) -> list[_Point]:
+    """The same with a point between points where the residual goes to zero and back.
 
     There two solutions lie close together: the arm is nearly singular in another way, too.
     """
-    result = way[:1]
-    for a, b, c in zip(way, way[1:], way[2:], strict=False):
-        dip = _dip(search, a, b, c)
-        if dip is None:
+    result = curve[:1]
+    for a, b, c in zip(curve, curve[1:], curve[2:], strict=False):
+        between = _double_zero(search, a, b, c)
+        if between is None:
             result.append(b)
         else:
-            t, lowest = dip
-            result += [lowest, b] if t < 0.0 else [b, lowest]
-    return result + way[-1:]
+            t, point = between
+            result += [point, b] if t < 0.0 else [b, point]
+    return result + curve[-1:]
 
 
-def _dip(search: PoseSearch, a: _Floor, b: _Floor, c: _Floor) -> tuple[float, _Floor] | None:
-    """Where the error between points dips to zero: from -1 at the first to 1 at the third."""
-    sign = 1.0 if b.rest > 0.0 else -1.0
-    left, here, right = sign * a.rest, sign * b.rest, sign * c.rest
+def _double_zero(
+    search: PoseSearch, a: _Point, b: _Point, c: _Point
+) -> tuple[float, _Point] | None:
+    """Where the residual goes to zero or beyond: from -1 at the first point to 1 at the third."""
+    sign = 1.0 if b.residual > 0.0 else -1.0
+    left, here, right = sign * a.residual, sign * b.residual, sign * c.residual
     bend = left - 2.0 * here + right
-    if not 0.0 < here <= min(left, right) or here * bend > 0.25 * (left - right) ** 2 + DIP * bend:
+    above = ABOVE_ZERO * bend
+    if not 0.0 < here <= min(left, right) or here * bend > 0.25 * (left - right) ** 2 + above:
         return None
     low, high = -1.0, 1.0
-    for _ in range(DIP_STEPS):  # golden section
+    for _ in range(GOLDEN_STEPS):
         inner = [low + part * (high - low) for part in (1.0 - GOLDEN, GOLDEN)]
-        floors = [
-            _down(search, b.q + (t * (b.q - a.q) if t < 0.0 else t * (c.q - b.q)), b) for t in inner
-        ]
-        values = [np.inf if floor is None else sign * floor.rest for floor in floors]
+        ends = [b.q - a.q if t < 0.0 else c.q - b.q for t in inner]
+        points = [_corrected(search, b.q + t * end, b) for t, end in zip(inner, ends, strict=True)]
+        values = [np.inf if point is None else sign * point.residual for point in points]
         best = int(np.argmin(values))
-        floor = floors[best]
-        if floor is not None and values[best] <= ROUNDING:
-            return inner[best], floor
+        point = points[best]
+        if point is not None and values[best] <= ROUNDING:
+            return inner[best], point
         low, high = (low, inner[1]) if best == 0 else (inner[0], high)
     return None
 
 
-def _root(search: PoseSearch, a: _Floor, b: _Floor, tolerance: float) -> Iterator[FloatArray]:
-    """The solution between two points of a valley (regula falsi, the Illinois variant)."""
-    floor, low, high, at_low, at_high = a, 0.0, 1.0, a.rest, b.rest
+def _zero(search: PoseSearch, a: _Point, b: _Point) -> Iterator[FloatArray]:
+    """The solution between two points of a curve (regula falsi, the Illinois variant)."""
+    point, low, high, at_low, at_high = a, 0.0, 1.0, a.residual, b.residual
     for _ in range(ROOT_STEPS):
         slope = at_high - at_low
         t = 0.5 * (low + high) if slope == 0.0 else (low * at_high - high * at_low) / slope
-        between = _down(search, a.q + t * (b.q - a.q), a)
+        between = _corrected(search, a.q + t * (b.q - a.q), a)
         if between is None:
             return
-        floor = between
-        if abs(floor.rest) <= ROUNDING or high == low:
+        point = between
+        if abs(point.residual) <= ROUNDING or high == low:
             break
-        if floor.rest * at_high < 0.0:
+        if point.residual * at_high < 0.0:
             low, at_low = high, at_high
         else:
             at_low *= 0.5
-        high, at_high = t, floor.rest
-    if max(search.errors(floor.q)) <= tolerance:
-        yield floor.q
+        high, at_high = t, point.residual
+    if max(search.errors(point.q)) <= TOLERANCE:
+        yield point.q

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -17,52 +16,43 @@ from knotwork.kinematics.arguments import (
     check_pose,
     check_tolerance,
 )
-from knotwork.kinematics.chain.joint_ranges import low_discrepancy, nearest_turns
+from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, starts
 from knotwork.kinematics.chain.levenberg_marquardt import (
-    PATIENT,
-    PATIENT_ITERATIONS,
-    POLISH_ITERATIONS,
+    HASTY,
+    MARGIN,
+    USUAL,
+    Effort,
     LocalSolution,
     PoseSearch,
 )
-from knotwork.kinematics.chain.null_space import settle_near
+from knotwork.kinematics.chain.null_space import nearest_by_self_motion
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
-from knotwork.kinematics.solutions.near_singular import DEEP, STEP
-from knotwork.kinematics.solutions.pulled_inside import pulled_inside
-from knotwork.kinematics.solutions.starts import NEARBY_RESTARTS, in_valleys, spread, starts_after
+from knotwork.kinematics.solutions.inside import solutions_inside
+from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
+from knotwork.kinematics.solutions.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
 # Restarts until a first solution is found. The hardest of the shipped arms needs some tens; ten
 # times as many leave little doubt that there is no solution.
 MAX_RESTARTS = 200
-# Searches that give up soon if they get no nearer; those after them have more patience.
-HASTY_SEARCHES = 20
-# Restarts in the neighbourhood that a nearer solution than the one found would lie in, when that is
-# as far as `FAR` or farther; fewer for a smaller neighbourhood. Of 60 random poses about 2 rad away
-# the nearest solution of a UR5 is missed for 3 with 8 restarts, for 2 with 16, for 1 with 24.
-NEARER_RESTARTS = 16
-FAR = 1.5  # [rad or m]
-# Near a singularity a second solution may be as near as the first: it is looked for where it would
-# be so many times as far from that, twice being the most in theory.
+# Restarts that give up soon if they get no nearer; those after them have more patience.
+HASTY_RESTARTS = 20
+# The solution of the local search is the nearest if it is so near the start [rad or m], and no
+# other is so many times as near beside a singularity, twice being the most in theory.
+NEAR = 0.5
 TWIN_WITHIN = 3.0
-# With a smallest singular value below this that is no more than a guess; others may lie along a
-# valley, or anywhere near.
+# With a smallest singular value below this the estimate of where that other is does not hold, and
+# near-singular continuation finds it.
 NEAR_SINGULAR = 3e-3
-NEAR_SINGULAR_RESTARTS = 8
-# A search that ends so near its start, in a valley next to a singularity, has the nearest solution
-# in there [rad or m]; from farther away other starts are quicker than to follow it.
-VALLEY_BESIDE = 0.5
-VALLEY_STEPS = 16
-# Of many searches that failed, those that ended nearest the pose are gone on with.
-MOST_GONE_ON = 20
-# The free motion of an arm with more joints than the pose needs is followed from solutions that are
-# not much farther than the nearest, until its steps are this part of the distance (what is left to
-# gain is then about the square of it); and to the end from the nearest.
-SETTLE_WITHIN = 1.5
+# Solutions that near are reached exactly: none is nearer [rad or m].
+THERE = 1e-6
+# Self-motion is followed from few solutions that are not much farther than the nearest, until its
+# steps are this part of the distance (what is left to gain is then about the square of it); and to
+# the end from the nearest.
+MOST_FOLLOWED = 8
+FOLLOW_WITHIN = 1.5
 ROUGHLY = 0.1
-# Searches aim at a little less than the tolerances, so that rounding can't carry an answer across.
-MARGIN = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +65,8 @@ class IKSolution:
         orientation_error: Angle of the tool from the pose, likewise [rad].
         distance: From the configuration that it should be near: the Euclidean norm over the
             joints, one metre counting as one radian.
-        iterations: Steps of all local searches.
-        restarts: Local searches beyond the first.
+        iterations: Steps of all local searches, without those of the search for all solutions.
+        restarts: Local searches beyond the first, likewise.
         converged: Whether both errors are within the tolerances.
         reason: How the search ended.
     """
@@ -106,11 +96,11 @@ def solve_pose_ik(
 ) -> IKSolution:
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
-    A local search from the start is followed by others from points that fill the part of joint
-    space where a nearer solution would lie. Where the nearest is far, by some radians, it may be
-    missed all the same; `solve_all` finds every one. Joints are taken by whole turns to where they
-    are nearest; an arm with more joints than the pose needs is moved along its free motion as
-    near as it gets. The same arguments always give the same answer.
+    Three steps: a local search from the start; where that fails or ends far away, the nearest of
+    all solutions, so that the answer is never farther than the nearest of `solve_all`; where there
+    is none, a diagnosis. Joints are taken by whole turns to where they are nearest. A redundant arm
+    is moved along its self-motion as near as it gets; there, all solutions are the samples of the
+    self-motion that `solve_all` chooses from. The same arguments always give the same answer.
 
     Args:
         robot: The robot.
@@ -118,13 +108,12 @@ def solve_pose_ik(
         start: Joint positions to search from [rad or m], shape (d,).
         position_tolerance: [m].
         orientation_tolerance: [rad].
-        max_restarts: Searches to make at most when the first finds nothing. If none of them does,
-            others look for the reason; where they come upon a solution it is the answer.
+        max_restarts: With `nearest=False` the local searches to make at most when the first finds
+            nothing, before all solutions are looked for.
         near: Configuration that the answer should be near [rad or m], shape (d,); by default the
             start.
-        nearest: Go on to look for nearer solutions. Without, the first solution found is the
-            answer, as other solvers do it: from a start close by that is the nearest all the
-            same, in one local search.
+        nearest: Look for the nearest solution. Without, the first solution found is the answer, as
+            other solvers do it: from a start close by that is the nearest all the same.
         waypoint: Name of the waypoint, for errors.
         where: Where it is defined, for errors.
 
@@ -135,7 +124,49 @@ def solve_pose_ik(
         WaypointDataError: An array is not finite or of another shape, or a tolerance is finer
             than rounding.
         RobotError: The robot has no tool frame.
+
+    Examples:
+        >>> import knotwork as kw
+        >>> robot = kw.load_robot("ur5")
+        >>> home = robot.configuration("home")
+        >>> found = kw.solve_pose_ik(robot, robot.forward(home + 0.1), start=home)
+        >>> (found.q - home).round(6).tolist()
+        [0.1, 0.1, 0.1, 0.1, 0.1, 0.1]
     """
+    first = _checked(robot, pose, start, position_tolerance, orientation_tolerance, max_restarts)
+    goal = first if near is None else read_only(near, (robot.dof,), "near")
+    search = PoseSearch(robot, pose, MARGIN * position_tolerance, MARGIN * orientation_tolerance)
+    kept = _Nearest(search, goal, nearest)
+    kept.search_from(first, HASTY)
+    if nearest and kept.is_nearest():
+        return kept.answer("nearest solution")
+    if not nearest:
+        for q in _restarts(search, max_restarts) if kept.best is None else ():
+            kept.search_from(q, HASTY if kept.restarts < HASTY_RESTARTS else USUAL)
+            if kept.best is not None:
+                break
+        if kept.best is not None:
+            return kept.answer("first solution")
+    check_distance(pose)
+    every = solutions_inside(search)
+    kept.take_all(every)
+    if kept.best is None:
+        asked = position_tolerance, orientation_tolerance
+        kept.take(
+            solution_or_reason(search, goal, tolerances=asked, waypoint=waypoint, where=where).q
+        )
+    return kept.answer(f"nearest of {max(len(every), 1)} solutions")
+
+
+def _checked(
+    robot: Robot,
+    pose: Any,
+    start: ArrayLike,
+    position_tolerance: float,
+    orientation_tolerance: float,
+    max_restarts: int,
+) -> FloatArray:
+    """The start, once all arguments have been looked at; fast for those that are as usual."""
     check_pose(pose)
     usual = type(position_tolerance) is type(orientation_tolerance) is float
     usual = usual and type(max_restarts) is int and max_restarts >= 0
@@ -143,193 +174,102 @@ def solve_pose_ik(
         check_tolerance(position_tolerance, "position_tolerance")
         check_tolerance(orientation_tolerance, "orientation_tolerance")
         check_count(max_restarts, "max_restarts")
-    first: FloatArray
-    if (  # faster than `read_only`
+    if (
         type(start) is np.ndarray
         and (start.shape, start.dtype) == ((robot.dof,), float)
         and math.isfinite(sum(start.tolist()))
     ):
-        first = start
-    else:
-        first = read_only(start, (robot.dof,), "start")
-    goal = first if near is None else read_only(near, (robot.dof,), "near")
-    tolerances = MARGIN * position_tolerance, MARGIN * orientation_tolerance
-    search = PoseSearch(robot, pose, *tolerances)
-    found = search.solve(
-        first,
-        robot.lower_position_limit,
-        robot.upper_position_limit,
-        polish_iterations=POLISH_ITERATIONS if nearest else 0,
-        hasty=True,
-    )
-    if found.converged and not nearest:
-        distance = math.dist(found.q.tolist(), goal.tolist())
-        if distance <= np.pi:  # no joint is more than half a turn away
-            return _ended(found, distance, found.iterations, 0, "first")
-    collector = _Collector(search, goal, nearest=nearest)
-    collector.take(found)
-    if collector.found and not nearest:
-        return collector.solution()
-    points = low_discrepancy(robot.dof)
-    if not collector.found:
-        check_distance(pose)
-        if math.dist(found.q.tolist(), goal.tolist()) < VALLEY_BESIDE:
-            collector.search_on(in_valleys(search, [found], goal, VALLEY_STEPS))
-            if not collector.found:
-                collector.go_on([found])
-    if not collector.found:
-        starts = starts_after(robot, pose, goal, points, NEARBY_RESTARTS if nearest else 0)
-        collector.search_on(islice(starts, max_restarts))
-    if not collector.found and max_restarts:
-        collector.search_on(in_valleys(search, collector.failed, goal))
-    if not collector.found and max_restarts:
-        collector.go_on(collector.failed)
-    if not collector.found and max_restarts:
-        collector.search_on(pulled_inside(search, goal))
-    if not collector.found:
-        asked = position_tolerance, orientation_tolerance
-        collector.restarts += 1
-        collector.take(
-            solution_or_reason(search, goal, tolerances=asked, waypoint=waypoint, where=where)
-        )
-    if nearest and max_restarts:
-        for start_beside in collector.twins():
-            collector.search_on([start_beside])
-    for restart in range(min(NEARER_RESTARTS, max_restarts) if nearest else 0):
-        if restart > NEARER_RESTARTS * collector.distance / FAR:
-            break
-        collector.search_on(spread(robot, goal, collector.distance, points, 1))
-    return collector.solution()
+        return start
+    return read_only(start, (robot.dof,), "start")
 
 
-class _Collector:
+def _restarts(search: PoseSearch, count: int) -> Iterator[FloatArray]:
+    """Where to search after a start that failed."""
+    robot = search.robot
+    if count:
+        yield from seeds(robot, [search.pose])[0][:count]
+        yield from starts(robot, limits_of(robot), max(count - 2, 0))
+
+
+class _Nearest:
     """Keeps the nearest of the solutions found, and counts the work."""
 
-    def __init__(self, search: PoseSearch, near: FloatArray, *, nearest: bool) -> None:
-        self.search, self.near = search, near
-        self._nearest, self._settle = nearest, nearest and search.robot.dof > 6
-        self._polish = POLISH_ITERATIONS if nearest else 0
-        self.best: LocalSolution | None = None
-        self.failed: list[LocalSolution] = []
+    def __init__(self, search: PoseSearch, goal: FloatArray, nearest: bool) -> None:
+        self.search, self.goal, self.limits = search, goal, limits_of(search.robot)
+        self._follow, self._polish = nearest and search.robot.dof > 6, USUAL.polish * nearest
+        self.best: FloatArray | None = None
+        self._measured: LocalSolution | None = None
         self.distance = np.inf
-        self.iterations = self.restarts = 0
-        self._measured = False
+        self.iterations, self.restarts = 0, -1
 
-    def try_from(self, start: FloatArray) -> None:
-        robot = self.search.robot
-        lower, upper = robot.lower_position_limit, robot.upper_position_limit
-        hasty = not self.found and self.restarts < HASTY_SEARCHES
-        self.take(
-            self.search.solve(start, lower, upper, polish_iterations=self._polish, hasty=hasty)
-        )
-
-    def take(self, found: LocalSolution) -> None:
-        """Keep where a search ended, if it is a solution and nearer than the others."""
+    def search_from(self, start: FloatArray, effort: Effort) -> None:
+        found = self.search.solve(start, self.limits, effort._replace(polish=self._polish))
         self.iterations += found.iterations
-        if not found.converged:
-            self.failed.append(found)
-            return
-        robot, q = self.search.robot, found.q
-        away = q - self.near
-        distance = math.sqrt(away.dot(away))
+        self.restarts += 1
+        if found.converged:
+            self.take(found.q, found)
+
+    def take(self, q: FloatArray, measured: LocalSolution | None = None) -> None:
+        """Keep a solution if it is nearer than the others."""
+        distance = math.dist(q.tolist(), self.goal.tolist())
         if distance > np.pi:  # else no joint is more than half a turn away
-            lower, upper = robot.lower_position_limit, robot.upper_position_limit
-            revolute = np.array([unit == "rad" for unit in robot.joint_units])
-            q = nearest_turns(q, self.near, lower, upper, revolute)
-            distance = float(np.linalg.norm(q - self.near))
-        if self._settle and distance < SETTLE_WITHIN * self.distance:
-            q, steps = settle_near(self.search, q, self.near, ROUGHLY * distance)
+            q = nearest_turns(self.search.robot, q, self.goal)
+            distance, measured = math.dist(q.tolist(), self.goal.tolist()), None
+        if self._follow and distance < FOLLOW_WITHIN * self.distance:
+            q, steps = nearest_by_self_motion(self.search, q, self.goal, ROUGHLY * distance)
             self.iterations += steps
-            distance = float(np.linalg.norm(q - self.near))
+            distance, measured = math.dist(q.tolist(), self.goal.tolist()), None
         if distance < self.distance:
-            self.best, self.distance = found if q is found.q else found._replace(q=q), distance
-            self._measured = q is found.q
+            self.best, self.distance, self._measured = q, distance, measured
 
-    @property
-    def found(self) -> bool:
-        """Whether there is a solution."""
-        return self.best is not None
+    def take_all(self, solutions: FloatArray) -> None:
+        """Keep the nearest of some solutions, those first that look nearest."""
+        turned = [nearest_turns(self.search.robot, q, self.goal) for q in solutions]
+        turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
+        for q in turned[: MOST_FOLLOWED if self._follow else 1]:
+            self.take(q)
 
-    def search_on(self, starts: Iterable[FloatArray]) -> None:
-        """Search from one start after the other until there is a solution."""
-        for start in starts:
-            self.restarts += 1
-            self.try_from(start)
-            if self.found:
-                break
+    def is_nearest(self) -> bool:
+        """Whether the solution found is surely the nearest, or becomes so by a search beside it.
 
-    def go_on(self, ended: Iterable[LocalSolution]) -> None:
-        """Go on patiently where searches ended with a small error, until there is a solution."""
-        robot = self.search.robot
-        lower, upper = robot.lower_position_limit, robot.upper_position_limit
-        small = sorted((one for one in ended if one.miss < DEEP), key=lambda one: one.miss)
-        for one in small[:MOST_GONE_ON]:
-            self.restarts += 1
-            self.take(
-                self.search.solve(
-                    one.q,
-                    lower,
-                    upper,
-                    PATIENT_ITERATIONS,
-                    polish_iterations=self._polish,
-                    patience=PATIENT,
-                )
-            )
-            if self.found:
-                break
-
-    def twins(self) -> Iterator[FloatArray]:
-        """Starts near a second solution that may be as near as the one found, if there is one.
-
-        Along the direction v that the tool feels least, by σ, its motion bends by κ: after σ t it
-        is back where it was at t = −2 σ / κ, and next to that there is a second solution.
+        Along the i-th right-singular vector v, with singular value σ, the motion of the tool bends
+        by κ: after σ t it is back where it was at t = −2 σ / κ, and next to that there is a second
+        solution.
         """
-        if self.best is None or self.distance > FAR:
-            return
-        q = self.best.q
+        if self.best is None or self.distance > NEAR:
+            return False
+        if self.distance < THERE:
+            return True
+        q, within = self.best, TWIN_WITHIN * self.distance
         U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
-        for across, felt, along in zip(U.T, s, Vt, strict=True):
-            if felt < self.distance:
-                bend = float(across @ self.search.bend(q, along))
-                if 2.0 * felt < TWIN_WITHIN * self.distance * abs(bend):
-                    yield q - (2.0 * felt / bend) * along
         if s[-1] < NEAR_SINGULAR:
-            steps = 2 + int(TWIN_WITHIN * self.distance / STEP)
-            yield from in_valleys(self.search, [self.best], self.near, steps)
-            points = low_discrepancy(self.search.robot.dof)
-            for _ in range(NEAR_SINGULAR_RESTARTS):
-                yield from spread(self.search.robot, self.near, self.distance, points, 1)
+            if len(s) != len(q):
+                return False
+            for other in near_singular_solutions(self.search, [q], 2 + int(within / STEP)):
+                self.search_from(other, HASTY)
+        for lost, value, along in zip(U.T, s, Vt, strict=True):
+            bend = float(lost @ self.search.bend(q, along))
+            if 2.0 * value < within * abs(bend):
+                self.search_from(q - (2.0 * value / bend) * along, HASTY)
+        return True
 
-    def solution(self) -> IKSolution:
+    def answer(self, kind: str) -> IKSolution:
+        """The nearest solution."""
         if self.best is None:
-            raise RuntimeError("no solution has been collected")
-        q, best = self.best.q, self.best
-        if self._settle:
-            q, steps = settle_near(self.search, q, self.near)
+            raise RuntimeError("no solution has been kept")
+        q, measured = self.best, self._measured
+        if self._follow:
+            q, steps = nearest_by_self_motion(self.search, q, self.goal)
             self.iterations += steps
-            self.distance = float(np.linalg.norm(q - self.near))
-        if self._measured and q is best.q:
-            position, orientation = best.position_error, best.orientation_error
-        else:
-            position, orientation = self.search.errors(q)
-        best = LocalSolution(
-            q, position, orientation, best.iterations, self.search.within(position, orientation)
+            self.distance, measured = math.dist(q.tolist(), self.goal.tolist()), None
+        errors = self.search.errors(q) if measured is None else measured[1:3]
+        q.setflags(write=False)
+        return IKSolution(
+            q,
+            *errors,
+            self.distance,
+            self.iterations,
+            self.restarts,
+            self.search.within(*errors),
+            kind,
         )
-        kind = "nearest" if self._nearest else "first"
-        return _ended(best, self.distance, self.iterations, self.restarts, kind)
-
-
-def _ended(
-    found: LocalSolution, distance: float, iterations: int, restarts: int, kind: str
-) -> IKSolution:
-    found.q.setflags(write=False)
-    return IKSolution(
-        found.q,
-        found.position_error,
-        found.orientation_error,
-        distance,
-        iterations,
-        restarts,
-        found.converged,
-        f"{kind} solution of {restarts + 1} searches" if restarts else "solution of one search",
-    )

@@ -8,11 +8,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import low_discrepancy, search_box
+from knotwork.kinematics.chain.joint_axes import joint_axes
+from knotwork.kinematics.chain.joint_ranges import limits_of, starts
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-# Making the table takes some milliseconds, once for an arm.
 TABLE_SIZE = 512
 # How many of the table are searched from. More than a few nearest ones share what keeps a search
 # from succeeding, such as a limit; then points from everywhere do better.
@@ -34,29 +34,17 @@ def seeds(robot: Robot, poses: Sequence[Any]) -> FloatArray:
         Shape (n, 2, d).
     """
     if robot not in _tables:
-        _tables[robot] = _table(robot)
+        q = starts(robot, limits_of(robot), TABLE_SIZE)
+        tip, rotation, *_ = joint_axes(robot).forward(q)
+        _tables[robot] = q, np.vstack([(tip**2).sum(axis=0), tip, rotation.reshape(9, -1)])
     q, features = _tables[robot]
     # |p|² − 2 p·p* − tr(RᵀR*): the square above but for what all have in common.
     wanted = np.array(
-        [[1.0, *(-2.0 * pose.translation), *-pose.rotation.ravel()] for pose in poses]
+        [[1.0, *(-2.0 * pose.translation), *-pose.rotation.T.ravel()] for pose in poses]
     )
-    apart = wanted @ features.T
+    apart = wanted @ features
     rows, nearest = np.arange(len(apart)), []
     for _ in range(NEAREST):  # faster than to sort; of equals the first
         nearest.append(apart.argmin(axis=1))
         apart[rows, nearest[-1]] = np.inf
     return np.asarray(q[np.stack(nearest, axis=1)])
-
-
-def _table(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Configurations, shape (k, d), and of their poses |p|², p and R, shape (k, 13)."""
-    points = low_discrepancy(robot.dof)
-    corner, opposite = search_box(robot, np.zeros(robot.dof), np.inf)
-    q = np.array([corner + next(points) * (opposite - corner) for _ in range(TABLE_SIZE)])
-    features = np.empty((TABLE_SIZE, 13))
-    for row, configuration in zip(features, q, strict=True):
-        pose = robot.forward(configuration)
-        row[0] = pose.translation.dot(pose.translation)
-        row[1:4] = pose.translation
-        row[4:] = pose.rotation.ravel()
-    return q, features

@@ -1,4 +1,4 @@
-"""The free motion of seven joints: away from limits and singularities between waypoints, too."""
+"""Self-motion of seven joints: away from limits and singularities between waypoints, too."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import pytest
 import knotwork as kw
 from knotwork.errors import BranchError, DocumentError, RobotError
 from knotwork.kinematics.chain.velocity import solve_velocities
-from knotwork.kinematics.sequence.nearness import passage_nearness, weights
-from knotwork.kinematics.sequence.null_space_refinement import Way, settle_sequence
+from knotwork.kinematics.sequence import Given, interval_nearness, refine_sequence, weights
 from knotwork.waypoints import CartesianWaypoint
 
 PANDA = kw.load_robot("panda")
@@ -90,7 +89,7 @@ def test_many_turns_of_a_free_arm_take_no_long_search() -> None:
 
 
 @pytest.mark.parametrize(("robot", "seed"), [(PANDA, 3), (XARM, 4)])
-def test_settling_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: int) -> None:
+def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: int) -> None:
     q = anywhere(robot, seed, 5)
     generator = np.random.default_rng(seed)
     twists = 0.05 * generator.uniform(-1, 1, (5, 6))
@@ -102,22 +101,22 @@ def test_settling_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: in
     v = solve_velocities(robot, q, twists)[0]
     free: list[CartesianWaypoint | None] = list(waypoints)
     free[2] = None
-    settled = settle_sequence(robot, Way(times, free), q, v)
-    np.testing.assert_array_equal(settled[2], q[2])
-    for before, after in zip(q, settled, strict=True):
+    refined = refine_sequence(robot, Given(times, free), q, v)
+    np.testing.assert_array_equal(refined[2], q[2])
+    for before, after in zip(q, refined, strict=True):
         error = robot.forward(before).actInv(robot.forward(after))
         assert np.abs(error.homogeneous - np.eye(4)).max() < 1e-8
-    assert (settled >= robot.lower_position_limit).all()
-    assert (settled <= robot.upper_position_limit).all()
+    assert (refined >= robot.lower_position_limit).all()
+    assert (refined <= robot.upper_position_limit).all()
 
     def cost(positions: np.ndarray) -> float:
         speeds = solve_velocities(robot, positions, twists)[0]
-        ends = positions[:-1], speeds[:-1], positions[1:], speeds[1:]
+        ends = (positions[:-1], speeds[:-1]), (positions[1:], speeds[1:])
         travel = np.linalg.norm(np.diff(positions, axis=0) / robot.velocity_limit, axis=1)
-        mean, most = passage_nearness(robot, *ends, np.diff(times))
+        mean, most = interval_nearness(robot, *ends, np.diff(times))
         return float((travel * (1 + mean) + np.diff(times) * most).sum())
 
-    assert cost(settled) < cost(q)
+    assert cost(refined) < cost(q)
 
 
 def test_the_nearness_of_a_way_is_that_along_it() -> None:
@@ -128,12 +127,12 @@ def test_the_nearness_of_a_way_is_that_along_it() -> None:
     s = np.linspace(0, 1, 2001)[:, None]
     basis = np.hstack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])
     near = weights(PANDA, basis @ points) - 1
-    way = q[:1], v[:1], q[1:], v[1:], np.array([2.0])
-    mean, most = passage_nearness(PANDA, *way, samples=1999)
+    interval = (q[:1], v[:1]), (q[1:], v[1:]), np.array([2.0])
+    mean, most = interval_nearness(PANDA, *interval, samples=1999)
     assert near.max() > 0
     assert mean[0] == pytest.approx(((near[1:] + near[:-1]) / 2).mean(), rel=1e-9)
     assert most[0] == pytest.approx(near.max(), rel=1e-9)
-    ends, worse = passage_nearness(PANDA, *way, samples=0)
+    ends, worse = interval_nearness(PANDA, *interval, samples=0)
     assert ends[0] == pytest.approx((near[0] + near[-1]) / 2)
     assert worse[0] == pytest.approx(max(near[0], near[-1]))
 

@@ -1,0 +1,58 @@
+"""Solutions of an arm that moves freely at a pose: configurations spread over its self-motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_axes import joint_axes
+from knotwork.kinematics.chain.joint_ranges import difference, limits_of, starts
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray
+
+STARTS = 96
+MAX_ITERATIONS = 18
+
+
+def sample_self_motion(robot: Robot, targets: Targets) -> list[FloatArray]:
+    """Find solutions all over the self-motion of a redundant arm, inside its limits.
+
+    Args:
+        robot: The robot.
+        targets: n poses.
+
+    Returns:
+        For each pose solutions, shape (b, d).
+    """
+    n, limits = len(targets), limits_of(robot)
+    owner = np.repeat(np.arange(n), STARTS)
+    ended = solve_batch(
+        robot,
+        targets.take(owner),
+        np.tile(starts(robot, limits, STARTS), (n, 1)),
+        tolerance=1e-10,
+        limits=limits,
+        max_iterations=MAX_ITERATIONS,
+        hasty=True,
+    )
+    return [ended.q[(owner == i) & ended.converged] for i in range(n)]
+
+
+def farthest_apart(robot: Robot, solutions: FloatArray, count: int) -> FloatArray:
+    """Choose configurations one by one, each as far as can be from those chosen before.
+
+    Args:
+        robot: The robot.
+        solutions: To choose from, shape (n, d); the first is chosen first.
+        count: How many at most.
+    """
+    if len(solutions) <= 1:
+        return solutions
+    revolute = joint_axes(robot).revolute
+    chosen = [0]
+    distance = np.abs(difference(solutions, solutions[0], revolute)).max(axis=1)
+    while len(chosen) < count and distance.max() > 1e-4:
+        chosen.append(int(np.argmax(np.round(distance, 9))))
+        gap = np.abs(difference(solutions, solutions[chosen[-1]], revolute)).max(axis=1)
+        distance = np.minimum(distance, gap)
+    return np.asarray(solutions[chosen])
