@@ -65,8 +65,8 @@ def passing_task(seed: int) -> dict[str, Any]:
 
 
 def test_margins_are_larger_with_an_eye_on_the_way_between(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With an eye on the waypoints alone, two of three motions break a limit between them."""
-    tasks = [passing_task(seed) for seed in (12, 21, 27)]
+    """With an eye on the waypoints alone, one of three motions breaks a limit between them."""
+    tasks = [passing_task(seed) for seed in (12, 19, 27)]
     with_it = np.array([margins(kw.plan(task)) for task in tasks])
     monkeypatch.setattr("knotwork.task_to_joint.search.SAMPLES", 0)
     without = np.array([margins(kw.plan(task)) for task in tasks])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.kinematics.sequence import (
@@ -20,6 +20,7 @@ from knotwork.kinematics.sequence import (
     choose_with_intervals,
     find_alternatives,
 )
+from sweeps import examples
 
 SPEED = np.array([3.0, 2.0])
 BOUNDED = np.zeros(2, dtype=bool)
@@ -80,7 +81,7 @@ def cost_of(
     return tuple(total.round(9))
 
 
-@settings(max_examples=80, deadline=None)
+@examples(40)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 5), min_size=2, max_size=5),
@@ -105,7 +106,7 @@ def test_equal_to_trying_every_sequence(
         np.testing.assert_array_equal(q, layer.q[k])
 
 
-@settings(max_examples=80, deadline=None)
+@examples(40)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 5), min_size=2, max_size=4),
@@ -145,7 +146,7 @@ def test_the_next_best_is_that_of_trying_every_sequence(
         assert not chosen.cost.worse_than(found.cost)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(30)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 7), min_size=2, max_size=4),
@@ -191,7 +192,7 @@ def test_evaluating_intervals_lazily_is_evaluating_them_all(
     assert evaluated >= {(i, *pair) for i, pair in enumerate(itertools.pairwise(chosen.index))}
 
 
-@settings(max_examples=60, deadline=None)
+@examples(30)
 @given(
     st.integers(0, 10**6),
     st.lists(st.integers(1, 4), min_size=2, max_size=4),
@@ -232,7 +233,7 @@ def test_of_sequences_that_cost_the_same_the_first_candidates_win(size: int) -> 
         assert chosen.index == (0, 0, 0)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(20)
 @given(st.integers(0, 10**6), st.lists(st.integers(1, 4), min_size=2, max_size=5))
 def test_joints_without_limits_go_the_short_way(seed: int, sizes: list[int]) -> None:
     layers = layers_of(seed, sizes, spread=30.0)

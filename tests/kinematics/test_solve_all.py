@@ -95,7 +95,7 @@ def test_the_way_here_is_found_where_closed_forms_round_it_away(bent: float) -> 
 
 
 def test_two_singularities_at_once() -> None:
-    """Elbow and wrist both nearly straight: the error along the valley dips to zero twice."""
+    """Elbow and wrist both nearly straight: the signed residual touches zero twice."""
     q = np.array([-0.9537, -0.6456, 0.0024, 0.4131, 1e-5, 1.2927])
     answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
     assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-4

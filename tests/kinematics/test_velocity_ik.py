@@ -37,7 +37,7 @@ def test_velocities_are_those_of_least_squares(name: str) -> None:
         q, twist = attainable(robot, seed)
         v = solve_velocity_ik(robot, q, twist)
         J = robot.jacobian(q)
-        # With joints to spare each joint's velocity is measured by its limit.
+        # Of a redundant arm each joint's velocity is measured by its limit.
         weights = robot.velocity_limit if robot.dof > 6 else np.ones(robot.dof)
         expected = weights * np.linalg.lstsq(J * weights, twist, rcond=1e-10)[0]
         np.testing.assert_allclose(v, expected, atol=1e-11)

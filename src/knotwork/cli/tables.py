@@ -189,7 +189,7 @@ def _choice_table(choices: Sequence[Choice]) -> Table:
         kind = "branch" if choice.branches == 1 else "branches"
         count = f"{choice.branches} {kind}, {choice.solutions} with turns"
         if choice.sampled:
-            count = f"{choice.branches} samples of its free motion"
+            count = f"{choice.branches} samples of its self-motion"
         cells = (choice.waypoint, choice.branch or "-", _turns(choice.turns), count, choice.reason)
         table.add_row(*map(escape, cells))
     return table

@@ -36,7 +36,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     what that allows. Where nothing is feasible, the sequence that exceeds the velocity limits
     least is taken, and what exceeds them is named in `infeasibilities`.
 
-    An arm with joints to spare moves freely at a pose. Samples of that motion take the place of the
+    A redundant arm moves freely at a pose. Samples of its self-motion take the place of the
     branches, and those chosen are then moved along it to where the way through is best. There the
     nearness to limits and singularities counts along the way between waypoints too: the mean for
     the travel, the most for the time it takes.
@@ -50,7 +50,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
         OutsideLimitsError: A pose is reached only with joints outside their limits.
         BranchError: A pose is not reached in the branch asked for.
         SingularityError: The arm can't move as asked at a waypoint.
-        RobotError: The arm has no joints to spare that could be pulled to the middle.
+        RobotError: The arm is not redundant, and no joint can be pulled to the middle.
         DocumentError: Joint values name a joint or configuration that does not exist.
     """
     targets = scenario.waypoints

@@ -15,7 +15,12 @@ from knotwork.kinematics.chain.joint_ranges import (
     held_joints,
     starts,
 )
-from knotwork.kinematics.chain.levenberg_marquardt import MAX_STEP, LocalSolution, PoseSearch
+from knotwork.kinematics.chain.levenberg_marquardt import (
+    MAX_STEP,
+    PATIENT,
+    LocalSolution,
+    PoseSearch,
+)
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -24,6 +29,9 @@ from knotwork.waypoints import FloatArray
 SEARCHES = 120
 REFINED = 10
 APART = 0.1
+# A search that ends this near the pose [m, rad] may still get there, where the arm is singular in
+# more than one way at once.
+SMALL = 1e-2
 # Newton's method: steps at most, and the part of the square that the last ones must gain.
 NEWTON_STEPS = 60
 LEAST_GAIN = 1e-9
@@ -101,6 +109,8 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
         limits: To stay within.
     """
     found = search.solve(q, limits)
+    if not reached(found) and found.miss < SMALL:
+        found = search.solve(found.q, limits, PATIENT)
     if reached(found):
         return found
     q, damping = found.q, LEAST_DAMPING

@@ -44,6 +44,7 @@ SAME = 1e-5
 # Two solutions this near are one if the pose is met to this between them, too [m, rad].
 BESIDE = 1e-2
 JOINED = 1e-9
+POLISH_STEPS = 3
 # Near a singularity two branches lie close, and one may get next to none of the starts.
 NEAR_SINGULAR = 0.03
 # An arm with more solutions than any six-joint arm has (16) moves freely at the pose.
@@ -86,10 +87,10 @@ def find_branches(
     """Find all solutions for each pose, without regard to position limits of joints that turn.
 
     Rounds of searches go on for a pose until all solutions that its configuration flags allow are
-    found, or until each has been found twice and a round brings nothing new: what has not been
-    found then is hit by few searches, if any (Good, 1953). Starts are the points of a
-    low-discrepancy sequence, the mirror images of what has been found near singularities, and where
-    searches were given up with a small error.
+    found, or until each has been found twice: what has not been found then is hit by few searches,
+    if any (Good, 1953). Near a singularity it takes a round that brings nothing new. Starts are the
+    points of a low-discrepancy sequence, the mirror images of what has been found near
+    singularities, and where searches were given up with a small error.
 
     Args:
         robot: An arm of up to six joints.
@@ -105,7 +106,7 @@ def find_branches(
     first = starts(robot, box, used)
     begin = [first if known is None else np.vstack([known[i], first]) for i in range(n)]
     found, stuck = [_Found(d) for _ in range(n)], [np.empty((0, d))] * n
-    active = list(range(n))
+    active, full = list(range(n)), [False] * n
     for round_ in range(MAX_ROUNDS):
         owner = np.repeat(active, [len(start) for start in begin])
         ended = solve_batch(
@@ -128,13 +129,14 @@ def find_branches(
             if round_ > 0 and d == 6:
                 stuck[i] = np.vstack([stuck[i], unfinished])
                 unfinished = unfinished[:0]
-            twice = complete is None and bool((found[i].hits > 1).all())
-            enough = twice and (not len(new) if round_ else known is None)
-            if enough and not len(unfinished):
+            mirrored = _mirrored(robot, new)
+            twice = len(found[i].hits) > 0 and bool((found[i].hits > 1).all())
+            calm = twice and known is None and not len(mirrored) and not len(stuck[i])
+            if complete is None and (not len(unfinished) if calm else full[i] and not len(new)):
                 continue
-            more = [] if enough else [common, _mirrored(robot, new)]
+            full[i] = not (calm and complete is None)
             again.append(i)
-            begin.append(np.vstack([*more, unfinished]))
+            begin.append(np.vstack([*([common, mirrored] if full[i] else []), unfinished]))
         active = again
         if not active:
             break
@@ -163,18 +165,38 @@ def _with_near_singular(
         stuck: Where searches have ended on the way to others, shape (k, d).
     """
     d = robot.dof
-    singular = d == 6 and len(found) > MOST_BRANCHES
-    if singular or len(stuck):
-        search = PoseSearch(robot, target.pose(0), RESIDUAL, RESIDUAL)
-        more = (
-            singular_solutions(search, found)
-            if singular
-            else near_singular_solutions(search, stuck)
-        )
-        found = np.vstack([np.array(more).reshape(-1, d), found])
-    if not singular:
-        found = distinct(robot, target, found)
+    search = PoseSearch(robot, target.pose(0), RESIDUAL, RESIDUAL)
+    if d == 6 and len(found) > MOST_BRANCHES:
+        more = singular_solutions(search, found)
+        found = np.vstack([*more, found])
+    else:
+        near = _near_singular(robot, found)
+        more = near_singular_solutions(search, np.vstack([near, stuck]) if d == 6 else [])
+        found = np.vstack([*more, found])
+        polished = [_polished(search, q) for q in _near_singular(robot, found)]
+        found = distinct(robot, target, np.vstack([*polished, found]))
     return difference(found, np.zeros(d), joint_axes(robot).revolute)
+
+
+def _near_singular(robot: Robot, q: FloatArray) -> FloatArray:
+    """Those configurations where the smallest singular value is small, shape (k, d)."""
+    s = np.linalg.svd(joint_axes(robot).jacobians(q), compute_uv=False)
+    return np.asarray(q[s[:, -1] < NEAR_SINGULAR])
+
+
+def _polished(search: PoseSearch, solution: FloatArray) -> FloatArray:
+    """Take Newton steps: next to a singularity even the last of the error moves joints.
+
+    A step along the smallest right-singular vector may make the error larger before the next one
+    makes it smaller.
+    """
+    q, best, least = solution, solution, np.inf
+    for _ in range(POLISH_STEPS + 1):
+        e = search.error(q)
+        if e @ e < least and np.abs(q - solution).max() < BESIDE:
+            best, least = q, float(e @ e)
+        q = q + np.linalg.lstsq(search.jacobian(q), e)[0]
+    return best
 
 
 def distinct(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:

@@ -36,9 +36,8 @@ def solutions_inside(search: PoseSearch) -> FloatArray:
         Shape (k, d).
     """
     robot, targets = search.robot, Targets.of([search.pose])
-    if robot.dof > 6:
-        return sample_self_motion(robot, targets)[0]
-    return brought_inside(search, find_branches(robot, targets)[0])
+    find = sample_self_motion if robot.dof > 6 else find_branches
+    return brought_inside(search, find(robot, targets)[0])
 
 
 def brought_inside(search: PoseSearch, solutions: FloatArray) -> FloatArray:

@@ -44,8 +44,10 @@ SECOND_SINGULAR = 1e-3
 ROOT_STEPS = 60
 GOLDEN_STEPS = 40
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-# A parabola through three residuals whose vertex is this far above zero has no zeros [m, rad].
+# A parabola through three residuals tells that there is no zero, if its vertex is this far above
+# zero [m, rad], unless they are so small that it need not be near them.
 ABOVE_ZERO = 1e-9
+SMALL = 1e-6
 # The residual is known no better [m, rad]. A solution a millionth from a singularity is then known
 # to a millionth of its way along the curve.
 ROUNDING = 1e-15
@@ -86,11 +88,14 @@ def near_singular_solutions(
         Solutions, shape (d,) each; some perhaps more than once.
     """
     found: list[FloatArray] = []
+    touching: list[FloatArray] = []  # known less exactly: along the curve the residual is as small
     for curve in _curves(search, starts, most_steps):
         for a, b in itertools.pairwise(_with_double_zeros(search, curve)):
             if a.residual * b.residual <= 0.0:
                 found += _zero(search, a, b)
-    return found
+            elif max(search.errors(b.q)) <= TOLERANCE:
+                touching.append(b.q)
+    return found + touching
 
 
 def singular_solutions(search: PoseSearch, starts: Iterable[FloatArray]) -> list[FloatArray]:
@@ -192,12 +197,13 @@ def _with_double_zeros(search: PoseSearch, curve: list[_Point]) -> list[_Point]:
 def _double_zero(
     search: PoseSearch, a: _Point, b: _Point, c: _Point
 ) -> tuple[float, _Point] | None:
-    """Where the residual goes to zero or beyond: from -1 at the first point to 1 at the third."""
+    """Where the residual comes down to zero: from -1 at the first point to 1 at the third."""
     sign = 1.0 if b.residual > 0.0 else -1.0
     left, here, right = sign * a.residual, sign * b.residual, sign * c.residual
     bend = left - 2.0 * here + right
-    above = ABOVE_ZERO * bend
-    if not 0.0 < here <= min(left, right) or here * bend > 0.25 * (left - right) ** 2 + above:
+    if not 0.0 < here <= min(left, right):
+        return None
+    if here > SMALL and (here - ABOVE_ZERO) * bend > 0.25 * (left - right) ** 2:
         return None
     low, high = -1.0, 1.0
     for _ in range(GOLDEN_STEPS):
@@ -210,7 +216,7 @@ def _double_zero(
         if point is not None and values[best] <= ROUNDING:
             return inner[best], point
         low, high = (low, inner[1]) if best == 0 else (inner[0], high)
-    return None
+    return (inner[best], point) if point is not None and values[best] <= TOLERANCE else None
 
 
 def _zero(search: PoseSearch, a: _Point, b: _Point) -> Iterator[FloatArray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,8 +43,9 @@ HASTY_RESTARTS = 20
 NEAR = 0.5
 TWIN_WITHIN = 3.0
 # With a smallest singular value below this the estimate of where that other is does not hold, and
-# near-singular continuation finds it.
+# near-singular continuation finds it; or searches from around the start, if the arm is redundant.
 NEAR_SINGULAR = 3e-3
+RESTARTS_BESIDE = 8
 # Solutions that near are reached exactly: none is nearer [rad or m].
 THERE = 1e-6
 # Self-motion is followed from few solutions that are not much farther than the nearest, until its
@@ -228,6 +229,8 @@ class _Nearest:
         turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
         for q in turned[: MOST_FOLLOWED if self._follow else 1]:
             self.take(q)
+        if self._follow:  # samples are not all, and another solution may be beside
+            self.is_nearest()
 
     def is_nearest(self) -> bool:
         """Whether the solution found is surely the nearest, or becomes so by a search beside it.
@@ -242,16 +245,21 @@ class _Nearest:
             return True
         q, within = self.best, TWIN_WITHIN * self.distance
         U, s, Vt = np.linalg.svd(self.search.jacobian(q), full_matrices=False)
-        if s[-1] < NEAR_SINGULAR:
-            if len(s) != len(q):
-                return False
-            for other in near_singular_solutions(self.search, [q], 2 + int(within / STEP)):
-                self.search_from(other, HASTY)
         for lost, value, along in zip(U.T, s, Vt, strict=True):
             bend = float(lost @ self.search.bend(q, along))
             if 2.0 * value < within * abs(bend):
                 self.search_from(q - (2.0 * value / bend) * along, HASTY)
+        if s[-1] < NEAR_SINGULAR:
+            for other in self._beside_singularity(q, within):
+                self.search_from(other, HASTY)
         return True
+
+    def _beside_singularity(self, q: FloatArray, within: float) -> Iterable[FloatArray]:
+        """Where to search for other solutions next to a singularity."""
+        if len(q) == 6:
+            return near_singular_solutions(self.search, [q], 2 + int(within / STEP))
+        robot, radius = self.search.robot, self.distance
+        return starts(robot, self.limits, RESTARTS_BESIDE, around=self.goal, radius=radius)
 
     def answer(self, kind: str) -> IKSolution:
         """The nearest solution."""
