@@ -417,7 +417,7 @@ def test_a_solution_can_be_copied_and_pickled() -> None:
 @pytest.mark.parametrize("branch", ["fixed", "free"])
 @pytest.mark.parametrize("bent", [1e-3, 1e-5, 1e-6, 1e-7, 0.0])
 def test_a_pose_with_a_straight_wrist_is_reached_from_close_by(branch: str, bent: float) -> None:
-    """Its solutions in the branch of the start lie along a near-singular curve that searches hardly get along."""
+    """Its solutions in the branch of the start lie along a near-singular curve."""
     start = np.array([0.2, -1.2, 1.4, -1.7, 0.3, 0.3])
     straight = np.array([0.3, -1.1, 1.3, -1.6, bent, 0.3])
     chosen = solved(

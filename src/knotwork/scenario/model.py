@@ -154,13 +154,8 @@ class Scenario:
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         tool: Where the tool is.
         near: Joint values (or configuration) that solutions are to be near, or `None`.
-    <<<<<<< HEAD
         branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
-    =======
-        branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or the word
-            asked for by `"shoulder"`, `"elbow"` and `"wrist"`.
-    >>>>>>> e844c24 (Find solutions next to several singularities more surely; explain kinematics in the field's words)
         pull_to_middle: For a redundant arm, how fast its joints are pulled to the middle of their
             ranges while the tool passes a waypoint [1/s]; 0 for not at all.
         planner: Name of the planner, with a rule after a colon or without.
