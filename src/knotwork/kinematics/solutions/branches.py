@@ -91,7 +91,7 @@ def solve_all(
         >>> len(branches), sum(len(branch.turns) for branch in branches)
         (8, 256)
         >>> branches[0].flags
-        'shoulder right, elbow up, flip'
+        'shoulder right, elbow down, no flip'
     """
     check_pose(pose)
     check_distance(pose)
