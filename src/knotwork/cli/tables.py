@@ -158,7 +158,7 @@ def _list_table(title: str, findings: Sequence[Finding]) -> Table:
                 _number(found.margin, ".4g"),
                 _number(found.time, ".3f"),
                 _mark(found),
-                found.proof,
+                _proof(found),
             )
     return table
 
@@ -171,6 +171,11 @@ def _mark(found: Finding) -> str:
         "information": "-",
     }
     return marks[found.verdict]
+
+
+def _proof(found: Finding) -> str:
+    """How it was found; of what is bounded, by how much it may be beyond the value shown."""
+    return f"{found.proof} +{found.excess:.1g}" if found.proof == "bounded" else found.proof
 
 
 def _cell(found: Finding, form: str) -> str:

@@ -1,4 +1,4 @@
-"""Joint efforts by inverse dynamics, and nearness to singularities, at sampled times."""
+"""Joint efforts by inverse dynamics, and nearness to singularities, bounded over all time."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
     """Compare joint torques and forces, by inverse dynamics, with their limits."""
     if space.robot is None:
         return
-    samples = motion.samples
-    states = zip(samples.q, samples.v, samples.a, strict=True)
-    efforts = np.array([space.robot.torque(*state) for state in states])
-    for i, worst in enumerate(np.abs(efforts).argmax(axis=0)):
-        value = float(efforts[worst, i])
-        limit = float(space.limits["effort"][i])
+    from knotwork.verification.bounds import torque_bound
+
+    limits = space.limits["effort"]
+    for i, found in enumerate(torque_bound(space.robot, motion.trajectory, limit=limits)):
+        beyond = found.excess if found.ok and found.proved else 0.0
         yield limit_finding(
             space,
             i,
             "effort",
-            value,
-            float(np.copysign(limit, value)),
-            limit - abs(value),
-            float(samples.time[worst]),
-            "sampled",
+            found.value,
+            float(np.copysign(limits[i], found.value)),
+            float(limits[i]) - abs(found.value) - beyond,
+            found.time,
+            "bounded" if found.proved else "sampled",
+            found.excess if found.proved else 0.0,
         )
 
 
@@ -39,20 +39,19 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     """Find where the motion comes nearest to a singularity of the arm; for information."""
     if space.robot is None or space.robot.tool_frame is None:
         return
-    samples = motion.samples
-    jacobians = np.array([space.robot.jacobian(q) for q in samples.q])
-    values = np.linalg.svd(jacobians, compute_uv=False)[:, -1]
-    nearest = int(values.argmin())
-    value, time = float(values[nearest]), float(samples.time[nearest])
+    from knotwork.verification.bounds import singular_value_bound
+
+    found = singular_value_bound(space.robot, motion.trajectory)
     yield Finding(
         group="Singularity",
         subject="tool",
         name="",
         quantity="smallest_singular_value",
         verdict="information",
-        message=f"the smallest singular value of the tool Jacobian is {value:.4g} at {time:.6g} s "
-        "(metres and radians mixed)",
-        value=value,
-        time=time,
-        proof="sampled",
+        message=f"the smallest singular value of the tool Jacobian is {found.value:.4g} at "
+        f"{found.time:.6g} s (metres and radians mixed)",
+        value=found.value,
+        time=found.time,
+        proof="bounded" if found.proved else "sampled",
+        excess=found.excess if found.proved else 0.0,
     )

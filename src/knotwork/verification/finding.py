@@ -29,12 +29,14 @@ class Finding:
         value: What was found, or the error where something was requested; infinite at a jump,
             `None` where there is no number.
         limit: The limit or tolerance, with the sign that it has on that side; `None` without one.
-        margin: Distance left to the limit, negative beyond it; `None` without a limit.
+        margin: Distance left to the limit, for a bounded value that is proved; negative beyond the
+            limit, `None` without one.
         unit: SI unit of value, limit and margin.
         time: When [s], or `None`.
         interval: From when to when [s] it holds, or `None` where one time or all time is meant.
-        proof: `"exact"` and `"bounded"` hold for all time, `"sampled"` at times looked at.
-        excess: By how much a bounded value may lie above the true one.
+        proof: `"exact"` holds for all time; so does `"bounded"`, with value and excess together;
+            `"sampled"` holds at the times looked at.
+        excess: By how much the true worst value may lie beyond the one found.
         requested: What was asked for, where that is a vector; an orientation as a quaternion
             x, y, z, w.
         achieved: What the motion does, in the same form.

@@ -60,6 +60,7 @@ def limit_finding(
     margin: float,
     time: float,
     proof: Proof = "exact",
+    excess: float = 0.0,
 ) -> Finding:
     """Say how the worst of one quantity of one joint stands to its limit.
 
@@ -72,6 +73,7 @@ def limit_finding(
         margin: Distance left to it, negative beyond it.
         time: When [s].
         proof: How the value was found.
+        excess: By how much the true value may lie beyond it.
     """
     joint = space.joint_names[i]
     unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
@@ -95,6 +97,7 @@ def limit_finding(
         unit=unit,
         time=time,
         proof=proof,
+        excess=excess,
     )
 
 

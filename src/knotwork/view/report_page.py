@@ -115,7 +115,7 @@ def _row(found: Finding) -> dict[str, Any]:
         "use": min(found.use or 0.0, 1.0),
         "unit": found.unit,
         "time": "" if found.time is None else f"{found.time:.3f}",
-        "proof": found.proof,
+        "proof": f"bounded, +{_number(found.excess)}" if found.proof == "bounded" else found.proof,
         "ok": found.ok,
         "verdict": _VERDICTS[found.verdict],
     }
