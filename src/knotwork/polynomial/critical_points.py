@@ -14,7 +14,11 @@ from knotwork.waypoints import FloatArray
 
 ITERATIONS = 128
 """Bound on safeguarded Newton steps; every third one at least halves the bracket, and 53 halvings
-exhaust the digits. Values at the points depend on their errors only to second order."""
+exhaust the digits."""
+
+RESOLUTION = 1e-14
+"""Steps as small as this, in the unit of the piece, end the search: values at the points depend on
+their errors only to second order."""
 
 
 def horner(c: FloatArray, s: FloatArray) -> FloatArray:
@@ -132,7 +136,7 @@ def _safeguarded_newton(
             inside &= False
         following = np.where(inside, newton, middle)
         following = np.where(value == 0.0, point, following)
-        settled = (following == point) | (high - low <= np.spacing(high))
+        settled = (np.abs(following - point) <= RESOLUTION) | (high - low <= RESOLUTION)
         point = following
         if settled.any():  # go on with the others alone
             roots[index[settled]] = point[settled]

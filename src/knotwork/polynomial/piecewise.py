@@ -115,6 +115,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
     _x: FloatArray
     _c: FloatArray
     _axis: int
+    _extrema: dict[int, Extrema]
 
     def __init__(self, c: ArrayLike, x: ArrayLike, *, axis: int = 0) -> None:
         coefficients = np.asarray(c)
@@ -147,6 +148,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         c.setflags(write=False)
         x.setflags(write=False)
         self._c, self._x, self._axis = c, x, axis
+        self._extrema = {}  # the curve does not change, and checks ask for them often
 
     @staticmethod
     def _from_parts(c: FloatArray, x: FloatArray, axis: int) -> PiecewisePolynomial:
@@ -324,7 +326,13 @@ class PiecewisePolynomial(ReadOnlyArrays):
         Raises:
             InputError: `nu` is no integer or negative.
         """
-        size = max(1, self._c.shape[0] - checked_order(nu))
+        nu = checked_order(nu)
+        if nu not in self._extrema:
+            self._extrema[nu] = self._find_extrema(nu)
+        return self._extrema[nu]
+
+    def _find_extrema(self, nu: int) -> Extrema:
+        size = max(1, self._c.shape[0] - nu)
         c = self._flat
         if nu:
             c = c[:size] * np.array(falling_factorials(size, nu))[:, None, None]
@@ -332,14 +340,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
                 c = np.zeros_like(c)
         found = piecewise_extrema(self._x, c)
         trailing = self._c.shape[2:]
-        return Extrema(
-            *(
-                value.reshape(trailing)
-                for value in (
-                    found.minimum,
-                    found.minimum_time,
-                    found.maximum,
-                    found.maximum_time,
-                )
-            )
-        )
+        arrays = (found.minimum, found.minimum_time, found.maximum, found.maximum_time)
+        for values in arrays:
+            values.setflags(write=False)
+        return Extrema(*(values.reshape(trailing) for values in arrays))
