@@ -47,6 +47,8 @@ JOINED = 1e-9
 POLISH_STEPS = 3
 # Near a singularity two branches lie close, and one may get next to none of the starts.
 NEAR_SINGULAR = 0.03
+# Nearer still others lie along a curve, and the last of the error moves joints.
+ALMOST_SINGULAR = 3e-3
 # An arm with more solutions than any six-joint arm has (16) moves freely at the pose.
 MOST_BRANCHES = 16
 
@@ -181,7 +183,7 @@ def _with_near_singular(
 def _near_singular(robot: Robot, q: FloatArray) -> FloatArray:
     """Those configurations where the smallest singular value is small, shape (k, d)."""
     s = np.linalg.svd(joint_axes(robot).jacobians(q), compute_uv=False)
-    return np.asarray(q[s[:, -1] < NEAR_SINGULAR])
+    return np.asarray(q[s[:, -1] < ALMOST_SINGULAR])
 
 
 def _polished(search: PoseSearch, solution: FloatArray) -> FloatArray:
