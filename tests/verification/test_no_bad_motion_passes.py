@@ -211,6 +211,20 @@ def test_the_motions_are_sound_before_they_are_spoiled() -> None:
     assert all(Spoiled(rng).passes() for _ in range(40))
 
 
+def beyond_limits(motion: Spoiled) -> bool:
+    """Whether dense samples are beyond a limit: a disguise that bends the motion may mend it."""
+    curve = motion.curve()
+    share = np.linspace(0.0, 1.0, 20_001)[:, None]
+    times = curve.x[:-1] + share * np.diff(curve.x)
+    times = np.clip(times, curve.x[0], curve.x[-1])
+    for quantity, values in motion.limits.items():
+        found = curve(times, LIMITED.index(quantity))
+        ends = values["turn"] if quantity == "position" else [-values["turn"], values["turn"]]
+        if found.min() < ends[0] - 2e-9 or found.max() > ends[1] + 2e-9:
+            return True
+    return False
+
+
 def passed(seeds: range) -> list[tuple[int, str, list[str]]]:
     """The bad motions that pass the check."""
     found = []
@@ -223,7 +237,7 @@ def passed(seeds: range) -> list[tuple[int, str, list[str]]]:
         with np.errstate(all="ignore"):
             for disguise in disguises:
                 disguise(motion, rng)
-        if motion.passes():
+        if motion.passes() and (fault is not limit or beyond_limits(motion)):
             found.append((seed, fault.__name__, [one.__name__ for one in disguises]))
     return found
 
