@@ -37,6 +37,18 @@ def whistling(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Fin
             time=time,
             proof="sampled",
         )
+    yield Finding(
+        group="Whistling",
+        subject="motion",
+        name="",
+        quantity="silence",
+        verdict="met",
+        message="it is silent long enough",
+        value=0.25,
+        limit=0.1,
+        unit="s",
+        interval=(2.125, 2.375),
+    )
 
 
 @pytest.fixture
@@ -60,7 +72,7 @@ def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
     assert (row["value"], row["limit"], row["unit"]) == (71.5, 60.0, "dB")
     assert (row["proof"], row["verdict"], row["time"]) == ("sampled", "failed", 1.5)
     page = report_page(plan).html
-    for said in ("Whistling", "71.5", FAST.replace("'", "&#39;"), "dB", "12.25"):
+    for said in ("Whistling", "2.125 to 2.375", "71.5", FAST.replace("'", "&#39;"), "dB", "12.25"):
         assert said in page
     scene = view_plan(plan).html
     assert "three four: loudness 71.5, limit 60 dB" in scene
@@ -86,6 +98,7 @@ def test_a_check_of_ones_own_shows_on_the_terminal_and_in_the_exit_code(tmp_path
     assert "Whistling" in ran.stdout
     assert "loudness [dB]" in ran.stdout
     assert "71.5" in ran.stdout
+    assert "2.125 to 2.375" in ran.stdout
     assert FAST in ran.stdout.replace("\n", " ")
     *_, last = ran.stdout.splitlines()
     assert last.startswith("FAILED")
@@ -203,3 +216,22 @@ def test_no_shipped_scenario_has_warnings() -> None:
     for name in resources.names("scenarios"):
         report = kw.plan(name).report
         assert not report.warnings, (name, report.warnings)
+
+
+def test_what_fails_over_an_interval_is_marked_where_it_begins_and_on_the_path() -> None:
+    def noisy(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding]:
+        yield Finding(
+            "Whistling", "motion", "", "noise", "failed", "too noisy", value=75.0, limit=60.0,
+            unit="dB", interval=(1.0, 1.5),
+        )  # fmt: skip
+
+    quiet = view_plan(kw.plan("planar2_closed_form")).html
+    CHECKS["noisy"] = noisy
+    try:
+        plan = kw.plan("planar2_closed_form")
+    finally:
+        del CHECKS["noisy"]
+    page = view_plan(plan).html
+    assert "noise 75, limit 60 dB" in page
+    assert '"broken": true' in page or '"broken":true' in page
+    assert '"broken": false' in quiet or '"broken":false' in quiet

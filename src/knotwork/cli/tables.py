@@ -120,19 +120,19 @@ def _row_table(title: str, findings: Sequence[Finding]) -> Table:
     """One row for each name and time, one column for each quantity."""
     quantities = list(dict.fromkeys(found.title for found in findings))
     columns, limits = ["", "at\n[s]"], ["allowed", ""]
-    rows: dict[tuple[str, float | None], dict[str, Finding]] = {}
+    rows: dict[tuple[str, str], dict[str, Finding]] = {}
     for found in findings:
-        rows.setdefault((found.name, found.time), {})[found.title] = found
+        rows.setdefault((found.name, found.when), {})[found.title] = found
     for quantity in quantities:
         items = [found for found in findings if found.title == quantity]
         units = " or ".join(dict.fromkeys(found.unit for found in items))
         columns.append(quantity.removeprefix("joint ").replace(" ", "\n") + f"\n[{units}]")
         limits.append(_number(items[0].limit, ".1e"))
     table = plain_table(title, [*columns, ""])
-    for (name, time), row in rows.items():
+    for (name, when), row in rows.items():
         cells = [_cell(row[key], ".1e") if key in row else "" for key in quantities]
         worst = min(row.values(), key=lambda found: found.ok)
-        table.add_row(escape(name), _number(time, ".3f"), *cells, _mark(worst))
+        table.add_row(escape(name), when, *cells, _mark(worst))
     table.add_row(*limits, "", style="dim")
     return table
 
@@ -156,7 +156,7 @@ def _list_table(title: str, findings: Sequence[Finding]) -> Table:
                 _cell(found, ".4g"),
                 _number(found.limit, ".4g") or "none given",
                 _number(found.margin, ".4g"),
-                _number(found.time, ".3f"),
+                found.when,
                 _mark(found),
                 _proof(found),
             )

@@ -32,7 +32,7 @@ class Finding:
         margin: Distance left to the limit, for a bounded value that is proved; negative beyond the
             limit, `None` without one.
         unit: SI unit of value, limit and margin.
-        time: When [s], or `None`.
+        time: When it is worst [s], or `None`.
         interval: From when to when [s] it holds, or `None` where one time or all time is meant.
         proof: `"exact"` holds for all time; so does `"bounded"`, with value and excess together;
             `"sampled"` holds at the times looked at.
@@ -40,6 +40,7 @@ class Finding:
         requested: What was asked for, where that is a vector; an orientation as a quaternion
             x, y, z, w.
         achieved: What the motion does, in the same form.
+        form: Unit of requested and achieved where it is not that of the value.
     """
 
     group: str
@@ -58,6 +59,7 @@ class Finding:
     excess: float = 0.0
     requested: tuple[float, ...] | None = None
     achieved: tuple[float, ...] | None = None
+    form: str = ""
 
     @property
     def ok(self) -> bool:
@@ -73,6 +75,18 @@ class Finding:
     def title(self) -> str:
         """The quantity in words."""
         return self.quantity.replace("_", " ")
+
+    @property
+    def at(self) -> float | None:
+        """When to look [s]: the worst time, or where the interval begins; `None` for all time."""
+        return self.interval[0] if self.time is None and self.interval else self.time
+
+    @property
+    def when(self) -> str:
+        """The worst time, or else the interval, to milliseconds."""
+        if self.time is None and self.interval is not None:
+            return "{:.3f} to {:.3f}".format(*self.interval)
+        return "" if self.time is None else f"{self.time:.3f}"
 
     @property
     def use(self) -> float | None:

@@ -40,14 +40,12 @@ def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator
             f"{last.time:.9g} s"
         )
     for message in faults or [lasts]:
-        yield motion_finding("time_span", message, ok=not faults, interval=(start, end))
+        yield motion_finding("time_span", message, ok=not faults)
 
 
-def motion_finding(
-    quantity: str, message: str, *, ok: bool, interval: tuple[float, float] | None = None
-) -> Finding:
+def motion_finding(quantity: str, message: str, *, ok: bool) -> Finding:
     """Say something of the motion as a whole."""
-    return Finding("Motion", "motion", "", quantity, judged(ok), message, interval=interval)
+    return Finding("Motion", "motion", "", quantity, judged(ok), message)
 
 
 def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -167,4 +165,5 @@ def _error_finding(
         time=time,
         requested=tuple(requested.tolist()),
         achieved=tuple(achieved.tolist()),
+        form="x, y, z, w" if quantity == "orientation" else "",
     )

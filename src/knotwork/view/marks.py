@@ -151,8 +151,8 @@ def _add_failures(
     poses = {target.name: target.pose for target in asked}
     together: dict[tuple[str, str, float], list[Finding]] = {}
     for found in report.failures:
-        if found.time is not None:
-            together.setdefault((found.subject, found.name, found.time), []).append(found)
+        if found.at is not None:
+            together.setdefault((found.subject, found.name, found.at), []).append(found)
     for (subject, name, time), findings in together.items():
         inside = min(max(time, float(curve.x[0])), float(curve.x[-1]))
         reached = at = (base * robot.forward(curve(inside))).translation

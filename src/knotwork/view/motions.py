@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeAlias
 
@@ -156,15 +156,16 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     else:
         raise InputError(f"can't draw {type(thing).__name__}; give a Plan or a JointTrajectory")
     names, units = trajectory.joint_names, trajectory.joint_units
-    uses: dict[tuple[str, str], Finding] = {}
+    found: Iterable[Finding] = thing.report.findings if thing is not trajectory else ()
     ordered = trajectory
     if space is not None:
         ordered = trajectory.reordered(space.joint_names, space.joint_units)
-        uses = {
-            (use.name, use.quantity): use
-            for use in derivative_limits(space, ordered.polynomial)
-            if use.limit is not None
-        }
+        found = found or derivative_limits(space, ordered.polynomial)
+    uses = {
+        (one.name, one.quantity): one
+        for one in found
+        if one.subject == "joint" and one.quantity in DERIVATIVES and one.limit is not None
+    }
     if marks is None and scenario is not None and space is not None:
         marks = _marks_of_scenario(scenario, space, trajectory)
     if marks is None and trajectory.waypoint_times is not None:

@@ -88,7 +88,7 @@ def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
         part = parts.setdefault(found.title, {"title": found.title, "rows": [], "free": []})
         if found.limit is None:
             named = f"{found.name} {_number(found.value)} {found.unit}".strip()
-            part["free"].append(f"{named} at {found.time:.3f} s" if names == 1 else named)
+            part["free"].append(f"{named} at {found.when} s" if names == 1 else named)
         else:
             part["rows"].append(_row(found))
     return {
@@ -107,14 +107,13 @@ def _row(found: Finding) -> dict[str, Any]:
         "quantity": found.title,
         "requested": _vector(found.requested or ()),
         "achieved": _vector(found.achieved or ()),
-        # an orientation is a quaternion, which has no unit
-        "values_unit": "x, y, z, w" if found.quantity == "orientation" else found.unit,
+        "values_unit": found.form or found.unit,
         "value": _number(found.value),
         "limit": _number(found.limit),
         "margin": _number(found.margin),
         "use": min(found.use or 0.0, 1.0),
         "unit": found.unit,
-        "time": "" if found.time is None else f"{found.time:.3f}",
+        "time": found.when,
         "proof": f"bounded, +{_number(found.excess)}" if found.proof == "bounded" else found.proof,
         "ok": found.ok,
         "verdict": _VERDICTS[found.verdict],
