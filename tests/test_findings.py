@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import subprocess
@@ -186,7 +187,7 @@ def test_balanced_knots_beside_very_uneven_times_are_a_warning() -> None:
     assert not warnings_of(task)
     task["waypoints"][2]["after"] = 25
     (said,) = warnings_of(task)
-    assert "25 times" in said
+    assert "25 times as long" in said
     assert "knots: paper" in said
     task["knots"] = "paper"
     assert not warnings_of(task)
@@ -207,7 +208,72 @@ def test_angles_above_a_whole_turn_in_radians_are_a_warning() -> None:
     assert "waypoints[1].joints.turn is 90 rad" in said
     assert "units: {angle: deg}" in said
     assert not warnings_of(task(90.0, "deg"))
-    assert not warnings_of(task(6.28, "rad"))
+    assert not warnings_of(task(6.2832, "rad"))
+
+
+def joints_only(*rows: tuple[float, float]) -> dict[str, Any]:
+    """Positions and velocities of one joint, one a second."""
+    return {
+        "waypoints": [
+            {"joints": {"a": q}, "velocity": {"a": v}, "time": i} for i, (q, v) in enumerate(rows)
+        ]
+    }
+
+
+def test_joint_velocities_that_point_away_or_leave_one_place_are_warnings() -> None:
+    (said,) = warnings_of(joints_only((0, 0), (1, -0.5), (2, 0)))
+    assert "joint 'a' points away from the next waypoint" in said
+    (said,) = warnings_of(joints_only((0, 0), (2, 1), (2, 0)))
+    assert "same place" in said
+    assert not warnings_of(joints_only((0, 0), (1, 0.5), (2, 0)))
+    assert not warnings_of(joints_only((0, 0), (2, 0), (2, 0)))
+
+
+@pytest.mark.parametrize(
+    "rest",
+    [
+        {},
+        {"value": 5.0},
+        {"value": 5.0, "verdict": "information"},
+        {"value": 5.0, "limit": 4.0, "name": "left"},
+        {"value": 5.0, "interval": (0.5, 1.0)},
+        {"value": 5.0, "requested": (1.0, 2.0), "achieved": (1.0, 7.0), "subject": "waypoint"},
+        {"verdict": "warning"},
+        {"verdict": "information"},
+    ],
+    ids=str,
+)
+def test_a_finding_shows_whatever_it_leaves_out(
+    rest: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    from knotwork.cli.tables import print_report
+
+    given = {"verdict": "failed", "subject": "tool", "name": "", **rest}
+    finding = Finding(group="Odd", quantity="oddity", message="it is odd", **given)
+    CHECKS["odd"] = lambda motion, scenario, space: [finding]
+    try:
+        plan = kw.plan("planar2_closed_form")
+        page = report_page(plan).html
+        assert view_plan(plan).html
+        print_report(plan.report, plan.scenario)
+    finally:
+        del CHECKS["odd"]
+    shown = "oddity" if "value" in rest else "it is odd"
+    assert shown in capsys.readouterr().out
+    assert shown in page
+    if given["verdict"] == "failed":
+        assert "it is odd" in page
+    json.dumps(plan.report.to_dict(), allow_nan=False)
+    assert plan.report.ok == (given["verdict"] != "failed")
+
+
+def test_a_missed_waypoint_breaks_no_limit_on_the_path() -> None:
+    plan = kw.plan("planar2_closed_form", planner="parabolic-blend", knots=None)
+    missed = [found for found in plan.report.failures if found.subject == "waypoint"]
+    assert missed
+    report = dataclasses.replace(plan.report, findings=tuple(missed))
+    page = view_plan(dataclasses.replace(plan, report=report)).html
+    assert '"broken": false' in page or '"broken":false' in page
 
 
 def test_no_shipped_scenario_has_warnings() -> None:

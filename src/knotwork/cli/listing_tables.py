@@ -9,7 +9,6 @@ import numpy as np
 from rich.markup import escape
 
 from knotwork.cli.tables import console, plain_table
-from knotwork.joint_quantities import MAGNITUDES
 from knotwork.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -61,7 +60,7 @@ def print_robot(robot: Robot) -> None:
     limits = {
         "lower": robot.lower_position_limit,
         "upper": robot.upper_position_limit,
-        **{kind: getattr(robot, f"{kind}_limit") for kind in MAGNITUDES},
+        **robot.limits,
     }
     table = plain_table("Joint limits [SI]", ["joint", "unit", *limits], 2)
     for i, name in enumerate(robot.joint_names):

@@ -93,8 +93,10 @@ def print_report(
     for group, findings in report.groups.items():
         numbers = [found for found in findings if found.value is not None]
         if numbers:
-            # what is found of a waypoint is all found at its time, and fits one row
-            at_once = all(found.subject == "waypoint" for found in numbers)
+            # what is found of a waypoint at one time fits one row
+            cells = {(found.name, found.when, found.quantity) for found in numbers}
+            waypoints = all(found.subject == "waypoint" for found in numbers)
+            at_once = waypoints and len(cells) == len(numbers)
             out.print(_row_table(group, numbers) if at_once else _list_table(group, numbers))
             out.print()
     if solution is not None and solution.choices:
@@ -103,6 +105,9 @@ def print_report(
         if any(choice.alternative is not None for choice in solution.choices):
             out.print(_alternative_table(solution.choices))
             out.print()
+    for found in report.findings:
+        if found.value is None and found.verdict == "information":
+            out.print(f"   {escape(str(found))}", soft_wrap=True)
     for warning in report.warnings:
         out.print(f"[yellow]warning[/] {escape(str(warning))}", soft_wrap=True)
     failures = report.failures

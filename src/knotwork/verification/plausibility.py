@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 
 from knotwork.documents import Location
-from knotwork.joint_space import JointSpace
-from knotwork.scenario import Scenario
+from knotwork.joint_space import JointSpace, JointState
+from knotwork.scenario import Scenario, ScenarioWaypoint
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint
 
 SAME_PLACE = 1e-9
 """Poses nearer than this [m, rad] are one place."""
+WHOLE_TURN = 2.0 * np.pi * 1.001
+"""Angles above this [rad], a whole turn with what files round, are probably degrees."""
 UNEVEN = 20.0
 """Balanced knots beside an interval so many times its neighbour make a large jerk."""
 
@@ -27,14 +29,17 @@ _ANGLES = ("rpy", "angles", "rotation_vector")
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Name what was plausibly not meant as it is written."""
     yield from _angles_in_degrees(scenario, space)
-    for first, second in pairwise(scenario.waypoints):
+    for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
         if isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint):
             yield from _one_place(first, second)
             yield from _pointing_away(first, second)
+        here, there = space.targets[i : i + 2]
+        if here is not None and there is not None:
+            yield from _joints_away(first, second, here, there, space)
     yield from _balanced_and_uneven(scenario)
 
 
-def _warning(quantity: str, message: str, waypoint: CartesianWaypoint | None = None) -> Finding:
+def _warning(quantity: str, message: str, waypoint: ScenarioWaypoint | None = None) -> Finding:
     return Finding(
         group="Warnings",
         subject="waypoint" if waypoint is not None else "motion",
@@ -58,7 +63,7 @@ def _angles_in_degrees(scenario: Scenario, space: JointSpace) -> Iterator[Findin
             if "joints" in location or "start" in location
             else key in _ANGLES
         )
-        if angular and abs(value) > 2.0 * np.pi:
+        if angular and abs(value) > WHOLE_TURN:
             yield _warning(
                 "angle_unit",
                 f"{document.where(location)} is {value:g} rad, more than a whole turn; if it is in "
@@ -111,6 +116,30 @@ def _pointing_away(first: CartesianWaypoint, second: CartesianWaypoint) -> Itera
         )
 
 
+def _joints_away(
+    first: ScenarioWaypoint,
+    second: ScenarioWaypoint,
+    here: JointState,
+    there: JointState,
+    space: JointSpace,
+) -> Iterator[Finding]:
+    """Joint velocities that all point away from the next waypoint, or one place that is left."""
+    way = there.position - here.position
+    moving = np.flatnonzero(here.velocity)
+    if not moving.size:
+        return
+    named = f"waypoint {first.name!r}: the velocity of joint {space.joint_names[moving[0]]!r}"
+    if not way.any():
+        message = f"{named} is not zero, but the next waypoint {second.name!r} is at the same place"
+        yield _warning("one_place", message, first)
+    elif (way[moving] * here.velocity[moving] <= 0.0).all():
+        message = (
+            f"{named} points away from the next waypoint {second.name!r}, and so do those of all "
+            "joints that move; is its sign meant?"
+        )
+        yield _warning("pointing_away", message, first)
+
+
 def _balanced_and_uneven(scenario: Scenario) -> Iterator[Finding]:
     """Balanced knots close to a short interval leave the long one beside it to one cubic."""
     planner, _, rule = scenario.planner.partition(":")
@@ -125,7 +154,7 @@ def _balanced_and_uneven(scenario: Scenario) -> Iterator[Finding]:
             name = scenario.waypoints[i].name
             yield _warning(
                 "uneven_times",
-                f"waypoint {name!r}: the intervals beside it last {before:.4g} s and {after:.4g} "
-                f"s, {ratio:.0f} times each other; balanced knots make a large jerk there "
-                f"(within {UNEVEN:g} times they don't): even out the times or try `knots: paper`",
+                f"waypoint {name!r}: of the intervals beside it, {before:.4g} s and {after:.4g} s, "
+                f"one is {ratio:.0f} times as long as the other; above {UNEVEN:g} times balanced "
+                "knots make a large jerk there: even out the times or try `knots: paper`",
             )

@@ -54,7 +54,7 @@ def tool_path(
     failed = {
         (one.quantity, one.time)
         for one in found
-        if one.quantity in JOINT_QUANTITIES and one.time is not None
+        if one.subject == "joint" and one.quantity in JOINT_QUANTITIES and one.time is not None
     }
     start, end = float(curve.x[0]), float(curve.x[-1])
     ends = [end for one in found if one.interval is not None for end in one.interval]

@@ -79,16 +79,18 @@ def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
     names = len({found.name for found in numbers})
     by_name = any(found.requested is not None for found in numbers)
     subject = numbers[0].subject if numbers else ""
-    rows = [_row(found) for found in numbers if found.limit is not None]
+    rows = [_row(found) for found in numbers]
     if by_name:
         order = list(dict.fromkeys(row["name"] for row in rows))
         rows.sort(key=lambda row: order.index(row["name"]))
     parts: dict[str, dict[str, Any]] = {}
     for found in numbers:
         part = parts.setdefault(found.title, {"title": found.title, "rows": [], "free": []})
-        if found.limit is None:
+        if found.limit is None and not found.required:
             named = f"{found.name} {_number(found.value)} {found.unit}".strip()
-            part["free"].append(f"{named} at {found.when} s" if names == 1 else named)
+            part["free"].append(
+                f"{named} at {found.when} s" if names == 1 and found.when else named
+            )
         else:
             part["rows"].append(_row(found))
     return {
