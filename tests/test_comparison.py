@@ -124,7 +124,7 @@ def test_a_planner_that_can_not_do_a_scenario_keeps_its_row_with_the_reason() ->
     json.dumps(comparison.to_dict(), allow_nan=False)
 
 
-def test_options_of_the_scenario_hold_for_the_planners_that_honour_them() -> None:
+def test_options_of_the_scenario_hold_for_the_planners_that_support_them() -> None:
     with_zero = compare("ur5_deburring", ["modified-hermite", "cubic"])
     ends = with_zero.trajectories["modified-hermite"].acceleration([0.0, 13.0])
     np.testing.assert_allclose(ends, 0, atol=1e-12)
@@ -316,7 +316,7 @@ class TestOverriddenPlanner:
             with pytest.raises(InputError, match=r"paper_case: knots: given beside .*:balanced"):
                 kw.plan("paper_case", planner="modified-hermite:balanced", knots=knots)
 
-    def test_leaves_out_what_it_can_not_honour_and_says_so(self) -> None:
+    def test_leaves_out_what_it_does_not_support_and_says_so(self) -> None:
         plan = kw.plan("ur5_deburring", planner="cubic")
         assert plan.left_out == ("end_acceleration",)
         assert kw.plan("ur5_deburring").left_out == ()

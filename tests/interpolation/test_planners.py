@@ -49,7 +49,7 @@ def test_planners_through_positions_and_velocities_meet_both(name, waypoints):
     np.testing.assert_allclose(trajectory.velocity(waypoints.time), waypoints.velocity, atol=1e-14)
 
 
-def test_modified_hermite_honours_all_options(waypoints):
+def test_modified_hermite_supports_all_options(waypoints):
     plan = get_planner("modified-hermite")
     assert plan(waypoints, PlannerOptions()).continuity.order == 2
     options = PlannerOptions(knots=BalancedKnots(0.3), end_acceleration=(0.1, [0.2, -0.3]))
@@ -87,7 +87,7 @@ def test_cubic_is_the_hermite_cubic_of_each_interval_and_jumps_in_acceleration(w
         ({"end_acceleration": (0.0, np.zeros(2))}, "end accelerations"),
     ],
 )
-def test_cubic_refuses_what_it_can_not_honour(waypoints, options, says):
+def test_cubic_refuses_what_it_does_not_support(waypoints, options, says):
     said = rf"'cubic': option \w+ asks for {says}.*does not support"
     with pytest.raises(InputError, match=said):
         get_planner("cubic")(waypoints, PlannerOptions(**options))

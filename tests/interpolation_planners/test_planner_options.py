@@ -27,7 +27,7 @@ def plan(name, waypoints=CASE, **options):
 
 @pytest.mark.parametrize("option", GIVEN)
 @pytest.mark.parametrize("name", PLANNERS)
-def test_an_option_is_honoured_or_refused(name, option):
+def test_an_option_is_supported_or_refused(name, option):
     options = {option: GIVEN[option]}
     if option not in PLANNER_SPECS[name].supports:
         with pytest.raises(OptionError, match=f"planner '{name}': .*does not support") as caught:

@@ -61,7 +61,7 @@ def select_chain(
             known = [name for name, kind in urdf.types.items() if kind != "fixed"]
             raise UnknownNameError("joint", joint, known, where=f"robot {robot!r}: locked")
     if tool_frame is None:
-        moving = [i for i in range(1, full.njoints) if _obstacle(urdf, i) is None]
+        moving = [i for i in range(1, full.njoints) if _why_not_serial(urdf, i) is None]
         moving = [i for i in moving if full.names[i] not in locked]
     else:
         moving = _moving_joints(urdf, robot, base, tool_frame, locked)
@@ -75,7 +75,7 @@ def select_chain(
     )
 
 
-def _obstacle(urdf: Urdf, index: int) -> str | None:
+def _why_not_serial(urdf: Urdf, index: int) -> str | None:
     """Why a joint can't be planned for, or `None`."""
     name = urdf.model.names[index]
     if name in urdf.mimics:
@@ -109,11 +109,11 @@ def _moving_joints(
         message = f"no joint moves tool frame {tool!r} relative to base frame {base!r}{why}"
         raise RobotError(robot, message, joint=tool)
     for i in moving:
-        obstacle = _obstacle(urdf, i)
-        if obstacle is not None:
+        why_not = _why_not_serial(urdf, i)
+        if why_not is not None:
             raise RobotError(
                 robot,
-                f"joint {full.names[i]!r} on the way to {tool!r} {obstacle}, which can't be "
+                f"joint {full.names[i]!r} on the way to {tool!r} {why_not}, which can't be "
                 "planned for (only revolute, continuous and prismatic joints can); hold it "
                 f"still with `locked: {{{full.names[i]}: 0}}`",
                 joint=full.names[i],

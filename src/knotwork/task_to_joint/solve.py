@@ -94,6 +94,6 @@ def _check_pull(scenario: Scenario, space: JointSpace) -> None:
         with scenario.error_context("pull_to_middle"):
             raise RobotError(
                 robot.name,
-                f"has {robot.dof} joints, and none to spare beside the motion of the tool; leave "
-                "it out, or use an arm of seven joints or more",
+                f"is not redundant: it has {robot.dof} joints; leave it out, or use an arm of "
+                "seven joints or more",
             )
