@@ -50,7 +50,7 @@ def test_too_little_memory_is_no_fault_of_our_own(
     with pytest.raises(SystemExit) as stop:
         command_line.main()
     assert stop.value.code == 2
-    assert "error: memory does not suffice" in capsys.readouterr().err
+    assert "error: out of memory; use a lower rate or fewer scenarios" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")

@@ -27,7 +27,9 @@ from knotwork.waypoints import JointWaypoints
 
 @dataclass(frozen=True)
 class Score:
-    """What one planner makes of a scenario. Joint values are in rad or m, summed as they are.
+    """Figures of one planner's motion for a scenario.
+
+    Joint values are in rad or m; where they are summed, rad and m are added as numbers.
 
     Attributes:
         planner: Name of the planner.
@@ -36,12 +38,12 @@ class Score:
         acceleration_jump: Largest jump of a joint's acceleration between start and end.
         end_acceleration: Largest magnitude of a joint's acceleration at start and end: the step
             that an arm makes there from rest and to rest.
-        peak_velocity: Greatest magnitude: of the joint nearest its limit, or the largest of all.
-        peak_acceleration: Likewise.
-        peak_jerk: Likewise; `None` where the acceleration jumps, because no bound holds there.
+        peak_velocity: Largest magnitude of the joint nearest its limit; without limits, of any.
+        peak_acceleration: The same for acceleration.
+        peak_jerk: The same for jerk; `None` where the acceleration jumps: no bound holds there.
         velocity_fluctuation: Of the worst joint: see `knotwork.metrics.velocity_fluctuation`.
-        squared_acceleration: Integral over time, summed over the joints.
-        squared_jerk: Likewise; `None` where the acceleration jumps: it is infinite.
+        squared_acceleration: Its integral over time, summed over the joints.
+        squared_jerk: The same for jerk; `None` where the acceleration jumps: it is infinite.
         path_deviation: Of the tool from the straight path between poses [m], sampled; `None`
             without poses.
         path_turn: Of the tool's orientation, likewise [rad].
@@ -151,7 +153,7 @@ DEFAULT = tuple(
     for planner in PLANNERS
     for name in (planner, *(f"{planner}:{rule}" for rule in _BY_RULE.get(planner, ())))
 )
-"""What is compared if nothing is said: every planner, and two of them by their rules."""
+"""Planners that are compared by default: all of them, and two with each of their rules."""
 
 
 def compare(
@@ -298,7 +300,7 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
 
 
 def size(value: metrics.Peak | float | None) -> float | None:
-    """What a column is ranked by: a peak by its use of the limit if there is one."""
+    """The number that ranks a column: for a peak its use of the limit, if there is one."""
     if isinstance(value, metrics.Peak):
         return value.use if value.use is not None else value.value
     return value

@@ -22,7 +22,7 @@ class KnotworkError(Exception):
 
 
 class InputError(KnotworkError, ValueError):
-    """What the user gave can't be used as it is: a value, a name, a file or a task."""
+    """Wrong input: a value, a name, a file or a task that can't be used as it is."""
 
     def locate(self, where: str) -> None:
         """Say in front of the message where the fault is, for example which field of a file."""
@@ -281,7 +281,7 @@ class BranchError(TaskError):
 
 
 class SingularityError(TaskError):
-    """The arm can't give the tool the velocity asked for, or only at joint speeds it hasn't got.
+    """The tool can't have the velocity asked for, or only at joint speeds beyond the limits.
 
     Attributes:
         smallest_singular_value: Of the tool Jacobian at the waypoint.

@@ -1,4 +1,4 @@
-"""What a joint has over time: position and its derivatives, and effort, with units and limits."""
+"""Quantities of a joint over time, with units and limits: position, its derivatives, effort."""
 
 from __future__ import annotations
 

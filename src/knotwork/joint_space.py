@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class JointState:
-    """What a waypoint asks of the joints.
+    """Joint values that a waypoint asks for.
 
     Attributes:
         position: [rad or m], shape (d,).

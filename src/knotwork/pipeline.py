@@ -179,7 +179,7 @@ def plan(
 
 
 def _infeasible(found: Infeasibility) -> Finding:
-    """What no choice of solutions can do, as part of the report."""
+    """The finding for a velocity limit that is exceeded whatever solutions are chosen."""
     return Finding(
         group="Feasibility",
         subject="waypoint",
@@ -257,7 +257,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     )
 
 
-# Values for each waypoint mean something to the planner they were chosen for alone.
+# Values given for each waypoint have a meaning only for the planner they were chosen for.
 _PRESETS = ("accelerations", "jerks", "snaps")
 
 
@@ -267,7 +267,7 @@ def supported_options(
     """Keep those options of one planner that another one supports.
 
     Accelerations, jerks and snaps given for each waypoint are not kept: they were chosen for the
-    other one. Nor is what the rule of the other one says itself.
+    other one. Options that the other planner's rule sets are not kept either.
 
     Args:
         options: The options.

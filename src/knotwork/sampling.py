@@ -11,7 +11,7 @@ from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
 SAMPLE_COINCIDENCE = 1e-6
-"""Where the end is less than this fraction of a period after a sample, it takes its place."""
+"""Smallest last step, as a fraction of a period: the end replaces a sample nearer than that."""
 
 MAX_SAMPLES = 20_000_000
 """More samples than this are refused: each takes 32 bytes a joint."""

@@ -1,4 +1,4 @@
-"""How far a joint motion takes the tool from the straight path between its waypoints."""
+"""Deviation of the tool from the straight path between its waypoints."""
 
 from __future__ import annotations
 

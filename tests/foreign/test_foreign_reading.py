@@ -359,7 +359,7 @@ def replaced(text: str, line: int, column: int, value: str) -> str:
         (1, 4, "slide [deg]", "line 1: column 4: the column 'slide [deg]' is in deg, but joint"),
         (1, 2, "joint_1 [mm]", "line 1: column 2: the column 'joint_1 [mm]' is in mm"),
         (1, 2, "joint_1.positon", "has 'positon', which is not understood"),
-        (1, 2, "joint_1.position_drive", "is in drive units, of which"),
+        (1, 2, "joint_1.position_drive", "is in drive units, and the file does not define them"),
         (1, 5, "joint_1.velocity_rad_per_s2", "with the unit of another quantity"),
         (1, 5, "joint_1.velocity [rad]", "is a velocity with the unit of another quantity"),
         (1, 5, "joint_1.velocity [rad/s/s]", "is a velocity with the unit of another quantity"),

@@ -178,7 +178,7 @@ def test_joints_are_pulled_to_the_middle_where_the_tool_passes_at_speed() -> Non
 
 def test_a_pull_to_the_middle_needs_a_redundant_arm() -> None:
     task = {"robot": "ur5", "pull_to_middle": 1, "waypoints": PASSING["waypoints"]}
-    with pytest.raises(RobotError, match=r"pull_to_middle: robot 'ur5': is not redundant: it has 6 joints"):
+    with pytest.raises(RobotError, match="pull_to_middle: robot 'ur5': is not redundant: it has 6"):
         kw.plan(task)
     with pytest.raises(DocumentError, match="pull_to_middle"):
         kw.plan({**PASSING, "pull_to_middle": -1})

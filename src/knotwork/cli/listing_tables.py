@@ -1,4 +1,4 @@
-"""What is shipped as tables on a terminal: robots and scenarios."""
+"""Tables of the shipped robots and scenarios for a terminal."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def main() -> NoReturn:
         _drop_output()  # whoever read it has stopped reading
         code = UNREAD
     except MemoryError:
-        click.echo("error: memory does not suffice for this; ask for less at once", err=True)
+        click.echo("error: out of memory; use a lower rate or fewer scenarios", err=True)
         code = WRONG_INPUT
     except OSError as error:
         if error.filename is not None:  # of a file, whose reader or writer should have said it

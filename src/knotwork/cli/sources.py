@@ -1,4 +1,4 @@
-"""What commands are given: a scenario to plan, or a file with a trajectory of any tool."""
+"""Input of the commands: a scenario to plan, or a file with a trajectory of any tool."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ def read_motions(
         source: A scenario's name, or the path of a scenario or trajectory.
         reference: For a trajectory, the scenario it is for.
         planner: For a scenario, the planner in place of its own.
-        knots: Likewise, the knots.
-        compare: Likewise, other planners, whose plans follow the first.
+        knots: For a scenario, the knots in place of its own.
+        compare: For a scenario, other planners, whose plans follow the first.
         robot: For a trajectory without a scenario, what it moves, if known.
         strict: Refuse a file that contradicts itself if it is not checked; by default that is only
             said on standard error.
@@ -148,7 +148,7 @@ def _planned(source: str, planner: str | None, knots: Any, others: list[str]) ->
 
 
 def checked(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
-    """Those motions that have been checked against a scenario."""
+    """The motions that have been checked against a scenario."""
     from knotwork.trajectory import JointTrajectory
 
     return [motion for motion in motions if not isinstance(motion, JointTrajectory)]

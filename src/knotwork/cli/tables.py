@@ -179,7 +179,7 @@ def _mark(found: Finding) -> str:
 
 
 def _proof(found: Finding) -> str:
-    """How it was found; of what is bounded, by how much it may be beyond the value shown."""
+    """How a value was found; for a bound, also how far the truth may lie beyond it."""
     return f"{found.proof} +{found.excess:.1g}" if found.proof == "bounded" else found.proof
 
 
@@ -210,7 +210,7 @@ def _turns(turns: Sequence[tuple[str, int]]) -> str:
 
 
 def _alternative_table(choices: Sequence[Choice]) -> Table:
-    """What the next best sequence has, and costs: one row for waypoints where that is the same."""
+    """The next best sequence and its cost; waypoints where both are the same share a row."""
     columns = ["waypoints", "next best", "against the one chosen"]
     table = plain_table("Best sequence with another solution there", columns, 3)
     rows: list[tuple[list[str], tuple[str, str] | None]] = []

@@ -36,7 +36,7 @@ def validate(model: type[ModelT], document: Document) -> ModelT:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where in the data an error is, and which models are there.
+    """The place of an error in the data, and the models that stand there.
 
     Attributes:
         location: Keys and indices.

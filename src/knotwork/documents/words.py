@@ -1,4 +1,4 @@
-"""What is wrong with a value, in words of our own instead of pydantic's."""
+"""Messages for wrong values, in place of those of pydantic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the curve through points is off a motion, from the polynomials and not from samples."""
+"""Distance of the curve through points from a motion, by polynomials and not by samples."""
 
 from __future__ import annotations
 

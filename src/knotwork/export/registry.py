@@ -49,13 +49,13 @@ class Format:
         return self.function if self.suffix else ""
 
     def takes_points(self, options: Mapping[str, Any]) -> bool:
-        """Whether it is made of points of the motion, with these options."""
+        """Whether the format, with these options, holds points of the motion."""
         sampled = self.tabular and not options.get("knots_only")
         return "fit" in self.options and not sampled
 
     @property
     def tabular(self) -> bool:
-        """Whether it is a table of samples or points."""
+        """Whether the format is a table of samples or points."""
         return self.takes is TableOptions
 
 

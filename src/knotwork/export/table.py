@@ -1,4 +1,4 @@
-"""What the sampled formats hold: times, the joints' quantities, and the tool's pose and twist."""
+"""Contents of the sampled formats: times, the joints' quantities, and the tool's pose and twist."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class MotionTable:
         joints: `"position"`, `"velocity"` and so on [rad or m, and per second], each (s, d).
         tool: As in `TOOL`, each of shape (s, 3) or, for the quaternion, (s, 4); empty without a
             robot.
-        note: What the rows are worth.
+        note: How exactly the rows define the motion.
     """
 
     joint_names: tuple[str, ...]

@@ -165,7 +165,7 @@ def _columns(
 
 
 def _missing(columns: list[Column], joint_names: Sequence[str]) -> list[str]:
-    """What the columns lack: time, positions of all joints, and rates of all joints or none."""
+    """Faults if a column is missing: time, positions of all joints, rates of all or none."""
     lacks: list[str] = []
     if not any(content.quantity == "time" for content in columns):
         lacks.append("the time is missing; a column named time [s] must be given")

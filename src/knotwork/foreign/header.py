@@ -1,4 +1,4 @@
-"""What the columns of a CSV file are, from their headings."""
+"""The meaning of the columns of a CSV file, from their headings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TIME_UNITS = {**dict.fromkeys(SECONDS, 1.0), "ms": 1e-3, "us": 1e-6, "ns": 1e-9
 
 @dataclass(frozen=True)
 class Column:
-    """What a column holds.
+    """The contents of a column.
 
     Attributes:
         quantity: `"time"`, one of `QUANTITIES`, or empty for what is not needed.
@@ -67,7 +67,7 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
     needed and left out.
 
     Raises:
-        HeadingError: It is something else, in a unit that the joint hasn't got, or contradicts
+        HeadingError: It is something else, in a unit that the joint does not have, or contradicts
             itself.
     """
     text = heading.strip()
@@ -105,8 +105,7 @@ def _content(heading: str, said: list[str], name: str, unit: str) -> tuple[str, 
     for word in said:
         if word == "drive":
             raise HeadingError(
-                f"the column {heading!r} is in drive units, of which the file does not say what "
-                "they are",
+                f"the column {heading!r} is in drive units, and the file does not define them",
                 f"{accepted}; export without --scale and --offset to check a table",
             )
         if word != "per" and word not in (*_QUANTITY, *loads, *bases, *per):
@@ -142,7 +141,10 @@ def _content(heading: str, said: list[str], name: str, unit: str) -> tuple[str, 
 
 
 def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
-    """Index of the joint that a heading names, the longest name if several fit, and the rest."""
+    """Find the joint that a heading names (the longest match).
+
+    Returns its index and the remaining text.
+    """
     found = [
         (len(name), i, f"{text[: match.start()]} {text[match.end() :]}")
         for i, name in enumerate(joint_names)
@@ -152,7 +154,7 @@ def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
 
 
 def _time(heading: str) -> Column | None:
-    """What a heading says of time, or `None` if it is none."""
+    """Read the heading of a column of times; `None` if it is no such heading."""
     said = words(heading)
     whole, named = "_".join(said), "_".join(said[:-1])
     if whole in _TIMES:

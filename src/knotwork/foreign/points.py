@@ -143,7 +143,7 @@ def _names(document: Document, data: Mapping[str, Any], at: Location) -> tuple[l
 
 @dataclass(frozen=True)
 class _Cell:
-    """What a file gives of one quantity in one row: the value, its key and its place."""
+    """One quantity in one row of a file: the value, its key and its place."""
 
     value: Any
     key: str

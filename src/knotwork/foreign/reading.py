@@ -18,7 +18,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
 
 RESOLUTION = 1.0000001e-9
-"""Of the times in a ROS 2 message [s], and what rounding adds."""
+"""Resolution of the times in a ROS 2 message [s], rounding included."""
 
 CSV = (".csv", ".tsv", ".txt")
 YAML = (".yaml", ".yml")

@@ -20,7 +20,7 @@ Place = Callable[[int, str, "int | None"], Callable[[str, str], DocumentError]]
 what would be accepted."""
 
 QUANTITIES = DERIVATIVES[:3]
-"""What a controller joins points by: position, velocity and acceleration."""
+"""Quantities that a controller joins points by."""
 
 _CURVES = ("straight lines", "cubics", "quintics")
 

@@ -24,10 +24,10 @@ BASES = {
 """Unit of a joint, and its size in it, of each word for a unit of position."""
 
 PER_TIME = {"s": 1, "sec": 1, "second": 1, "s2": 2, "sec2": 2, "s3": 3, "sec3": 3}
-"""How often a quantity is divided by seconds."""
+"""Power of seconds that a quantity is divided by."""
 
 LOADS = ("nm", "n", "a", "ma")
-"""Units of efforts and currents, which a motion has none of."""
+"""Units of efforts and currents; such columns are skipped."""
 
 SECONDS = ("s", "sec", "second", "seconds")
 
@@ -43,12 +43,12 @@ def words(text: str) -> list[str]:
 
 
 def is_rate(text: str, unit: str, order: int) -> bool:
-    """Whether a text names a joint's unit per s, `order` times, and no multiple of it."""
+    """Whether a text names a joint's unit per s to the power `order`, and no multiple of it."""
     base, *per = [word for word in words(text) if word != "per"] or [""]
     known = base in BASES and BASES[base] == (unit, 1.0)
     return known and all(word in PER_TIME for word in per) and time_order(per) == order
 
 
 def time_order(per: Sequence[str]) -> int:
-    """How often a unit is divided by seconds, `s` or `s2` and so on, or one after another."""
+    """Power of seconds that a unit is divided by, given as `s2` or as `s` several times."""
     return sum(PER_TIME[word] for word in per)

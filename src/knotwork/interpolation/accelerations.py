@@ -50,7 +50,7 @@ class Waypoints:
 
     @property
     def block(self) -> int:
-        """How many waypoints to work on together."""
+        """Number of waypoints to work on together."""
         # odd, as rows a power of two apart would compete for the same lines of the cache
         return max(16, BLOCK // max(1, int(self.y.shape[0]))) | 1
 

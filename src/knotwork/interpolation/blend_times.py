@@ -1,4 +1,4 @@
-"""How long the transitions of `parabolic-blend` last, and the slopes between them."""
+"""Durations of the transitions of `parabolic-blend`, and the slopes between them."""
 
 from __future__ import annotations
 
@@ -79,9 +79,9 @@ def transition_times(
 
 
 def _off_at_ends(waypoints: JointWaypoints) -> FloatArray:
-    """How far the end velocities alone would miss the next waypoint, shape (2, d).
+    """Distance by which the end velocities alone miss the next waypoint, shape (2, d).
 
-    The transition at the end makes up for it: Δ - v h, up to rounding.
+    It is Δ - v h, or zero if that is rounding. The transition at the end makes up for it.
     """
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     rows = []

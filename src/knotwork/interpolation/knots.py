@@ -1,4 +1,4 @@
-"""Where the rebuilt knots sit: one before and one after each inner waypoint.
+"""Positions of the rebuilt knots: one before and one after each inner waypoint.
 
 Each inner waypoint x[i] lies strictly between its *left* and its *right* knot; the first and the
 last knot are the first and the last waypoint. So an inner interval holds two knots, the first and

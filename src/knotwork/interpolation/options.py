@@ -1,4 +1,4 @@
-"""What a caller may ask of a planner, and what a planner is."""
+"""The options of planners, and the type of a planner."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def _as_tuples(value: Any) -> Any:
 
 
 def _key(value: Any) -> Any:
-    """What a value is compared by."""
+    """The key that a value is compared by."""
     if isinstance(value, np.ndarray):
         # adding 0.0 turns -0.0 into 0.0
         return value.shape, (value + 0.0).tobytes()

@@ -1,4 +1,4 @@
-"""What each planner guarantees, what it can't do, and which options it supports.
+"""What each planner guarantees, its limitations, and the options it supports.
 
 Only words: nothing here loads a planner, so that names and specs cost next to nothing.
 """

@@ -1,4 +1,4 @@
-"""Where polynomials of any degree may have extrema inside their piece, many pieces at once.
+"""Times at which polynomials of any degree may have extrema inside their pieces, all at once.
 
 Everything is in the unit variable s in [0, 1] of a piece. A returned point need not be a root of
 the derivative: where there is none, another point of the piece takes its place, which does no harm

@@ -68,7 +68,7 @@ ScenarioWaypoint = CartesianWaypoint | JointTarget
 
 @dataclass(frozen=True)
 class ToolPlacement:
-    """Which frame of the robot carries the tool and where the tool centre point (TCP) is in it.
+    """The frame that carries the tool, and the place of the tool centre point (TCP) in it.
 
     Attributes:
         frame: Name of the frame, or `None` for the robot's own tool frame.
@@ -85,7 +85,7 @@ def _one_for_each_unit() -> dict[str, float]:
 
 @dataclass(frozen=True)
 class ToleranceSet:
-    """How far the motion may be from what was asked.
+    """Largest allowed differences between the motion and the task.
 
     Attributes:
         position: Of the TCP [m].
@@ -93,8 +93,9 @@ class ToleranceSet:
         linear_velocity: Of the TCP [m/s].
         angular_velocity: Of the tool [rad/s].
         joint_position: At waypoints given by joint values, by unit of the joint: `"rad"`, `"m"`.
-        joint_velocity: Likewise, per second.
-        joint_acceleration: At the two ends, where asked for; likewise, per second squared.
+        joint_velocity: At the same waypoints, by unit of the joint, per second.
+        joint_acceleration: At the two ends, where asked for, by unit of the joint, per second
+            squared.
     """
 
     position: float = 1e-6
@@ -108,13 +109,13 @@ class ToleranceSet:
 
 @dataclass(frozen=True)
 class Presets:
-    """What some planners are told about the waypoints beyond positions and velocities.
+    """Values at the waypoints, beyond positions and velocities, that some planners take.
 
     Attributes:
         accelerations: `None`, `"zero"`, `"estimated"`, or joint values for each waypoint that the
             planner has a choice at.
-        jerks: `None`, or joint values for each waypoint; likewise `snaps`.
-        snaps: Fourth derivatives.
+        jerks: `None`, or joint values for each waypoint.
+        snaps: Fourth derivatives: `None`, or joint values for each waypoint.
         transition_time: Of parabolic transitions [s]: for all waypoints, or for each.
     """
 

@@ -1,4 +1,4 @@
-"""What a scenario file may say: the models behind `knotwork schema`.
+"""Contents of a scenario file: the models behind `knotwork schema`.
 
 Values stand here as the file gives them, in the file's units; `knotwork.scenario.resolve` turns
 them into SI in the robot's base frame.
@@ -71,7 +71,7 @@ PerWaypoint = Annotated[list[dict[str, Number]], Field(min_length=1)]
 
 
 class PlannerOptionsFile(StrictModel):
-    """What some planners can be told beyond knots; `knotwork planners` says which takes what."""
+    """Options of some planners beyond knots; `knotwork planners` says which takes which."""
 
     accelerations: (
         Annotated[
@@ -110,7 +110,7 @@ class PlannerOptionsFile(StrictModel):
 
 
 class Tolerances(StrictModel):
-    """How far the check lets the motion be from what was asked; left out: 1e-6 in SI."""
+    """Largest differences from the task that pass the check; by default 1e-6 in SI."""
 
     position: Positive | None = Field(default=None, description="Of the TCP at a pose [length]")
     orientation: Positive | None = Field(default=None, description="Of the tool at a pose [angle]")
@@ -120,7 +120,7 @@ class Tolerances(StrictModel):
         default=None, description="At waypoints given by joint values [angle or length]"
     )
     joint_velocity: Positive | None = Field(
-        default=None, description="Likewise [angle/s or length/s]"
+        default=None, description="At waypoints given by joint values [angle/s or length/s]"
     )
     joint_acceleration: Positive | None = Field(
         default=None, description="At the ends, where asked for [angle/s² or length/s²]"

@@ -1,4 +1,4 @@
-"""What a scenario file may say of waypoints, poses, frames and velocities."""
+"""Contents of a scenario file: waypoints, poses, frames and velocities."""
 
 from __future__ import annotations
 

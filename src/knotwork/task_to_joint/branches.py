@@ -1,4 +1,4 @@
-"""What a scenario's `branch` asks for, and saying so when it can't be had."""
+"""The branch that a scenario asks for, and the errors where it can't be had."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
     """Check that the arm has branches of the kind that `branch` speaks of.
 
     Raises:
-        BranchError: It has none.
+        BranchError: The arm has no branches of that kind.
     """
     wanted = scenario.branch
     if wanted == "free":
@@ -59,7 +59,7 @@ def allowed(scenario: Scenario, robot: Robot, index: int, candidates: Candidates
     """Indices of the candidates in the branch asked for by name.
 
     Raises:
-        BranchError: None is.
+        BranchError: No candidate is in that branch.
     """
     wanted = scenario.branch
     if candidates is None:

@@ -17,7 +17,7 @@ from knotwork.waypoints import FloatArray
 
 
 class Explanation:
-    """What there is to say of a choice.
+    """Reasons for a choice of solutions, and its alternatives.
 
     Args:
         search: The search.
@@ -30,7 +30,7 @@ class Explanation:
         self.names = [waypoint.name for waypoint in self.scenario.waypoints]
 
     def choices(self) -> tuple[Choice, ...]:
-        """How each waypoint given by a pose was solved."""
+        """The solution chosen at each waypoint that is given by a pose."""
         alternatives = self._alternatives()
         result = []
         signs = configuration_flags(self.robot, self.found.positions)
@@ -109,7 +109,7 @@ class Explanation:
 
     @cached_property
     def _others(self) -> str:
-        """What other choices of solutions would do."""
+        """The effect of other choices of solutions, in words."""
         asked = self.scenario.branch != "free"
         if asked and self.search.feasible_if_free():
             return "in another branch it can be done (branch: free)"
@@ -197,7 +197,7 @@ class Explanation:
         return positions_of(self.search.layers, other.index, self.search.rules)
 
     def _change(self, other: AlternativeSequence) -> str:
-        """Where a sequence changes its branch on a way where that counts."""
+        """Find where a sequence changes its branch in an interval that avoids it."""
         flags = configuration_flags(self.robot, self._positions(other))
         changed = (flags[1:] * flags[:-1] < 0).any(axis=1) & self.search.rules.avoided
         if not changed.any():  # of branches that are singular, and pass for either
@@ -221,7 +221,7 @@ class Explanation:
         return f"{speed} halfway from {self.names[i]!r} to {self.names[i + 1]!r}"
 
     def _infeasible(self, other: AlternativeSequence) -> str:
-        """What is too fast in a sequence: the worst of its intervals and waypoints."""
+        """Name the interval or waypoint of a sequence that is farthest beyond a velocity limit."""
         limit, worst, said = self.robot.velocity_limit, 1.0, "too fast"
         for i, candidates in enumerate(self.search.candidates):
             if candidates is None:

@@ -28,7 +28,7 @@ HOME = "home"
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What was chosen.
+    """The sequence chosen.
 
     Attributes:
         sequence: The choice among the candidates.
@@ -56,7 +56,7 @@ class Search:
         space: The joints it is for.
         robot: Their robot.
         given: Joint positions at each waypoint, `None` where a pose is given.
-        speeds: Joint velocities, likewise.
+        speeds: Joint velocities at each waypoint, `None` where a pose is given.
         near: Configuration to be near, or `None`.
 
     Attributes:
@@ -117,7 +117,7 @@ class Search:
         )
 
     def feasible_if_free(self) -> bool:
-        """Whether some choice is within the velocity limits, whatever branch is asked for."""
+        """Whether some choice in any branch is within the velocity limits."""
         free = Search(
             replace(self.scenario, branch="free"),
             self.space,
@@ -130,7 +130,7 @@ class Search:
         return bool(chosen.cost.infeasible == 0.0)
 
     def _interval_cost(self, interval: Any, start: Any, end: Any) -> FloatArray:
-        """What steps cost more than their travel and the weights of their ends say [s].
+        """Extra cost of a step [s]: what its travel and the weights of its ends do not count.
 
         With travel T, time h, and the mean n and the most m of the nearness to limits and
         singularities on the way, that makes T (1 + n) + h m in all.

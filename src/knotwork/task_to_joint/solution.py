@@ -1,4 +1,4 @@
-"""What is found: waypoints at the joints, which solutions were chosen for them, and why."""
+"""Results: waypoints at the joints, the solutions chosen for them, and the reasons."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class Alternative:
     Attributes:
         branch: What its branch is called there; empty where branches have no names.
         turns: Joint and whole turns away from within half a turn of zero, where there are any.
-        extra: What it costs more than the sequence chosen [s]: travel at the velocity limits,
-            weighted, or with `near` the distance from that; `None` where something else is
-            against it.
-        hindrance: What that is: a limit it breaks, or where it changes the branch.
+        extra: Its cost beyond that of the sequence chosen [s]: travel at the velocity limits,
+            weighted, or with `near` the distance from that. `None` if a limit or a change of
+            branch rules it out; `hindrance` says which.
+        hindrance: The limit it breaks, or where it changes its branch; otherwise empty.
     """
 
     branch: str
@@ -112,7 +112,7 @@ class TaskSolution:
         return self._explain() if self._explain is not None else ()
 
     def __getstate__(self) -> dict[str, Any]:
-        """What is copied and pickled: the choices, and not how they are found."""
+        """The state to copy or pickle: the choices, without the search that finds them."""
         return {**self.__dict__, "choices": self.choices, "_explain": None}
 
     def to_dict(self) -> dict[str, Any]:

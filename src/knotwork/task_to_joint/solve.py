@@ -37,9 +37,9 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     least is taken, and what exceeds them is named in `infeasibilities`.
 
     A redundant arm moves freely at a pose. Samples of its self-motion take the place of the
-    branches, and those chosen are then moved along it to where the way through is best. There the
-    nearness to limits and singularities counts along the way between waypoints too: the mean for
-    the travel, the most for the time it takes.
+    branches, and those chosen are then moved along it to reduce the cost of the neighbouring
+    intervals. There the nearness to limits and singularities counts between waypoints too: its
+    mean multiplies the travel, its maximum the time.
 
     Args:
         scenario: The task.

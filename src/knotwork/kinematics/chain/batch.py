@@ -59,7 +59,7 @@ class Targets:
         return cls(matrices[3, :3], matrices[:3, :3])
 
     def take(self, index: Any) -> Targets:
-        """Those of the given indices."""
+        """The targets of the given indices."""
         return Targets(self.position[:, index], self.rotation[:, :, index])
 
     def pose(self, index: int) -> Any:
@@ -72,7 +72,7 @@ class Targets:
 
 @dataclass(frozen=True, eq=False)
 class BatchSolution:
-    """Where a batch of local searches ended.
+    """The ends of a batch of local searches.
 
     Attributes:
         q: Joint positions [rad or m], shape (n, d).

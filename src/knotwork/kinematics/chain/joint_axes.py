@@ -132,7 +132,7 @@ def _frame_along(axis: FloatArray) -> FloatArray:
 def pose_errors(
     tip: FloatArray, rotation: FloatArray, position: FloatArray, target: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """How far poses are from their targets.
+    """Errors of poses against their targets.
 
     Args:
         tip: TCP positions [m], shape (3, n).

@@ -32,7 +32,7 @@ POLISHED = 1e-4
 
 
 class Effort(NamedTuple):
-    """How long a local search goes on.
+    """The effort of a local search.
 
     Attributes:
         iterations: Steps to try at most.
@@ -58,7 +58,7 @@ HASTY = Effort(patience=5, least_factor=1e-2)
 
 
 class LocalSolution(NamedTuple):
-    """Where a local search ended.
+    """The end of a local search.
 
     Attributes:
         q: Joint positions [rad or m], shape (d,).
@@ -81,11 +81,11 @@ class LocalSolution(NamedTuple):
 
 
 class _Workspace:
-    """What all searches with a robot share, like Pinocchio's working memory.
+    """Working memory that all searches with a robot share.
 
     Attributes:
-        model, data, frame: Of the robot.
-        base: Where its base stands, `pin.SE3`; `None` if in the origin.
+        model, data, frame: Those of the robot.
+        base: Placement of its base, `pin.SE3`; `None` if in the origin.
         H: Memory for JᵀJ, shape (d, d).
         diagonal: Its diagonal, a view.
         ldlt: Its factorisation.
@@ -105,9 +105,10 @@ _workspaces: WeakKeyDictionary[Robot, _Workspace] = WeakKeyDictionary()
 class PoseSearch:
     """Local searches for one pose of the TCP of one robot.
 
-    The error is e = (Rᵀ(p* − p), log₃(RᵀR*)), in tool axes, and J its (negative) Jacobian as far
-    as it matters: because w is an eigenvector of the Jacobian of log₃ at w, Jᵀe is the exact
-    gradient of |e|²/2. Each step solves (JᵀJ + λ² I) Δq = Jᵀe over the joints that are free.
+    The error is e = (Rᵀ(p* − p), log₃(RᵀR*)), in tool axes. J is the Jacobian of the TCP in tool
+    axes; −J is not quite the derivative of e. Still, −Jᵀe is the exact gradient of |e|²/2, because
+    w is an eigenvector of the Jacobian of log₃ at w, and |p* − p| does not depend on R. Each step
+    solves (JᵀJ + λ² I) Δq = Jᵀe over the joints that are free.
 
     Args:
         robot: The robot.

@@ -174,7 +174,7 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
 
 
 def _speeds(robot: Robot) -> FloatArray:
-    """What joint velocities are measured by where there is a choice, shape (d,)."""
+    """The scale of each joint in the least norm, shape (d,)."""
     if robot.dof <= 6:
         return np.ones(robot.dof)
     limit = robot.velocity_limit

@@ -53,7 +53,7 @@ def reached(solution: LocalSolution) -> bool:
 
 
 def square(solution: LocalSolution) -> float:
-    """What is least at the closest pose: distance² + angle², a metre counting as a radian."""
+    """The quantity that the search minimises: distance² + angle², a metre counting as a radian."""
     return solution.position_error**2 + solution.orientation_error**2
 
 

@@ -212,7 +212,7 @@ def _unreachable(
 
 @dataclass(frozen=True)
 class _Point:
-    """How near the TCP comes to the point in any orientation, and the angle left on it.
+    """The approach to the point in any orientation.
 
     Attributes:
         distance: Distance left [m].

@@ -32,7 +32,7 @@ TINY = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """Where an arm that the flags are defined for has its wrist.
+    """The wrist of an arm that the flags are defined for.
 
     Attributes:
         parallel: Axis 4 is parallel to axis 3; otherwise the wrist is spherical.
@@ -92,7 +92,7 @@ def _parallel(a: FloatArray, b: FloatArray) -> bool:
 
 
 def _meeting(p: FloatArray, a: FloatArray, q: FloatArray, b: FloatArray) -> FloatArray | None:
-    """Where two lines meet, or `None`."""
+    """The point where two lines meet, or `None`."""
     normal = np.cross(a, b)
     square = normal @ normal
     if square < TINY or abs((q - p) @ normal) > TINY:

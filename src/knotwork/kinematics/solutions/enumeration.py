@@ -54,7 +54,7 @@ MOST_BRANCHES = 16
 
 
 class _Found:
-    """What has been found for one pose.
+    """The solutions found for one pose.
 
     Attributes:
         solutions: Each once, shape (b, d).
@@ -181,7 +181,7 @@ def _with_near_singular(
 
 
 def _near_singular(robot: Robot, q: FloatArray) -> FloatArray:
-    """Those configurations where the smallest singular value is small, shape (k, d)."""
+    """The configurations where the smallest singular value is small, shape (k, d)."""
     s = np.linalg.svd(joint_axes(robot).jacobians(q), compute_uv=False)
     return np.asarray(q[s[:, -1] < ALMOST_SINGULAR])
 
@@ -202,10 +202,10 @@ def _polished(search: PoseSearch, solution: FloatArray) -> FloatArray:
 
 
 def distinct(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray:
-    """Those solutions that no motion joins which leaves the tool where it is: the first of each.
+    """Solutions, without those that a self-motion joins to one before.
 
-    Where two branches meet, searches end on both sides of the point where they do, and next to a
-    singularity anywhere near the solution.
+    Where two branches meet, searches end on both sides of that point. Next to a singularity they
+    end anywhere near the solution.
     """
     chain = joint_axes(robot)
     kept: list[FloatArray] = []

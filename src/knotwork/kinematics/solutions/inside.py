@@ -41,7 +41,7 @@ def solutions_inside(search: PoseSearch) -> FloatArray:
 
 
 def brought_inside(search: PoseSearch, solutions: FloatArray) -> FloatArray:
-    """Those solutions that some turn brings inside the limits, at that turn, shape (k, d)."""
+    """Solutions that whole turns bring inside the limits, at that turn, shape (k, d)."""
     robot, limits = search.robot, limits_of(search.robot)
     centre, kept = middle(limits), []
     for solution in solutions:

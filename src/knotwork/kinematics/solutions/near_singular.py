@@ -197,7 +197,7 @@ def _with_double_zeros(search: PoseSearch, curve: list[_Point]) -> list[_Point]:
 def _double_zero(
     search: PoseSearch, a: _Point, b: _Point, c: _Point
 ) -> tuple[float, _Point] | None:
-    """Where the residual comes down to zero: from -1 at the first point to 1 at the third."""
+    """Find where the residual touches zero: from -1 at the first point to 1 at the third."""
     sign = 1.0 if b.residual > 0.0 else -1.0
     left, here, right = sign * a.residual, sign * b.residual, sign * c.residual
     bend = left - 2.0 * here + right

@@ -38,8 +38,9 @@ from knotwork.waypoints import FloatArray, read_only
 MAX_RESTARTS = 200
 # Restarts that give up soon if they get no nearer; those after them have more patience.
 HASTY_RESTARTS = 20
-# The solution of the local search is the nearest if it is so near the start [rad or m], and no
-# other is so many times as near beside a singularity, twice being the most in theory.
+# A solution of the local search that is so near the start [rad or m] is taken for the nearest.
+# Beside a singularity a second solution is searched for first, within this factor of the distance
+# from the start; in theory one that is nearer to the start lies within twice the distance.
 NEAR = 0.5
 TWIN_WITHIN = 3.0
 # With a smallest singular value below this the estimate of where that other is does not hold, and
@@ -98,9 +99,10 @@ def solve_pose_ik(
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
     Three steps: a local search from the start; where that fails or ends far away, the nearest of
-    all solutions, so that the answer is never farther than the nearest of `solve_all`; where there
-    is none, a diagnosis. Joints are taken by whole turns to where they are nearest. A redundant arm
-    is moved along its self-motion as near as it gets; there, all solutions are the samples of the
+    all solutions; where there is none, a diagnosis. In the tests with random poses of the UR5, Z1,
+    Talos arm and Panda, the answer was never farther than the nearest of `solve_all`; that is not
+    proved. Joints are taken by whole turns to where they are nearest. A redundant arm is moved
+    along its self-motion as near as it gets; there, all solutions are the samples of the
     self-motion that `solve_all` chooses from. The same arguments always give the same answer.
 
     Args:
@@ -185,7 +187,7 @@ def _checked(
 
 
 def _restarts(search: PoseSearch, count: int) -> Iterator[FloatArray]:
-    """Where to search after a start that failed."""
+    """Further starts, after one that failed."""
     robot = search.robot
     if count:
         yield from seeds(robot, [search.pose])[0][:count]
@@ -233,11 +235,11 @@ class _Nearest:
             self.is_nearest()
 
     def is_nearest(self) -> bool:
-        """Whether the solution found is surely the nearest, or becomes so by a search beside it.
+        """Whether the solution found is taken for the nearest, after a search beside it.
 
-        Along the i-th right-singular vector v, with singular value σ, the motion of the tool bends
-        by κ: after σ t it is back where it was at t = −2 σ / κ, and next to that there is a second
-        solution.
+        Take a step t along a right-singular vector whose singular value is σ, and let κ be the
+        acceleration of the tool along the left-singular vector. To second order the tool moves by
+        σt + κt²/2, which is zero again at t = −2σ/κ. Next to that there is a second solution.
         """
         if self.best is None or self.distance > NEAR:
             return False
@@ -255,7 +257,7 @@ class _Nearest:
         return True
 
     def _beside_singularity(self, q: FloatArray, within: float) -> Iterable[FloatArray]:
-        """Where to search for other solutions next to a singularity."""
+        """Starts for the search for other solutions next to a singularity."""
         if len(q) == 6:
             return near_singular_solutions(self.search, [q], 2 + int(within / STEP))
         robot, radius = self.search.robot, self.distance
