@@ -91,6 +91,10 @@ class Comparison:
         scenario: Name of the scenario.
         rows: A score or a refusal for each planner.
         trajectories: The motions by planner.
+
+    >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
+    >>> {name: motion.continuity.order for name, motion in comparison.trajectories.items()}
+    {'modified-hermite': 2, 'cubic': 1}
     """
 
     scenario: str

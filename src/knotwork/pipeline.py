@@ -43,6 +43,10 @@ class Plan:
         report: What the check found.
         left_out: Options of the scenario that a planner given in place of its own does not support.
         solution: How the solutions of the poses were chosen.
+
+    >>> made = kw.plan("paper_case")
+    >>> made.joint_waypoints.time, made.trajectory.end_time, made.report.ok
+    (array([ 0.,  5., 15., 25.]), 25.0, True)
     """
 
     scenario: Scenario
@@ -88,6 +92,11 @@ class Plan:
 
         Raises:
             InputError: The folder can't be written to, or the rate makes too many samples.
+
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     [path.name for path in kw.plan("paper_case").save(folder)]
+        ['trajectory.json', 'samples.csv', 'report.json']
         """
         from knotwork.export import to_csv
 

@@ -40,7 +40,7 @@ class Jump:
 
 @dataclass(frozen=True)
 class Continuity:
-    """How smooth a trajectory is at its breaks, measured from its polynomials.
+    """Smoothness of a trajectory at its breaks, measured from its polynomials.
 
     Attributes:
         position, velocity, acceleration: The largest jumps.
@@ -164,6 +164,11 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
 
         Raises:
             InputError: The trajectory has other joints, or gives one in another unit.
+
+        >>> still = [[0, 0], [0, 0]]
+        >>> motion = JointTrajectory.from_knots(["a", "b"], [0, 1], [[0, 0], [1, 2]], still)
+        >>> motion.reordered(["b", "a"]).position(1.0)
+        array([2., 1.])
         """
         wanted = tuple(joint_names)
         missing = [name for name in wanted if name not in self.joint_names]
@@ -227,7 +232,12 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         return self.polynomial(t, nu)
 
     def position(self, t: ArrayLike) -> FloatArray:
-        """Joint positions [rad or m] at times t [s]; raises as calling does."""
+        """Joint positions [rad or m] at times t [s]; raises as calling does.
+
+        >>> motion = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
+        >>> motion.position(0.5), motion.position([0.0, 0.5, 1.0]).shape
+        (array([0.5]), (3, 1))
+        """
         return self.polynomial(t, 0)
 
     def velocity(self, t: ArrayLike) -> FloatArray:
@@ -260,6 +270,11 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         Raises:
             InputError: The rate is no positive finite number, gives too many samples, or a period
                 that the times cannot resolve.
+
+        >>> motion = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
+        >>> samples = motion.sample(rate=4)
+        >>> samples.time, samples.velocity.shape
+        (array([0.  , 0.25, 0.5 , 0.75, 1.  ]), (5, 1))
         """
         time = sample_times(self.start_time, self.end_time, rate, most)
         return Samples(time, *(self.polynomial(time, nu) for nu in range(4)))
@@ -279,6 +294,11 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         Raises:
             UnknownNameError: There is no quantity of that name.
             InputError: The order is no integer or negative.
+
+        >>> motion = JointTrajectory.from_knots(["a"], [0, 1], [[0], [1]], [[0], [0]])
+        >>> fastest = motion.extrema("velocity")
+        >>> fastest.maximum, fastest.maximum_time
+        (array([1.5]), array([0.5]))
         """
         if isinstance(quantity, str):
             if quantity not in DERIVATIVES:

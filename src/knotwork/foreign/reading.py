@@ -33,7 +33,7 @@ def read_trajectory(
     *,
     span: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[JointTrajectory, list[str]]:
-    """Read a trajectory of ours or of another tool; its name and content say which.
+    r"""Read a trajectory of ours or of another tool; its name and content say which.
 
     A file whose name ends in `.csv`, `.tsv` or `.txt` is CSV, in `.yaml` or `.yml` a ROS 2
     message or goal; anything else is JSON, a stored trajectory or plain points.
@@ -51,6 +51,11 @@ def read_trajectory(
 
     Raises:
         DocumentError: The file can't be read or is no trajectory; says which line or field.
+
+    >>> characters = Path("motion.csv").write_text("time,lift\n0,0\n1,0.5\n")
+    >>> trajectory, faults = read_trajectory("motion.csv", ["lift"], ["m"])
+    >>> trajectory.position(0.5), faults
+    (array([0.25]), [])
     """
     path = Path(path)
     if _suffix(path) in CSV:

@@ -23,6 +23,10 @@ class Extrema:
     Attributes:
         minimum, maximum: Values, of the curve's trailing shape.
         minimum_time, maximum_time: Times [s], of the same shape.
+
+    >>> found = kw.PiecewisePolynomial([[-1], [1], [0]], [0, 2]).extrema()  # t - t²
+    >>> float(found.maximum), float(found.peak), float(found.peak_time)
+    (0.25, 2.0, 2.0)
     """
 
     minimum: FloatArray

@@ -298,6 +298,9 @@ class PiecewisePolynomial(ReadOnlyArrays):
 
         Returns:
             Times as `solve` gives them.
+
+        >>> PiecewisePolynomial([[1], [-0.5]], [0, 2]).roots()  # t - 0.5
+        array([0.5])
         """
         return self.solve(0.0, discontinuity)
 
@@ -309,6 +312,10 @@ class PiecewisePolynomial(ReadOnlyArrays):
 
         Raises:
             InputError: `nu` is no integer or negative.
+
+        >>> curve = PiecewisePolynomial([[1, -1], [0, 2], [0, 1]], [0, 1, 2])  # t², 1 + 2 s - s²
+        >>> curve.jumps(1), curve.jumps(2)
+        (array([0.]), array([-4.]))
         """
         c = self.derivative(checked_order(nu)).c
         span = np.diff(self._x)[:-1].reshape(-1, *[1] * (c.ndim - 2))
@@ -325,6 +332,10 @@ class PiecewisePolynomial(ReadOnlyArrays):
 
         Raises:
             InputError: `nu` is no integer or negative.
+
+        >>> found = PiecewisePolynomial([[-1], [1], [0]], [0, 2]).extrema()  # t - t²
+        >>> found.maximum, found.maximum_time, found.minimum
+        (array(0.25), array(0.5), array(-2.))
         """
         nu = checked_order(nu)
         if nu not in self._extrema:

@@ -23,7 +23,11 @@ _DATA_FOLDER = "share/example-robot-data/robots"
 
 
 def robot_names() -> list[str]:
-    """Names of the robots shipped with the package, sorted."""
+    """Names of the robots shipped with the package, sorted.
+
+    >>> "ur5" in kw.robot_names()
+    True
+    """
     return resources.names("robots")
 
 

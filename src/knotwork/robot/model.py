@@ -195,6 +195,12 @@ class Robot(Solvable):
         Raises:
             UnknownNameError: There is no such link.
             RobotError: The link can't be a tool frame: see `load_robot`.
+
+        >>> import pinocchio as pin
+        >>> arm = kw.load_robot("planar2")
+        >>> longer = arm.with_tool(offset=pin.SE3(np.eye(3), np.array([0.1, 0, 0])))
+        >>> longer.forward([0.0, 0.0]).translation
+        array([1., 0., 0.])
         """
         changes: dict[str, Any] = {}
         if frame is not None and frame != self.tool_frame:
@@ -221,6 +227,9 @@ class Robot(Solvable):
         Raises:
             UnknownNameError: There is no such joint or limit.
             RobotError: A magnitude isn't positive, or lower isn't below upper.
+
+        >>> kw.load_robot("planar2").with_limits(velocity={"elbow": 0.5}).velocity_limit
+        array([3. , 0.5])
         """
         given, old = {"position": position, **magnitudes}, self._given.limits
         new = limit_tables(given, self.joint_names, self._given.urdf, self.name)
@@ -257,6 +266,9 @@ class Robot(Solvable):
         Raises:
             WaypointDataError: `q` is not finite or of another shape.
             RobotError: No tool frame has been chosen.
+
+        >>> kw.load_robot("planar2").forward([0.0, np.pi / 2]).translation.round(6)
+        array([0.5, 0.4, 0. ])
         """
         frame = self.require_tool()
         pin.forwardKinematics(self.model, self.data, self._checked(q, "q"))
@@ -274,6 +286,10 @@ class Robot(Solvable):
         Raises:
             WaypointDataError: A value is not finite, or an array is of another shape.
             RobotError: No tool frame has been chosen.
+
+        >>> arm = kw.load_robot("planar2")
+        >>> arm.jacobian([0.0, 0.0]) @ [1.0, 0.0]
+        array([0. , 0.9, 0. , 0. , 0. , 1. ])
         """
         return self.forward_and_jacobian(q)[1]
 
@@ -299,6 +315,10 @@ class Robot(Solvable):
         Raises:
             WaypointDataError: A value is not finite, or an array is of another shape.
             RobotError: No tool frame has been chosen.
+
+        >>> twist = kw.load_robot("planar2").twist([0.0, 0.0], [1.0, 0.0])
+        >>> twist.linear, twist.angular
+        (array([0. , 0.9, 0. ]), array([0., 0., 1.]))
         """
         frame = self.require_tool()
         q, v = self._checked(q, "q"), self._checked(v, "v")
@@ -323,6 +343,10 @@ class Robot(Solvable):
 
         Raises:
             WaypointDataError: An array is not finite or of another shape.
+
+        >>> still = np.zeros(6)
+        >>> kw.load_robot("ur5").torque(still, still, still)[1:3].round(1)
+        array([-59.2, -15.7])
         """
         q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, q, v, a))

@@ -54,6 +54,11 @@ class JointTarget:
         joints: Joint positions, or the name of a configuration.
         velocity: Joint velocities, or `None` for standing still.
         where: Where the waypoint was defined, for messages.
+
+    >>> ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
+    >>> target = kw.load_scenario({"waypoints": ends}).waypoints[1]
+    >>> type(target).__name__, target.time, target.joints.names
+    ('JointTarget', 2.0, ('lift',))
     """
 
     name: str
@@ -96,6 +101,9 @@ class ToleranceSet:
         joint_velocity: At the same waypoints, by unit of the joint, per second.
         joint_acceleration: At the two ends, where asked for, by unit of the joint, per second
             squared.
+
+    >>> ToleranceSet(position=1e-4).joint_position
+    {'rad': 1e-06, 'm': 1e-06}
     """
 
     position: float = 1e-6

@@ -28,6 +28,10 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
 
     `coefficients` have SciPy's `PPoly` order and the shape (degree + 1, pieces, joints). A curve
     of cubics also states its `knots`, which define all of it.
+
+    >>> data = trajectory_to_dict(kw.plan("paper_case").trajectory)
+    >>> data["format"], data["planner"], data["units"]["time"]
+    ('knotwork.trajectory', 'modified-hermite', 's')
     """
     data: dict[str, Any] = {
         "format": FORMAT,

@@ -52,6 +52,12 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
         SingularityError: The arm can't move as asked at a waypoint.
         RobotError: The arm is not redundant, and no joint can be pulled to the middle.
         DocumentError: Joint values name a joint or configuration that does not exist.
+
+    >>> from knotwork.joint_space import joint_space
+    >>> scenario = kw.load_scenario("ur5_deburring")
+    >>> solution = solve_task(scenario, joint_space(scenario))
+    >>> solution.choices[0].waypoint, solution.choices[0].branch
+    ('approach', 'shoulder left, elbow up, flip')
     """
     targets = scenario.waypoints
     given = [state.position if state is not None else None for state in space.targets]

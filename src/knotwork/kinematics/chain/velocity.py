@@ -95,6 +95,11 @@ def solve_velocity_ik(
             such as exceed the arm's velocity limits.
         WaypointDataError: An array is not finite or of another shape, or a tolerance is not
             positive.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> v = kw.solve_velocity_ik(robot, robot.configuration("home"), [0.1, 0, 0, 0, 0, 0])
+    >>> robot.twist(robot.configuration("home"), v).linear.round(6) + 0.0
+    array([0.1, 0. , 0. ])
     """
     check_tolerance(linear_tolerance, "linear_tolerance")
     check_tolerance(angular_tolerance, "angular_tolerance")
