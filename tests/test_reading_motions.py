@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
 
 from command_line import Command
 
@@ -130,3 +131,58 @@ def test_faults_of_yaml_are_those_of_what_it_holds(text: str, says: str, run: Co
         assert ran.code == 2
         assert says in ran.err
     assert [path.name for path in Path().iterdir()] == ["a.yaml"]
+
+
+def joints_alone(*names: str) -> str:
+    """A scenario of bare joints of these names, in the current folder."""
+    ends = [{"joints": dict.fromkeys(names, value)} for value in (0.0, 1.0)]
+    Path("odd.yaml").write_text(yaml.safe_dump({"waypoints": [ends[0], {**ends[1], "after": 2}]}))
+    return "odd.yaml"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "two\nlines",
+        "two\r\nlines",
+        "\n#a",
+        "time",
+        "time_s",
+        "time_from_start_s",
+        "position",
+        "velocity",
+        "position_rad",
+        "x",
+        "tool",
+        " both ",
+        "a;b;c;d",
+        'a "b", c',
+        "\t",
+        "two\u2028lines",
+        "elbow.position_rad",
+    ],
+)
+@pytest.mark.parametrize("options", [("csv", "--rate", "20"), ("pvt",), ("pvt", "--degrees")])
+def test_tables_of_ours_are_read_back_whatever_joints_are_called(
+    name: str, options: tuple[str, ...], run: Command
+) -> None:
+    scenario = joints_alone(name, "elbow")
+    assert run("export", scenario, "-f", *options, "-o", "m.csv").code == 0
+    ran = run("check", "m.csv", "-s", scenario)
+    assert (ran.code, ran.err) == (0, "")
+
+
+def test_lines_are_counted_where_a_joint_has_a_line_break(run: Command) -> None:
+    scenario = joints_alone("two\nlines")
+    Path("m.csv").write_text('# told\n\ntime_s,"two\nlines.position_rad"\n0,0\n2,one\n')
+    ran = run("check", "m.csv", "-s", scenario)
+    assert ran.code == 2
+    assert "m.csv: line 6: column 2" in ran.err
+    assert "'one' is no number" in ran.err
+
+
+def test_a_joint_needs_a_name(run: Command) -> None:
+    ran = run("plan", joints_alone(""))
+    assert ran.code == 2
+    assert "waypoints[0].joints" in ran.err
+    assert "a name is empty (text of one character or more)" in ran.err

@@ -92,6 +92,30 @@ def test_each_arrow_key_moves_by_one_frame_after_a_seek(scene: Any, sought: floa
     assert times == pytest.approx([sought + k / FRAMES for k in frames], abs=1e-5)
 
 
+@pytest.mark.parametrize("held", ["ctrlKey", "altKey", "metaKey"])
+def test_arrow_keys_with_another_key_are_the_browsers(scene: Any, held: str) -> None:
+    # The page is told after the player: it sees whether the browser is kept from its own use.
+    scene.evaluate(
+        """() => {
+          window.keysTaken = [];
+          window.addEventListener("keydown", (event) => {
+            window.keysTaken.push(event.defaultPrevented);
+            event.preventDefault();
+          }, { once: true });
+        }"""
+    )
+    scene.evaluate("() => knotwork.seek(1.2)")
+    before = time_in(scene)
+    scene.evaluate(
+        """(held) => document.body.dispatchEvent(new KeyboardEvent("keydown", {
+          key: "ArrowRight", [held]: true, bubbles: true, cancelable: true,
+        }))""",
+        held,
+    )
+    assert scene.evaluate("() => window.keysTaken") == [False]
+    assert press(scene, "Shift") == before
+
+
 def test_arrow_keys_move_by_frames_while_the_slider_has_the_focus(scene: Any) -> None:
     click_slider(scene, scene, 0.5)
     first = press(scene, "ArrowRight")

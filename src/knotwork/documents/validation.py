@@ -56,7 +56,8 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
     kind, value = item["type"], item["input"]
     accepted = "" if kind in SAY_WHAT_IS_ACCEPTED else hint(place.description)
     if item["loc"][-1:] == ("[key]",):
-        words, accepted = f"the key {shown(value)} must be text", ""
+        words = "a name is empty" if value == "" else f"the key {shown(value)} must be text"
+        accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = "unknown key"
         accepted = did_you_mean(place.location[-1], sorted(_keys(place.owners)))

@@ -26,7 +26,7 @@ Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST)]
 Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Vector4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
-JointMap = Annotated[dict[str, Number], Field(min_length=1)]
+JointMap = Annotated[dict[Text, Number], Field(min_length=1)]
 
 
 class StrictModel(BaseModel):

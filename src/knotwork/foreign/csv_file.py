@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping, Sequence
+import io
+import itertools
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from knotwork.documents import read_text
 from knotwork.errors import DocumentError, Problem
-from knotwork.foreign.header import Column, HeadingError, column
+from knotwork.foreign.header import Column, HeadingError, column, own_column, own_joint
 from knotwork.foreign.table import QUANTITIES, Place, PointTable
 from knotwork.waypoints import FloatArray
 
 DELIMITERS = (",", ";", "\t")
+
+_QUOTED = re.compile('"[^"]*"')
+# Below comments and empty lines; line breaks in quotes are part of it.
+_FIRST_ROW = re.compile(r'(?:[^\S\n]*(?:#[^\n]*)?\n)*((?:"[^"]*"|[^"\n])*)')
 
 
 def read_csv(
@@ -91,31 +98,44 @@ def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows of cells with their lines, the headings first."""
+    """Rows of cells with the lines they begin in, the headings first."""
     text = read_text(path).removeprefix("\ufeff")
-    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip()]
-    plain = [(i, line) for i, line in lines if not line.lstrip().startswith("#")]
-    if not plain:
-        return []
-    delimiter = max(DELIMITERS, key=plain[0][1].count)
-    rows = [(i, _cells(path, i, line, delimiter)) for i, line in plain]
-    first = rows[0][0]
-    if all(_is_number(cell) for cell in rows[0][1]):
+    delimiter = _delimiter(text)
+    lines = io.StringIO(text)
+    above: tuple[int, str] | None = None
+    rows: list[tuple[int, list[str]]] = []
+    at = 1
+    for line in lines:
+        size = 1
+        if line.lstrip().startswith("#"):
+            above = above if rows else (at, line)
+        elif line.strip():
+            cells, size = _cells(path, at, itertools.chain([line], lines), delimiter)
+            rows.append((at, cells))
+        at += size
+    if rows and above and all(_is_number(cell) for cell in rows[0][1]):
         # headings in a comment, as NumPy's savetxt writes them
-        above = [(i, line) for i, line in lines if i < first]
-        if above:
-            i, line = above[-1]
-            cells = _cells(path, i, line.lstrip().lstrip("#"), delimiter)
-            if len(cells) == len(rows[0][1]):
-                return [(i, cells), *rows]
+        i, line = above
+        cells, _ = _cells(path, i, iter([line.lstrip().lstrip("#")]), delimiter)
+        if len(cells) == len(rows[0][1]):
+            return [(i, cells), *rows]
     return rows
 
 
-def _cells(path: Path, line: int, text: str, delimiter: str) -> list[str]:
+def _delimiter(text: str) -> str:
+    """What divides the cells of the first row; what stands in quotes does not count."""
+    first = _FIRST_ROW.match(text)
+    head = _QUOTED.sub("", first[1]) if first else ""
+    return max(DELIMITERS, key=head.count)
+
+
+def _cells(path: Path, at: int, lines: Iterator[str], delimiter: str) -> tuple[list[str], int]:
+    """Cells of the row that begins in line `at`, and how many lines it takes."""
+    reader = csv.reader(lines, delimiter=delimiter, strict=True)
     try:
-        return next(csv.reader([text], delimiter=delimiter, strict=True))
+        return next(reader), reader.line_num
     except csv.Error as error:
-        raise DocumentError(path, [Problem(line, "", f"is not valid CSV: {error}")]) from error
+        raise DocumentError(path, [Problem(at, "", f"is not valid CSV: {error}")]) from error
 
 
 def _number(cell: str) -> float:
@@ -142,9 +162,13 @@ def _columns(
 ) -> list[Column]:
     problems: list[Problem] = []
     columns: list[Column] = []
+    # line breaks of every kind are read as \n
+    names = [re.sub("\r\n?", "\n", name) for name in joint_names]
+    ours = any(own_joint(cell) in names for cell in cells)
+    read = own_column if ours else column
     for i, cell in enumerate(cells):
         try:
-            content = column(cell, joint_names, joint_units)
+            content = read(cell, names, joint_units)
         except HeadingError as error:
             problems.append(Problem(line, f"column {i + 1}", str(error), error.accepted))
             continue

@@ -28,6 +28,11 @@ _CLOCKS = {
     "step": (("time_step",), ()),
 }
 _TIMES = {name: clock for clock, (names, seconds) in _CLOCKS.items() for name in names + seconds}
+_OWN_TIMES = {"time_s": "absolute", "time_from_start_s": "start", "time_step_s": "step"}
+_OWN_JOINT = re.compile(rf"(.+)\.((?:{'|'.join(DERIVATIVES)})_\w+)", re.DOTALL)
+_OWN_TOOL = re.compile(
+    r"tool\.(position|quaternion|linear_velocity|angular_velocity)_[xyzw](_\w+)?"
+)
 _TIME_UNITS = {**dict.fromkeys(SECONDS, 1.0), "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
@@ -71,12 +76,10 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
             itself.
     """
     text = heading.strip()
-    found = _joint(text, joint_names)
+    found = _joint(heading, joint_names)
     if found is not None:
         joint, beside = found
-        name, unit = joint_names[joint], joint_units[joint]
-        quantity, factor = _content(heading, words(beside), name, unit)
-        return Column(quantity, joint, factor) if quantity in QUANTITIES else Column("")
+        return _joint_column(heading, joint, beside, joint_names[joint], joint_units[joint])
     time = _time(heading)
     if time is not None:
         return time
@@ -88,6 +91,35 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
         f"the column {heading!r} is neither time nor a joint of the scenario",
         did_you_mean(first, known) + ", and with .position, .velocity or .acceleration",
     )
+
+
+def own_joint(heading: str) -> str | None:
+    """The joint of a heading as our export writes it, `elbow.velocity_rad_per_s`, or `None`."""
+    match = _OWN_JOINT.fullmatch(heading)
+    return match[1] if match else None
+
+
+def own_column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
+    """Understand one heading of a file that has headings of our export.
+
+    They are matched whole, so a joint may have any name, for example `time_s` or `position`. What
+    is not such a heading is read by `column`, which raises its errors.
+    """
+    if heading in _OWN_TIMES:
+        return Column("time", clock=_OWN_TIMES[heading])
+    if _OWN_TOOL.fullmatch(heading):
+        return Column("")
+    match = _OWN_JOINT.fullmatch(heading)
+    if match is None or match[1] not in joint_names:
+        return column(heading, joint_names, joint_units)
+    joint = joint_names.index(match[1])
+    return _joint_column(heading, joint, match[2], match[1], joint_units[joint])
+
+
+def _joint_column(heading: str, joint: int, beside: str, name: str, unit: str) -> Column:
+    """The column of a joint, from what stands beside the joint's name."""
+    quantity, factor = _content(heading, words(beside), name, unit)
+    return Column(quantity, joint, factor) if quantity in QUANTITIES else Column("")
 
 
 def _content(heading: str, said: list[str], name: str, unit: str) -> tuple[str, float]:

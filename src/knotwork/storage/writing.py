@@ -59,7 +59,7 @@ def to_csv(columns: Mapping[str, FloatArray]) -> str:
 
 def _quoted(cell: str) -> str:
     """A cell of CSV, in quotes where it has to be."""
-    return '"' + cell.replace('"', '""') + '"' if set(cell) & set(',"\r\n#') else cell
+    return '"' + cell.replace('"', '""') + '"' if set(cell) & set(',;"\t\r\n#') else cell
 
 
 def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:

@@ -63,6 +63,8 @@ class Player {
   }
 
   key(event) {
+    // With these the keys are the browser's: Alt and an arrow go back a page.
+    if (event.altKey || event.ctrlKey || event.metaKey) return;
     // Buttons, lists and Meshcat's controls have a use of their own for these keys.
     if (event.target.closest("input:not(#scrub), select, button, summary, .dg")) return;
     if (event.key === " ") this.toggle();
