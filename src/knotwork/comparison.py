@@ -41,12 +41,12 @@ class Score:
         peak_velocity: Largest magnitude of the joint nearest its limit; without limits, of any.
         peak_acceleration: The same for acceleration.
         peak_jerk: The same for jerk; `None` where the acceleration jumps: no bound holds there.
-        velocity_fluctuation: Of the worst joint: see `knotwork.metrics.velocity_fluctuation`.
+        velocity_fluctuation: That of the worst joint: see `knotwork.metrics.velocity_fluctuation`.
         squared_acceleration: Its integral over time, summed over the joints.
         squared_jerk: The same for jerk; `None` where the acceleration jumps: it is infinite.
-        path_deviation: Of the tool from the straight path between poses [m], sampled; `None`
-            without poses.
-        path_turn: Of the tool's orientation, likewise [rad].
+        path_deviation: Distance of the tool from the straight path between poses [m], sampled;
+            `None` without poses.
+        path_turn: Angle of the tool from that path [rad], sampled; `None` without poses.
         duration: [s]
         limits_broken: How many limits of joints are broken; `None` where there is none.
         time_to_plan: Time that the planner took, the best of a few runs [s].

@@ -284,8 +284,8 @@ class SingularityError(TaskError):
     """The tool can't have the velocity asked for, or only at joint speeds beyond the limits.
 
     Attributes:
-        smallest_singular_value: Of the tool Jacobian at the waypoint.
-        residual: Of the best joint velocities: linear [m/s], angular [rad/s].
+        smallest_singular_value: That of the tool Jacobian at the waypoint.
+        residual: What the best joint velocities leave over: linear [m/s], angular [rad/s].
         joint_velocity: The joint speeds that it would take, by joint name [rad/s or m/s].
     """
 

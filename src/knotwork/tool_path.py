@@ -23,8 +23,8 @@ class PathDeviation:
     """Largest distance of the tool from the straight path, sampled.
 
     Attributes:
-        position: Of the TCP from the nearest pose on the line between two waypoints [m].
-        orientation: Of the tool from it; along the line it turns evenly [rad].
+        position: Distance of the TCP from the nearest pose on the line between two waypoints [m].
+        orientation: Angle of the tool from that pose, which turns evenly along the line [rad].
     """
 
     position: float

@@ -89,7 +89,7 @@ class CartesianWaypoint:
     Attributes:
         name: Name of the waypoint.
         time: When [s].
-        pose: Of the tool [m]. The waypoint keeps a copy.
+        pose: Pose of the tool [m]. The waypoint keeps a copy.
         twist: Velocity of the tool at the TCP, in base axes (`local_world_aligned`) [m/s, rad/s].
         where: Where the waypoint was defined, for messages.
 

@@ -42,7 +42,7 @@ class _Place:
         location: Keys and indices.
         owners: Models that may own the last key.
         inner: Models that may stand at the place itself.
-        description: Of the last field on the way, or `None`.
+        description: Description of the last field on the way, or `None`.
     """
 
     location: Location

@@ -95,11 +95,12 @@ class LimitsFile(StrictModel):
         default=None, description="Largest speed, for all joints or by joint [angle/s or length/s]"
     )
     acceleration: JointLimits | None = Field(
-        default=None, description="Largest acceleration, likewise [angle/s² or length/s²]"
+        default=None,
+        description="Largest acceleration, for all joints or by joint [angle/s² or length/s²]",
     )
     jerk: JointLimits | None = Field(
-        default=None, description="Largest jerk, likewise [angle/s³ or length/s³]"
+        default=None, description="Largest jerk, for all joints or by joint [angle/s³ or length/s³]"
     )
     effort: JointLimits | None = Field(
-        default=None, description="Largest torque or force, likewise [N m or N]"
+        default=None, description="Largest torque or force, for all joints or by joint [N m or N]"
     )

@@ -20,7 +20,7 @@ def largest_difference(
         trajectory: The motion; its breaks are among the times.
         times: Ends of the pieces [s], shape (pieces + 1,).
         joined: Polynomials of the pieces, highest power first, shape (k + 1, pieces, d).
-        order: Of the derivative: 0 for the position.
+        order: Order of the derivative: 0 for the position.
     """
     polynomials = _difference(trajectory, times, joined)
     for _ in range(order):

@@ -26,8 +26,8 @@ def export(motion: JointTrajectory | Points | MotionTable, name: str, **options:
     Args:
         motion: The motion. Formats of points also take points as `motion_points` makes them, and
             tables a table as `motion_table` makes it.
-        name: Of the format.
-        options: Those of the format.
+        name: Name of the format.
+        options: Options of the format.
 
     Raises:
         UnknownNameError: There is no such format.
@@ -59,7 +59,7 @@ def checked_target(path: Path | str, *, force: bool = False) -> Path:
     """Return the file that a path means, links followed, if it may be written.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
         force: Replace it if it exists.
 
     Raises:
@@ -98,10 +98,10 @@ def save(
 
     Args:
         trajectory: The motion.
-        name: Of the format.
-        path: Of the file; its folder is made if it does not exist.
+        name: Name of the format.
+        path: Path of the file; its folder is made if it does not exist.
         force: Replace the file if it exists.
-        options: Those of the format.
+        options: Options of the format.
 
     Returns:
         Path of the file.
@@ -118,7 +118,7 @@ def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
     """Write content to a file, whole or not at all.
 
     Args:
-        path: Of the file; its folder is made if it does not exist.
+        path: Path of the file; its folder is made if it does not exist.
         made: What to write.
         force: Replace the file if it exists.
 

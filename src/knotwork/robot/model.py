@@ -64,10 +64,10 @@ class Robot(Solvable):
         joint_names: Names of the d joints, base first.
         joint_units: `"rad"` or `"m"` for each joint.
         lower_position_limit, upper_position_limit: [rad or m], infinite where there is none.
-        velocity_limit: [rad/s or m/s], infinite where none is given; likewise those that follow.
-        acceleration_limit: [rad/s² or m/s²].
-        jerk_limit: [rad/s³ or m/s³].
-        effort_limit: [N m or N].
+        velocity_limit: [rad/s or m/s], infinite where none is given.
+        acceleration_limit: [rad/s² or m/s²], infinite where none is given.
+        jerk_limit: [rad/s³ or m/s³], infinite where none is given.
+        effort_limit: [N m or N], infinite where none is given.
         limits: The limits from `velocity_limit` on, by name of the quantity.
         base_frame: Link that poses are given in.
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.

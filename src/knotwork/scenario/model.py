@@ -93,14 +93,14 @@ class ToleranceSet:
     """Largest allowed differences between the motion and the task.
 
     Attributes:
-        position: Of the TCP [m].
-        orientation: Of the tool, as the angle of the rotation between [rad].
-        linear_velocity: Of the TCP [m/s].
-        angular_velocity: Of the tool [rad/s].
-        joint_position: At waypoints given by joint values, by unit of the joint: `"rad"`, `"m"`.
-        joint_velocity: At the same waypoints, by unit of the joint, per second.
-        joint_acceleration: At the two ends, where asked for, by unit of the joint, per second
-            squared.
+        position: Distance of the TCP [m].
+        orientation: Angle between the orientations of the tool [rad].
+        linear_velocity: Difference for the TCP [m/s].
+        angular_velocity: Difference for the tool [rad/s].
+        joint_position: Difference at waypoints given by joint values, by unit: `"rad"`, `"m"`.
+        joint_velocity: Difference at the same waypoints, by unit of the joint, per second.
+        joint_acceleration: Difference at the two ends, where asked for, by unit of the joint, per
+            second squared.
 
     >>> ToleranceSet(position=1e-4).joint_position
     {'rad': 1e-06, 'm': 1e-06}

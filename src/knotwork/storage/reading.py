@@ -185,7 +185,7 @@ def load_trajectory(path: Path | str) -> JointTrajectory:
     ('joint_1',)
 
     Args:
-        path: Of the file or folder.
+        path: Path of the file or folder.
 
     Raises:
         DocumentError: The file can't be read, or is no trajectory.

@@ -89,7 +89,7 @@ def write_file(path: Path | str, content: str | bytes, *, what: str = "") -> Pat
     """Write one file, whole or not at all; an existing one is replaced.
 
     Args:
-        path: Of the file; its folder is made if it does not exist.
+        path: Path of the file; its folder is made if it does not exist.
         content: Text, written in UTF-8, or bytes.
         what: What it holds, for the error, such as `"a picture"`.
 

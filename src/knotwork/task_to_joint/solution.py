@@ -67,7 +67,7 @@ class Infeasibility:
         until: Name of the waypoint where the interval ends; empty at a waypoint.
         start: Time of the waypoint, or where the interval begins [s].
         end: Where the interval ends [s]; at a waypoint the same as `start`.
-        joint: Of the joints beyond their limits the one that is farthest beyond.
+        joint: The joint that is farthest beyond its limit.
         velocity: The speed it needs [rad/s or m/s].
         limit: Its velocity limit [rad/s or m/s].
         unit: `rad/s` or `m/s`.

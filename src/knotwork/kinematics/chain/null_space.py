@@ -60,8 +60,8 @@ def null_space_step(
     Args:
         search: The pose, and the robot.
         q: Joint positions, shape (d,).
-        near: Where to go, shape (d,).
-        limits: Of the joints.
+        near: The configuration to go to, shape (d,).
+        limits: Limits of the joints.
     """
     J = search.jacobian(q)
     held = np.zeros(len(q), dtype=bool)

@@ -35,9 +35,9 @@ class Branch:
             1024 those are left out that are farthest from the middle of the limits.
         flags: The configuration flags in words, `shoulder left, elbow up, no flip`; empty where
             the arm has none.
-        smallest_singular_value: Of the Jacobian: zero at a singularity.
+        smallest_singular_value: That of the Jacobian: zero at a singularity.
         position_error: Distance of the TCP from the pose, by `Robot.forward` [m].
-        orientation_error: Angle from it, likewise [rad].
+        orientation_error: Angle of the tool from the pose, by `Robot.forward` [rad].
         sampled: The arm moves freely at the pose, and this is one of the samples of that motion.
     """
 

@@ -64,11 +64,11 @@ class IKSolution:
     Attributes:
         q: Joint positions, inside the limits [rad or m], shape (d,), read-only.
         position_error: Distance of the TCP from the pose, by forward kinematics of `q` [m].
-        orientation_error: Angle of the tool from the pose, likewise [rad].
-        distance: From the configuration that it should be near: the Euclidean norm over the
-            joints, one metre counting as one radian.
+        orientation_error: Angle of the tool from the pose [rad].
+        distance: Distance of `q` from the configuration it should be near: the Euclidean norm over
+            the joints, one metre counting as one radian.
         iterations: Steps of all local searches, without those of the search for all solutions.
-        restarts: Local searches beyond the first, likewise.
+        restarts: Local searches beyond the first, without those of the search for all solutions.
         converged: Whether both errors are within the tolerances.
         reason: How the search ended.
     """
