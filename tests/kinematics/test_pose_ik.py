@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from knotwork.errors import (
@@ -13,6 +13,7 @@ from knotwork.errors import (
     WaypointDataError,
 )
 from knotwork.kinematics import solve_all, solve_pose_ik
+from knotwork.kinematics.chain.joint_ranges import nearest_turns
 from knotwork.robot import Robot, load_robot, robot_names
 from sweeps import first_of, mostly_exhaustive
 
@@ -333,6 +334,25 @@ def test_the_turn_taken_is_the_nearest_that_the_limits_allow(
     assert found[1] == pytest.approx(0.7, abs=1e-6)
     assert np.abs(inside - found[0]).min() < 1e-6
     assert abs(found[0] - start) <= np.abs(inside - start).min() + 1e-6
+
+
+@given(st.floats(-12, 12), st.floats(-12, 12), st.floats(-10, 0), st.floats(1, 15))
+@example(-5e-324, 0.0, 0.0, 7.0)  # below the limit by less than rounding can tell
+def test_nearest_turns_are_the_nearest_that_the_limits_allow(
+    angle: float, near: float, lower: float, width: float
+) -> None:
+    """Inside the limits to the last bit, or else as little outside as can be."""
+    upper = lower + width
+    robot = PLANAR.with_limits(position={"shoulder": (lower, upper)})
+    found = nearest_turns(robot, np.array([angle, 0.7]), np.array([near, 0.7]))[0]
+    turns = angle + 2 * np.pi * np.arange(-20, 21)
+    inside = turns[(turns >= lower + 1e-9) & (turns <= upper - 1e-9)]
+    outside = np.maximum(lower - turns, turns - upper).min()
+    if inside.size:
+        assert abs(found - near) <= np.abs(inside - near).min() + 1e-9
+        assert lower <= found <= upper
+    assert max(lower - found, found - upper) <= max(outside, 0.0) + 1e-9
+    assert np.abs(turns - found).min() < 1e-9
 
 
 def farther_than_the_nearest(name: str, poses: int) -> list[tuple[float, float]]:

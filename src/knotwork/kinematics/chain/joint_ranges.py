@@ -77,7 +77,7 @@ def held_joints(q: FloatArray, slope: FloatArray, limits: Limits, margin: float 
 
 def whole_turns(gap: FloatArray) -> FloatArray:
     """The whole turns in angles, to the nearest [rad]."""
-    return np.asarray(FULL_TURN * np.round(gap / FULL_TURN))
+    return np.asarray(FULL_TURN * np.rint(gap / FULL_TURN))
 
 
 def difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
@@ -101,21 +101,18 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
     joints = zip(q.tolist(), near.tolist(), lower.tolist(), upper.tolist(), strict=True)
     for i, (angle, goal, low, high) in enumerate(joints):
         turns: float = round((goal - angle) / FULL_TURN)
-        inside = low <= angle <= high
-        if robot.joint_units[i] != "rad" or (turns == 0 and inside):
+        if robot.joint_units[i] != "rad" or (turns == 0 and low <= angle <= high):
             continue
         least, most = (low - angle) / FULL_TURN, (high - angle) / FULL_TURN
         least = math.ceil(least) if math.isfinite(least) else least
         most = math.floor(most) if math.isfinite(most) else most
         if least <= most:
-            turns = min(max(turns, least), most)
+            moved = angle + min(max(turns, least), most) * FULL_TURN
+            # Rounding may leave a joint beside the limit that it should have met.
+            result[i] = min(max(moved, low), high)
         else:
             below, above = low - (angle + most * FULL_TURN), angle + least * FULL_TURN - high
-            turns = most if below <= above else least
-        moved = angle + turns * FULL_TURN
-        # Rounding may leave a joint beside the limit that it should have met.
-        if low <= moved <= high or not inside:
-            result[i] = moved
+            result[i] = angle + (most if below <= above else least) * FULL_TURN
     return result
 
 

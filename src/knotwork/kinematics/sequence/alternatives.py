@@ -133,8 +133,9 @@ def _ways_on(
     for i in range(len(layers) - 2, -1, -1):
         layer = layers[i + 1].take(states[i + 1].index)
         steps, _ = step_costs(rules, states[i], layer, float(durations[i]), i)
-        total = steps.plus(layer.cost.plus(onward[0]))
-        after = total.first_least(axis=1)
-        onward.insert(0, total.pick(np.arange(len(after)), after).without_zeros())
+        rest = layer.cost.plus(onward[0])
+        after = steps.plus(rest).first_least(axis=-1)
+        step = steps.take((np.arange(len(after)), after))
+        onward.insert(0, step.plus(rest.take(after)).without_zeros())
         follows.insert(0, after)
     return onward, follows

@@ -81,7 +81,8 @@ def reach(
         steps, turns = step_costs(rules, state, layer, float(duration), i)
         total = state.cost.take((slice(None), None)).plus(steps)
         came = total.first_least()
-        cost = total.pick(came, np.arange(len(layer.q))).plus(layer.cost)
+        step = steps.take((came, np.arange(len(came))))
+        cost = state.cost.take(came).plus(step).plus(layer.cost)
         inside = cost.plus(onward[i + 1]).within(bound) & np.isfinite(cost.infeasible)
         kept = np.flatnonzero(inside)
         if not kept.size:
@@ -110,8 +111,8 @@ def _least_onward(layers: list[Layer], rules: Rules) -> list[Cost]:
 def _once(q: FloatArray) -> FloatArray:
     """Configurations that are more than turns apart, each once."""
     turned = np.rint(1e9 * (q - whole_turns(q))).astype(np.int64)
-    rows = {row.tobytes(): i for i, row in enumerate(turned)}
-    return np.asarray(q[list(rows.values())])
+    rows = turned.view(np.dtype((np.void, turned.itemsize * turned.shape[1]))).ravel()
+    return np.asarray(q[np.unique(rows, return_index=True)[1]])
 
 
 def _start(first: Layer, index: Any) -> Reached:
@@ -161,12 +162,13 @@ def positions_of(layers: list[Layer], index: tuple[int, ...], rules: Rules) -> F
 
 def _greedy_cost(layers: list[Layer], durations: FloatArray, rules: Rules) -> Cost:
     """Cost of going from each waypoint to the candidate that is cheapest next."""
-    k = np.array([int(layers[0].cost.first_least())])
-    state = _start(layers[0].take(k), k)
+    k = layers[0].cost.first_least()
+    total = layers[0].cost.take(k)
+    state = _start(layers[0].take([k]), [k])
     for i, (layer, duration) in enumerate(zip(layers[1:], durations, strict=True)):
         steps, turns = step_costs(rules, state, layer, float(duration), i)
-        total = state.cost.take((slice(None), None)).plus(steps)
-        cost = total.pick(0, slice(None)).plus(layer.cost)
-        kept = np.array([int(cost.first_least())])
-        state = _moved(state, layer, cost, np.zeros(len(layer.q), int), kept, turns, rules)
-    return Cost(*(float(np.ravel(x)[0]) for x in state.cost))
+        cost = steps.take(0).plus(layer.cost)
+        k = cost.first_least()
+        total = total.plus(cost.take(k))
+        state = _moved(state, layer, cost, np.zeros(len(layer.q), int), [k], turns, rules)
+    return total

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -44,42 +45,40 @@ class Cost(NamedTuple):
 
     def plus(self, other: Cost) -> Cost:
         """The sum, broadcast as arrays are."""
-        return Cost(*(a + b for a, b in zip(self, other, strict=True)))
+        return Cost(*map(operator.add, self, other))
 
     def take(self, index: Any) -> Cost:
         """The costs of some of the choices."""
-        return Cost(*(x if np.ndim(x) == 0 else x[index] for x in self))
-
-    def pick(self, row: Any, column: Any) -> Cost:
-        """The costs of some entries of a matrix."""
-        shape = np.shape(self.travel)
-        return Cost(*(np.broadcast_to(x, shape)[row, column] if np.ndim(x) else x for x in self))
+        return Cost(*[x[index] if isinstance(x, np.ndarray) else x for x in self])
 
     def first_least(self, axis: int = 0) -> Any:
-        """Along an axis the first choice that is as good as the least, but for rounding."""
-        shape = np.broadcast_shapes(*(np.shape(x) for x in self))
+        """Along an axis the first choice that is as good as the least, but for rounding.
+
+        A level with one value along the other axis is the same for all of it; travel has all.
+        """
         tied: Any = None
         for level in self:
-            if np.ndim(level) == 0:
+            if not isinstance(level, np.ndarray):
                 continue
-            level = np.broadcast_to(level, shape)
             value = level if tied is None else np.where(tied, level, np.inf)
             least = value.min(axis=axis, keepdims=True)
-            finite = np.where(np.isfinite(least), least, 0.0)
-            tied = value <= finite + TIE + RELATIVE_TIE * np.abs(finite)
-        return np.argmax(np.broadcast_to(True if tied is None else tied, shape), axis=axis)
+            tied = value <= least * (1.0 + RELATIVE_TIE) + TIE
+        return tied.argmax(axis=axis)
 
     def within(self, bound: Cost) -> Any:
         """Which choices cost no more than a bound, equal to it but for rounding included."""
-        result: Any = np.array(True)
+        result: Any = True
         for level, most in zip(reversed(self), reversed(bound), strict=True):
+            if isinstance(level, float) and level == most:
+                continue
             slack = 0.0 if math.isinf(most) else WIDER * (1.0 + abs(most))
             result = (level < most - slack) | ((level <= most + slack) & result)
         return result
 
     def without_zeros(self) -> Cost:
         """The same, arrays of zeros as a number: nothing is spent on them."""
-        return Cost(*(x if np.any(x) else 0.0 for x in self[:-1]))._replace(travel=self.travel)
+        levels = [0.0 if isinstance(x, np.ndarray) and not x.any() else x for x in self]
+        return Cost(*levels)._replace(travel=self.travel)
 
     def worse_than(self, other: Cost) -> bool:
         """Of single costs: whether this is worse in what counts before distance and travel."""
@@ -183,28 +182,27 @@ def step_costs(
     Returns:
         Costs, shape (l, m), and the motion of the joints without limits, shape (u, l, m).
     """
-    shape = (len(state.q), len(layer.q))
-    square, fastest, halfway = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    buffer = np.empty(shape)
-    turns: list[FloatArray] = []
-    for j, speed in enumerate(rules.speed):
-        move = np.subtract.outer(state.q[:, j], layer.q[:, j], out=buffer)
-        if rules.unbounded[j] and not layer.fixed:
-            move -= whole_turns(move)
-            turns.append(-move)
-        move /= speed
-        if np.isfinite(rules.limit[j]):
-            if state.velocity is not None and layer.velocity is not None:
-                # The speed of the cubic in its middle: 3/2 Δq/h − (v₀ + v₁)/4.
-                middle = move * (1.5 / duration)
-                middle += (0.25 / speed) * state.velocity[:, j, None]
-                middle += (0.25 / speed) * layer.velocity[:, j]
-                np.maximum(halfway, np.abs(middle, out=middle), out=halfway)
-            np.maximum(fastest, np.abs(move, out=move), out=fastest)
-        move *= move
-        square += move
-    fastest /= duration
-    travel = np.sqrt(square)
+    move = np.subtract(state.q.T[:, :, None], layer.q.T[:, None, :], order="C")
+    turns = np.empty((0, *move.shape[1:]))
+    if not layer.fixed and rules.unbounded.any():
+        gap = move[rules.unbounded]
+        turns = whole_turns(gap) - gap
+        move[rules.unbounded] = -turns
+    move *= (1.0 / rules.speed)[:, None, None]
+    limited: Any = np.isfinite(rules.limit)
+    if limited.all():
+        limited = slice(None)  # spares copies
+    fastest = np.abs(move[limited]).max(axis=0, initial=0.0) / duration
+    halfway = np.zeros_like(fastest)
+    if state.velocity is not None and layer.velocity is not None:
+        # The speed of the cubic in its middle: 3/2 Δq/h − (v₀ + v₁)/4.
+        share = 0.25 / rules.speed
+        middle = (1.5 / duration) * move
+        middle += (share * state.velocity).T[:, :, None]
+        middle += (share * layer.velocity).T[:, None, :]
+        halfway = np.abs(middle[limited]).max(axis=0, initial=0.0)
+    move *= move
+    travel = np.sqrt(move.sum(axis=0))
     travel *= 0.5 * (state.weight[:, None] + layer.weight[None, :])
     infeasible: Any = 0.0
     violation: Any = 0.0
@@ -221,4 +219,4 @@ def step_costs(
             cost = cost._replace(infeasible=np.where(changed, np.inf, infeasible))
         elif changed.any():
             cost = cost._replace(changes=changed.astype(float))
-    return cost, np.array(turns)
+    return cost, turns

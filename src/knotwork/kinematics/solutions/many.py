@@ -21,7 +21,7 @@ from knotwork.kinematics.arguments import (
 from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
 from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
-from knotwork.kinematics.solutions.seeds import seeds
+from knotwork.kinematics.chain.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 

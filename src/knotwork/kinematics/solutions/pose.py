@@ -26,10 +26,10 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
     PoseSearch,
 )
 from knotwork.kinematics.chain.null_space import nearest_by_self_motion
+from knotwork.kinematics.chain.seeds import seeds
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.solutions.inside import solutions_inside
 from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
-from knotwork.kinematics.solutions.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
