@@ -53,6 +53,7 @@ def read_motions(
     *,
     robot: Robot | None = None,
     strict: bool = False,
+    instead: str = "",
 ) -> list[Motion]:
     """Plan a scenario, or read a trajectory and check it if its scenario is given.
 
@@ -65,21 +66,20 @@ def read_motions(
         robot: For a trajectory without a scenario, what it moves, if known.
         strict: Refuse a file that contradicts itself if it is not checked; by default that is only
             said on standard error.
+        instead: What may be given in place of a trajectory's scenario, for errors.
 
     Raises:
         InputError: An option belongs to the other of the two, or the motion can't be planned or
             read.
     """
-    from knotwork import foreign, resources
-
-    if source in resources.names("scenarios") or not foreign.is_trajectory(source):
+    if not _is_trajectory(source, reference):
         refuse({"--scenario": reference}, f"{source} is a scenario itself")
         return list(_planned(source, planner, knots, compare or []))
     given = {"--compare": compare, "--planner": planner, "--knots": knots}
     refuse(given, f"{source} is a trajectory, which is planned already")
     if reference is not None:
         return [read_checked(source, reference)]
-    return [_read_unchecked(source, robot, strict)]
+    return [_read_unchecked(source, robot, strict, instead)]
 
 
 def read_checked(path: str | Path, reference: str) -> CheckedFile:
@@ -101,16 +101,25 @@ def read_checked(path: str | Path, reference: str) -> CheckedFile:
     return CheckedFile(trajectory, scenario, space, report)
 
 
-def _read_unchecked(path: str, robot: Robot | None, strict: bool) -> JointTrajectory:
+def _is_trajectory(source: str, reference: str | None) -> bool:
+    """Whether a source is a trajectory; with its scenario beside it, any file but YAML is one."""
+    from knotwork import foreign, resources
+
+    if source in resources.names("scenarios"):
+        return False
+    path = Path(source)
+    given = reference is not None and path.suffix.lower() not in (".yaml", ".yml")
+    return (given and path.is_file()) or foreign.is_trajectory(source)
+
+
+def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) -> JointTrajectory:
     from knotwork.foreign import is_foreign, read_trajectory
 
     names, units = (robot.joint_names, robot.joint_units) if robot is not None else ((), ())
     if robot is None and is_foreign(path):
-        raise InputError(
-            f"{path} holds points or samples, and does not say all of the joints they are for; "
-            "give the scenario they are for with --scenario"
-        )
-    trajectory, defects = read_trajectory(path, names, units)
+        raise InputError(f"{path} needs the scenario it is for: give it with --scenario{instead}")
+    owner = f"robot {robot.name!r}" if robot is not None else "the scenario"
+    trajectory, defects = read_trajectory(path, names, units, owner=owner)
     for defect in defects:
         if strict:
             raise InputError(f"{path}: {defect}")

@@ -95,7 +95,8 @@ def _page(
     from knotwork.view.show import view_plan, view_trajectory
 
     robot = load_robot(robot_name) if robot_name is not None else None
-    shown = read_motions(source, reference, planner, knots, compare, robot=robot)
+    instead = ", or its robot with --robot"
+    shown = read_motions(source, reference, planner, knots, compare, robot=robot, instead=instead)
     tell_failures(shown)
     first, *others = shown
     if not isinstance(first, JointTrajectory):

@@ -13,7 +13,14 @@ import numpy as np
 
 from knotwork.documents import read_text
 from knotwork.errors import DocumentError, Problem
-from knotwork.foreign.header import Column, HeadingError, column, own_column, own_joint
+from knotwork.foreign.header import (
+    Column,
+    HeadingError,
+    UnknownHeadingError,
+    column,
+    own_column,
+    own_joint,
+)
 from knotwork.foreign.table import QUANTITIES, Place, PointTable
 from knotwork.waypoints import FloatArray
 
@@ -30,6 +37,7 @@ def read_csv(
     joint_units: Sequence[str],
     *,
     start_time: float = 0.0,
+    owner: str = "the scenario",
 ) -> PointTable:
     """Read a CSV file.
 
@@ -42,6 +50,7 @@ def read_csv(
         joint_units: `"rad"` or `"m"` for each.
         start_time: What is added to times named `time_from_start`, and to the sums of those named
             `time_step` [s].
+        owner: What the joints are of, for errors.
 
     Raises:
         DocumentError: The file can't be read, has no headings, a column that is not understood, a
@@ -54,7 +63,7 @@ def read_csv(
     if all(_is_number(cell) for cell in cells):
         accepted = f"a line above the numbers, with time and {', '.join(joint_names)}"
         raise DocumentError(path, [Problem(head, "", "has no headings", accepted)])
-    columns = _columns(path, head, cells, joint_names, joint_units)
+    columns = _columns(path, head, cells, joint_names, joint_units, owner)
     lines, numbers = _numbers(path, rows[1:], cells)
     time = np.empty(len(lines))
     values = {quantity: np.full((len(lines), len(joint_names)), np.nan) for quantity in QUANTITIES}
@@ -159,7 +168,9 @@ def _columns(
     cells: list[str],
     joint_names: Sequence[str],
     joint_units: Sequence[str],
+    owner: str,
 ) -> list[Column]:
+    unknown = 0
     problems: list[Problem] = []
     columns: list[Column] = []
     # line breaks of every kind are read as \n
@@ -170,7 +181,11 @@ def _columns(
         try:
             content = read(cell, names, joint_units)
         except HeadingError as error:
-            problems.append(Problem(line, f"column {i + 1}", str(error), error.accepted))
+            message = str(error)
+            if isinstance(error, UnknownHeadingError):
+                unknown += 1
+                message += f" of {owner}"
+            problems.append(Problem(line, f"column {i + 1}", message, error.accepted))
             continue
         if content.quantity and any(
             (content.quantity, content.joint) == (other.quantity, other.joint) for other in columns
@@ -180,6 +195,9 @@ def _columns(
                 what = f"the {what} of joint {joint_names[content.joint]!r}"
             problems.append(Problem(line, f"column {i + 1}", f"{what} is given twice"))
         columns.append(content)
+    if unknown > 1 and not any(content.quantity in QUANTITIES for content in columns):
+        accepted = f"its joints are {', '.join(names)}"
+        raise DocumentError(path, [Problem(line, "", f"no column is a joint of {owner}", accepted)])
     if problems:
         raise DocumentError(path, problems)
     missing = _missing(columns, joint_names)

@@ -62,6 +62,10 @@ class HeadingError(Exception):
         super().__init__(message)
 
 
+class UnknownHeadingError(HeadingError):
+    """A heading that names neither time nor a joint."""
+
+
 def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str]) -> Column:
     """Understand one heading.
 
@@ -87,8 +91,8 @@ def column(heading: str, joint_names: Sequence[str], joint_units: Sequence[str])
         return Column("")
     known = ["time", *joint_names]
     first = re.split(r"[.\s\[(]", text)[0]
-    raise HeadingError(
-        f"the column {heading!r} is neither time nor a joint of the scenario",
+    raise UnknownHeadingError(
+        f"the column {heading!r} is neither time nor a joint",
         did_you_mean(first, known) + ", and with .position, .velocity or .acceleration",
     )
 

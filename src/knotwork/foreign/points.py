@@ -51,6 +51,7 @@ def read_points(
     joint_units: Sequence[str],
     *,
     start_time: float = 0.0,
+    owner: str = "the scenario",
 ) -> PointTable:
     """Read points from a mapping.
 
@@ -64,6 +65,7 @@ def read_points(
         joint_names: The joints there are; the file may list them in any order.
         joint_units: `"rad"` or `"m"` for each.
         start_time: What is added to times named `time_from_start` [s].
+        owner: What the joints are of, for errors.
 
     Raises:
         DocumentError: Something is missing, unknown, of the wrong shape, or no number; a joint is
@@ -76,7 +78,7 @@ def read_points(
         where = names_at if index is None else (*names_at, index)
         return document.error(where, message, accepted)
 
-    order = joint_order(given, joint_names, name_error)
+    order = joint_order(given, joint_names, name_error, owner)
     message = "points" in data
     cells = (_cells_of_message if message else _cells_of_arrays)(document, data, at)
     units = [(given[i], joint_units[order.index(i)]) for i in range(len(given))]

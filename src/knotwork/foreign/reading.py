@@ -32,6 +32,7 @@ def read_trajectory(
     joint_units: Sequence[str],
     *,
     span: tuple[float, float] = (0.0, 0.0),
+    owner: str = "the scenario",
 ) -> tuple[JointTrajectory, list[str]]:
     r"""Read a trajectory of ours or of another tool; its name and content say which.
 
@@ -45,6 +46,7 @@ def read_trajectory(
         span: When the task starts and ends [s]. Times named `time_from_start` count from the
             start of the task. Those of a message are whole nanoseconds: a motion that stops less
             than one before the end of the task is continued to it.
+        owner: What the joints are of, for errors.
 
     Returns:
         The trajectory, and faults of the file that a report has to count.
@@ -59,7 +61,7 @@ def read_trajectory(
     """
     path = Path(path)
     if _suffix(path) in CSV:
-        table = read_csv(path, joint_names, joint_units, start_time=span[0])
+        table = read_csv(path, joint_names, joint_units, start_time=span[0], owner=owner)
         return to_trajectory(table, f"{path.name} (CSV)"), []
     document = _document(path)
     kind = "ROS 2" if _suffix(path) in YAML else "JSON"
@@ -67,15 +69,17 @@ def read_trajectory(
         stored = storage.trajectory_from_dict(document)
         fault = storage.knot_disagreement(document, stored)
         return stored, [] if fault is None else [fault]
-    table = read_points(document, joint_names, joint_units, start_time=span[0])
+    table = read_points(document, joint_names, joint_units, start_time=span[0], owner=owner)
     trajectory = to_trajectory(table, f"{path.name} ({kind})")
     return _continued(trajectory, span[1]) if kind == "ROS 2" else trajectory, []
 
 
 def is_trajectory(path: Path | str) -> bool:
-    """Whether a path names a trajectory: by its suffix, or by what it holds if that is YAML."""
+    """Whether a path names a trajectory: by its suffix, or else by what the file holds."""
     suffix = _suffix(Path(path))
-    return suffix in (".json", "folder", *CSV) or (suffix in YAML and is_foreign(path))
+    if suffix in (".json", "folder", *CSV):
+        return True
+    return is_foreign(path) or (suffix not in YAML and _is_stored(Path(path)))
 
 
 def is_foreign(path: Path | str) -> bool:
@@ -85,6 +89,15 @@ def is_foreign(path: Path | str) -> bool:
         return _suffix(path) in CSV or _holds_points(_document(path))
     except DocumentError:
         return False
+
+
+def _is_stored(path: Path) -> bool:
+    """Whether a file holds a stored trajectory; not if it can't be read."""
+    try:
+        data = _document(path).data
+    except DocumentError:
+        return False
+    return isinstance(data, dict) and data.get("format") == storage.writing.FORMAT
 
 
 def _suffix(path: Path) -> str:

@@ -139,6 +139,7 @@ def joint_order(
     given: Sequence[str],
     joint_names: Sequence[str],
     error: Callable[[int | None, str, str], DocumentError],
+    owner: str,
 ) -> list[int]:
     """Find each joint in a list of names.
 
@@ -147,6 +148,7 @@ def joint_order(
         joint_names: The joints there are, in the order wanted.
         error: Makes the error for a position in `given` (or for the list), a message and what is
             accepted.
+        owner: What the joints are of, for errors.
 
     Raises:
         DocumentError: A joint is missing, given twice, or unknown.
@@ -156,7 +158,7 @@ def joint_order(
         if name in given[:i]:
             raise error(i, f"joint {name!r} is given twice", accepted)
         if name not in joint_names:
-            raise error(i, f"the scenario has no joint {name!r}", accepted)
+            raise error(i, f"{owner} has no joint {name!r}", accepted)
     for name in joint_names:
         if name not in given:
             raise error(None, f"joint {name!r} is missing", accepted)

@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork import documents, resources
 from knotwork.documents import Document, Location
+from knotwork.errors import InputError
 from knotwork.joint_quantities import MAGNITUDES
 from knotwork.scenario.model import (
     JointValues,
@@ -38,6 +39,7 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
     Raises:
         DocumentError: The file can't be read, or something in it is wrong; names every problem
             with its line, field, value and what would be accepted.
+        InputError: There is no file at the path, or it is a robot.
         UnknownNameError: No scenario of this name is shipped.
 
     >>> load_scenario("ur5_deburring").waypoints[0].name
@@ -49,7 +51,13 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
     if isinstance(reference, Mapping):
         document = Document(_plain(reference))
     else:
-        document = documents.read(resources.find("scenarios", reference))
+        path = resources.find("scenarios", reference)
+        if path.suffix.lower() in (".urdf", ".xacro", ".sdf"):
+            raise InputError(
+                f"{path} is a robot, not a scenario; give a scenario, a YAML file that names its "
+                "robot with the key robot"
+            )
+        document = documents.read(path)
     return _Resolver(document).scenario()
 
 

@@ -168,6 +168,6 @@ Waypoint = Annotated[
     Discriminator(
         _waypoint_kind,
         custom_error_type="waypoint_kind",
-        custom_error_message="must be a mapping with either pose or joints, not both",
+        custom_error_message="must be a mapping with either pose or joints",
     ),
 ]

@@ -63,6 +63,10 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
             order.
     """
     document = data if isinstance(data, Document) else Document(dict(data))
+    if isinstance(document.data, dict) and "findings" in document.data:
+        raise document.error(
+            (), "is a report of a check, not a trajectory", "the trajectory.json beside it"
+        )
     content = documents.validate(_TrajectoryFile, document)
     joints, pieces = len(content.joint_names), len(content.breaks) - 1
     coefficients = _array(document, ("coefficients",), content.coefficients, 3)
