@@ -79,6 +79,15 @@ def test_the_table_lists_every_part_and_no_other() -> None:
         assert (allowed or set()) <= parts
 
 
+def test_rooms_of_kinematics_have_eight_modules_at_most() -> None:
+    rooms = [
+        folder for folder in (SOURCE / "kinematics").iterdir() if (folder / "__init__.py").exists()
+    ]
+    assert len(rooms) == 4
+    for folder in rooms:
+        assert len([path for path in folder.glob("*.py") if path.stem != "__init__"]) <= 8, folder
+
+
 def test_data_flows_one_way() -> None:
     """No part may import one that may import it."""
     above: set[str] = set()

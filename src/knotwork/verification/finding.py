@@ -78,7 +78,7 @@ class Finding:
 
     @property
     def at(self) -> float | None:
-        """When to look [s]: the worst time, or where the interval begins; `None` for all time."""
+        """Time to look at [s]; the worst one, or the start of the interval; `None` for all time."""
         return self.interval[0] if self.time is None and self.interval else self.time
 
     @property
