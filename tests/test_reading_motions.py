@@ -259,6 +259,12 @@ def test_files_without_a_suffix_have_one_error(run: Command) -> None:
     assert "broken: line 1: is not valid JSON" in errors.pop()
 
 
+def test_a_file_that_is_missing_is_said_to_be(run: Command) -> None:
+    for command in ("check", "plot", "view"):
+        ran = run(command, "missing", "-s", SCENARIO)
+        assert ran.err == "error: missing: can't be read: No such file or directory\n"
+
+
 def test_scenarios_without_a_suffix_are_planned(run: Command) -> None:
     Path(joints_alone("elbow")).rename("task")
     assert run("plan", "./task").code == 0

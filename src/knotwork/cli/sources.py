@@ -107,9 +107,9 @@ def _is_trajectory(source: str, reference: str | None) -> bool:
 
     if source in resources.names("scenarios"):
         return False
-    path = Path(source)
-    given = reference is not None and path.suffix.lower() not in (".yaml", ".yml")
-    return (given and path.is_file()) or foreign.is_trajectory(source)
+    if reference is not None and Path(source).suffix.lower() not in (".yaml", ".yml"):
+        return True
+    return foreign.is_trajectory(source)
 
 
 def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) -> JointTrajectory:
