@@ -44,7 +44,7 @@ SAME = 1e-5
 # Two solutions this near are one if the pose is met to this between them, too [m, rad].
 BESIDE = 1e-2
 JOINED = 1e-9
-POLISH_STEPS = 3
+POLISH_STEPS = 8
 # Near a singularity two branches lie close, and one may get next to none of the starts.
 NEAR_SINGULAR = 0.03
 # Nearer still others lie along a curve, and the last of the error moves joints.
