@@ -18,78 +18,35 @@ from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
     from knotwork import verification as verification
-    from knotwork.comparison import Comparison, compare
-    from knotwork.errors import CheckFailedError, InputError, KnotworkError
-    from knotwork.interpolation import (
-        PLANNERS,
-        BalancedKnots,
-        ModifiedHermiteSpline,
-        PlannerOptions,
-        get_planner,
-    )
-    from knotwork.kinematics import solve_all, solve_many, solve_pose_ik, solve_velocity_ik
-    from knotwork.pipeline import Plan, plan
-    from knotwork.polynomial import PiecewisePolynomial
-    from knotwork.robot import Robot, load_robot, robot_names
-    from knotwork.scenario import Scenario, load_scenario
-    from knotwork.storage import load_trajectory
-    from knotwork.trajectory import JointTrajectory
-    from knotwork.verification import Report, check
-    from knotwork.waypoints import CartesianWaypoint, JointWaypoints
+    from knotwork.comparison import Comparison as Comparison
+    from knotwork.comparison import compare as compare
+    from knotwork.errors import CheckFailedError as CheckFailedError
+    from knotwork.errors import InputError as InputError
+    from knotwork.errors import KnotworkError as KnotworkError
+    from knotwork.interpolation import PLANNERS as PLANNERS
+    from knotwork.interpolation import BalancedKnots as BalancedKnots
+    from knotwork.interpolation import ModifiedHermiteSpline as ModifiedHermiteSpline
+    from knotwork.interpolation import PlannerOptions as PlannerOptions
+    from knotwork.interpolation import get_planner as get_planner
+    from knotwork.kinematics import solve_all as solve_all
+    from knotwork.kinematics import solve_many as solve_many
+    from knotwork.kinematics import solve_pose_ik as solve_pose_ik
+    from knotwork.kinematics import solve_velocity_ik as solve_velocity_ik
+    from knotwork.pipeline import Plan as Plan
+    from knotwork.pipeline import plan as plan
+    from knotwork.polynomial import PiecewisePolynomial as PiecewisePolynomial
+    from knotwork.robot import Robot as Robot
+    from knotwork.robot import load_robot as load_robot
+    from knotwork.robot import robot_names as robot_names
+    from knotwork.scenario import Scenario as Scenario
+    from knotwork.scenario import load_scenario as load_scenario
+    from knotwork.storage import load_trajectory as load_trajectory
+    from knotwork.trajectory import JointTrajectory as JointTrajectory
+    from knotwork.verification import Report as Report
+    from knotwork.verification import check as check
+    from knotwork.waypoints import CartesianWaypoint as CartesianWaypoint
+    from knotwork.waypoints import JointWaypoints as JointWaypoints
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "PLANNERS",
-    "BalancedKnots",
-    "CartesianWaypoint",
-    "CheckFailedError",
-    "Comparison",
-    "InputError",
-    "JointTrajectory",
-    "JointWaypoints",
-    "KnotworkError",
-    "ModifiedHermiteSpline",
-    "PiecewisePolynomial",
-    "Plan",
-    "PlannerOptions",
-    "Report",
-    "Robot",
-    "Scenario",
-    "check",
-    "compare",
-    "get_planner",
-    "load_robot",
-    "load_scenario",
-    "load_trajectory",
-    "plan",
-    "robot_names",
-    "solve_all",
-    "solve_many",
-    "solve_pose_ik",
-    "solve_velocity_ik",
-]
-
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "comparison": ("Comparison", "compare"),
-        "errors": ("CheckFailedError", "InputError", "KnotworkError"),
-        "interpolation": (
-            "PLANNERS",
-            "BalancedKnots",
-            "ModifiedHermiteSpline",
-            "PlannerOptions",
-            "get_planner",
-        ),
-        "kinematics": ("solve_all", "solve_many", "solve_pose_ik", "solve_velocity_ik"),
-        "pipeline": ("Plan", "plan"),
-        "polynomial": ("PiecewisePolynomial",),
-        "robot": ("Robot", "load_robot", "robot_names"),
-        "scenario": ("Scenario", "load_scenario"),
-        "storage": ("load_trajectory",),
-        "trajectory": ("JointTrajectory",),
-        "waypoints": ("CartesianWaypoint", "JointWaypoints"),
-        "verification": ("Report", "check", "verification"),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_names(__name__)

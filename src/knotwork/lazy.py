@@ -2,34 +2,40 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from typing import Any
 
 
-def lazy_names(
-    package: str, homes: Mapping[str, Sequence[str]]
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Make the functions `__getattr__` and `__dir__` of a package.
+def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Make `__getattr__`, `__dir__` and `__all__` of a package from its own import statements.
+
+    Each public name is written once, as `from module import X as X`. What stands under
+    `if TYPE_CHECKING:`, where type checkers find it, is loaded when it is first used.
 
     Args:
         package: Full name of the package.
-        homes: The public names that each module of the package has; its own name stands for the
-            module itself.
     """
-    module_of = {name: module for module, names in homes.items() for name in names}
+    module: Any = sys.modules[package]
+    tree = ast.parse(module.__spec__.loader.get_source(package))
+    homes = {
+        alias.name: str(node.module)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+        if alias.asname
+    }
 
     def load(name: str) -> Any:
-        if name not in module_of:
+        if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        module = importlib.import_module(f"{package}.{module_of[name]}")
-        value = module if name == module_of[name] else getattr(module, name)
-        setattr(sys.modules[package], name, value)
+        if homes[name] == package:
+            return importlib.import_module(f"{package}.{name}")
+        value = getattr(importlib.import_module(homes[name]), name)
+        setattr(module, name, value)
         return value
 
-    def names() -> list[str]:
-        module = sys.modules[package]
-        return sorted({*module.__all__, *(name for name in vars(module) if name[:2] == "__")})
-
-    return load, names
+    public = sorted(name for name, home in homes.items() if home != package)
+    return load, lambda: sorted({*public, *(n for n in vars(module) if n[:2] == "__")}), public

@@ -13,64 +13,31 @@ from typing import TYPE_CHECKING
 from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from knotwork.export.drake import to_drake
-    from knotwork.export.formats import checked_target, content, export, save, write
-    from knotwork.export.lossless import Points, motion_points
-    from knotwork.export.mat import to_mat
-    from knotwork.export.pvt import to_pvt
-    from knotwork.export.registry import (
-        FORMATS,
-        Format,
-        checked_options,
-        file_format,
-        get_format,
-    )
-    from knotwork.export.ros2 import ros2_dict, to_ros2, to_ros2_message
-    from knotwork.export.samples import to_csv, to_json, to_npz, to_parquet
-    from knotwork.export.scipy_ppoly import to_scipy, to_scipy_npz
-    from knotwork.export.table import MotionTable, motion_table
+    from knotwork.export.drake import to_drake as to_drake
+    from knotwork.export.formats import checked_target as checked_target
+    from knotwork.export.formats import content as content
+    from knotwork.export.formats import export as export
+    from knotwork.export.formats import save as save
+    from knotwork.export.formats import write as write
+    from knotwork.export.lossless import Points as Points
+    from knotwork.export.lossless import motion_points as motion_points
+    from knotwork.export.mat import to_mat as to_mat
+    from knotwork.export.pvt import to_pvt as to_pvt
+    from knotwork.export.registry import FORMATS as FORMATS
+    from knotwork.export.registry import Format as Format
+    from knotwork.export.registry import checked_options as checked_options
+    from knotwork.export.registry import file_format as file_format
+    from knotwork.export.registry import get_format as get_format
+    from knotwork.export.ros2 import ros2_dict as ros2_dict
+    from knotwork.export.ros2 import to_ros2 as to_ros2
+    from knotwork.export.ros2 import to_ros2_message as to_ros2_message
+    from knotwork.export.samples import to_csv as to_csv
+    from knotwork.export.samples import to_json as to_json
+    from knotwork.export.samples import to_npz as to_npz
+    from knotwork.export.samples import to_parquet as to_parquet
+    from knotwork.export.scipy_ppoly import to_scipy as to_scipy
+    from knotwork.export.scipy_ppoly import to_scipy_npz as to_scipy_npz
+    from knotwork.export.table import MotionTable as MotionTable
+    from knotwork.export.table import motion_table as motion_table
 
-__all__ = [
-    "FORMATS",
-    "Format",
-    "MotionTable",
-    "Points",
-    "checked_options",
-    "checked_target",
-    "content",
-    "export",
-    "file_format",
-    "get_format",
-    "motion_points",
-    "motion_table",
-    "ros2_dict",
-    "save",
-    "to_csv",
-    "to_drake",
-    "to_json",
-    "to_mat",
-    "to_npz",
-    "to_parquet",
-    "to_pvt",
-    "to_ros2",
-    "to_ros2_message",
-    "to_scipy",
-    "to_scipy_npz",
-    "write",
-]
-
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "drake": ("to_drake",),
-        "formats": ("checked_target", "content", "export", "save", "write"),
-        "lossless": ("Points", "motion_points"),
-        "mat": ("to_mat",),
-        "pvt": ("to_pvt",),
-        "registry": ("FORMATS", "Format", "checked_options", "file_format", "get_format"),
-        "ros2": ("ros2_dict", "to_ros2", "to_ros2_message"),
-        "samples": ("to_csv", "to_json", "to_npz", "to_parquet"),
-        "scipy_ppoly": ("to_scipy", "to_scipy_npz"),
-        "table": ("MotionTable", "motion_table"),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_names(__name__)

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from knotwork.robot.load import load_robot, robot_names
-    from knotwork.robot.model import Robot
-
-__all__ = ["Robot", "load_robot", "robot_names"]
+    from knotwork.robot.load import load_robot as load_robot
+    from knotwork.robot.load import robot_names as robot_names
+    from knotwork.robot.model import Robot as Robot
 
 # Looked up when first used, so that the schema of a robot file can be had without Pinocchio.
-__getattr__, __dir__ = lazy_names(
-    __name__, {"model": ("Robot",), "load": ("load_robot", "robot_names")}
-)
+__getattr__, __dir__, __all__ = lazy_names(__name__)

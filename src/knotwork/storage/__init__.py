@@ -8,42 +8,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from knotwork.lazy import lazy_names
-from knotwork.storage.writing import (
-    to_csv,
-    to_json,
-    trajectory_to_dict,
-    write_file,
-    write_files,
-)
+from knotwork.storage.writing import to_csv as to_csv
+from knotwork.storage.writing import to_json as to_json
+from knotwork.storage.writing import trajectory_to_dict as trajectory_to_dict
+from knotwork.storage.writing import write_file as write_file
+from knotwork.storage.writing import write_files as write_files
 
 if TYPE_CHECKING:
-    from knotwork.storage.reading import (
-        knot_disagreement,
-        load_trajectory,
-        read_trajectory_document,
-        trajectory_from_dict,
-    )
+    from knotwork.storage.reading import knot_disagreement as knot_disagreement
+    from knotwork.storage.reading import load_trajectory as load_trajectory
+    from knotwork.storage.reading import read_trajectory_document as read_trajectory_document
+    from knotwork.storage.reading import trajectory_from_dict as trajectory_from_dict
 
-__all__ = [
-    "knot_disagreement",
-    "load_trajectory",
-    "read_trajectory_document",
-    "to_csv",
-    "to_json",
-    "trajectory_from_dict",
-    "trajectory_to_dict",
-    "write_file",
-    "write_files",
-]
-
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "reading": (
-            "knot_disagreement",
-            "load_trajectory",
-            "read_trajectory_document",
-            "trajectory_from_dict",
-        )
-    },
-)
+__getattr__, __dir__, __all__ = lazy_names(__name__)

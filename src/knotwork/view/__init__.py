@@ -10,12 +10,8 @@ from typing import TYPE_CHECKING
 from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from knotwork.view.files import save_figure
-    from knotwork.view.plots import plot_joints
-    from knotwork.view.tool_plots import plot_tool
+    from knotwork.view.files import save_figure as save_figure
+    from knotwork.view.plots import plot_joints as plot_joints
+    from knotwork.view.tool_plots import plot_tool as plot_tool
 
-__all__ = ["plot_joints", "plot_tool", "save_figure"]
-
-__getattr__, __dir__ = lazy_names(
-    __name__, {"files": ("save_figure",), "plots": ("plot_joints",), "tool_plots": ("plot_tool",)}
-)
+__getattr__, __dir__, __all__ = lazy_names(__name__)

@@ -11,26 +11,11 @@ from typing import TYPE_CHECKING
 from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from knotwork.verification.bounds.result import Bound
-    from knotwork.verification.bounds.singular import singular_value_bound
-    from knotwork.verification.bounds.tool import tool_acceleration_bound, tool_speed_bound
-    from knotwork.verification.bounds.torque import torque_bound
-
-__all__ = [
-    "Bound",
-    "singular_value_bound",
-    "tool_acceleration_bound",
-    "tool_speed_bound",
-    "torque_bound",
-]
+    from knotwork.verification.bounds.result import Bound as Bound
+    from knotwork.verification.bounds.singular import singular_value_bound as singular_value_bound
+    from knotwork.verification.bounds.tool import tool_acceleration_bound as tool_acceleration_bound
+    from knotwork.verification.bounds.tool import tool_speed_bound as tool_speed_bound
+    from knotwork.verification.bounds.torque import torque_bound as torque_bound
 
 # Looked up when first used, so that checks without a robot load no Pinocchio.
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "result": ("Bound",),
-        "singular": ("singular_value_bound",),
-        "tool": ("tool_acceleration_bound", "tool_speed_bound"),
-        "torque": ("torque_bound",),
-    },
-)
+__getattr__, __dir__, __all__ = lazy_names(__name__)
