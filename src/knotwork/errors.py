@@ -131,10 +131,11 @@ class OptionError(InputError):
         planner: Name of the planner, or `None` where the value is wrong for all of them.
     """
 
-    def __init__(self, option: str, message: str, *, planner: str | None = None) -> None:
-        self.option, self.planner = option, planner
-        prefix = f"planner {planner!r}: " if planner is not None else ""
-        super().__init__(f"{prefix}option {option} {message}")
+    planner: str | None = None
+
+    def __init__(self, option: str, message: str) -> None:
+        self.option = option
+        super().__init__(f"option {option} {message}")
 
 
 class KnotError(InputError):

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.errors import OptionError
-from knotwork.interpolation.limits import limit_rows, refuse_first
-from knotwork.interpolation.options import PlannerOptions
+from knotwork.interpolation.limits import DEFAULT_FRACTION, ROUNDING, limit_rows, refuse_first
+from knotwork.interpolation.options import PlannerOptions, option_array
 from knotwork.waypoints import FloatArray, JointWaypoints
-
-DEFAULT_FRACTION = 1.0 / 3.0
-"""Transition time as a part of the shortest adjoining interval, where no limit applies."""
 
 NOISE = 64 * np.finfo(float).eps
 """Changes of velocity below this, relative to what they are computed from, are rounding."""
-
-ROUNDING = 1e-12
-"""Relative tolerance: rounding can make a fully used limit seem exceeded."""
 
 
 def slopes(waypoints: JointWaypoints, duration: FloatArray) -> FloatArray:
@@ -28,9 +21,7 @@ def slopes(waypoints: JointWaypoints, duration: FloatArray) -> FloatArray:
     return change / h[:, None]
 
 
-def transition_times(
-    planner: str, waypoints: JointWaypoints, options: PlannerOptions
-) -> FloatArray:
+def transition_times(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
     """Times of the transitions, shape (n,); zero where no joint changes its velocity.
 
     Given ones are taken. Otherwise they are the shortest that keep all limits of acceleration, or
@@ -42,25 +33,22 @@ def transition_times(
     """
     n, joints = waypoints.position.shape
     if options.transition_time is not None:
-        given = np.asarray(options.transition_time, dtype=float)
-        if given.shape not in ((), (n,)):
-            raise OptionError(
-                "transition_time",
-                f"has shape {given.shape}; give one time, or one for each of {n} waypoints, the "
-                "start included",
-                planner=planner,
-            )
-        return np.array(np.broadcast_to(given, n))
-    limit = limit_rows(planner, "acceleration_limit", options.acceleration_limit, joints)
+        given = np.asarray(options.transition_time)
+        accepted = f"give one time, or one for each of {n} waypoints, the start included"
+        shape = (n,) if given.ndim else ()
+        return np.array(
+            np.broadcast_to(option_array("transition_time", given, shape, 0.0, accepted), n)
+        )
+    limit = limit_rows("acceleration_limit", options.acceleration_limit, joints)
     h = np.diff(waypoints.time)
     shortest = np.minimum(np.append(h[:1], h), np.append(h, h[-1:]))
     duration = np.zeros(n)
     off = _off_at_ends(waypoints)
     if n == 2:
-        duration[:] = _of_single_interval(planner, waypoints, limit, off)
+        duration[:] = _of_single_interval(waypoints, limit, off)
     else:
         for end in (0, -1):
-            duration[end] = _of_end(planner, waypoints, limit, off[end], end)
+            duration[end] = _of_end(waypoints, limit, off[end], end)
     changes = np.asarray(off.any(axis=1))
     for end in (0, -1):
         if duration[end] == 0.0 and (changes.any() if n == 2 else changes[end]):
@@ -93,16 +81,13 @@ def _off_at_ends(waypoints: JointWaypoints) -> FloatArray:
     return np.stack(rows)
 
 
-def _of_end(
-    planner: str, waypoints: JointWaypoints, limit: FloatArray, off: FloatArray, end: int
-) -> float:
+def _of_end(waypoints: JointWaypoints, limit: FloatArray, off: FloatArray, end: int) -> float:
     """Shortest transition at an end, n >= 3: the smaller root of T (h - T/2) = |off| / limit."""
     h = float(np.diff(waypoints.time)[end])
     room = h * h - 2.0 * np.abs(off) / limit
     wrong = np.zeros((waypoints.time.size - 1, off.size), dtype=bool)
     wrong[end] = room < -ROUNDING * h * h
     refuse_first(
-        planner,
         wrong,
         waypoints,
         lambda _, j: (
@@ -114,9 +99,7 @@ def _of_end(
     return float((2.0 * np.abs(off) / limit / (h + root)).max())
 
 
-def _of_single_interval(
-    planner: str, waypoints: JointWaypoints, limit: FloatArray, off: FloatArray
-) -> float:
+def _of_single_interval(waypoints: JointWaypoints, limit: FloatArray, off: FloatArray) -> float:
     """Shortest T for the two transitions of a single interval.
 
     The line between has m - v0 = (D0 + E T)/(h - T) and m - v1 = (D1 - E T)/(h - T), with
@@ -142,7 +125,6 @@ def _of_single_interval(
     least, most = float(low.max()), float(high.min())
     enough = np.max([np.abs(d + 0.5 * h * e) for d, e in terms], axis=0) * 4.0 / h**2
     refuse_first(
-        planner,
         np.array([limit < enough]) & np.array(least > most + ROUNDING * h),
         waypoints,
         lambda _, j: (

@@ -14,18 +14,14 @@ import numpy as np
 
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import to_trajectory
-from knotwork.interpolation.specs import checked_options
+from knotwork.interpolation.pieces import joined
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
-from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
 
-NAME = "bspline"
-NAME_WITH_VELOCITIES = "bspline-velocity"
 
-
-def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
-    """Plan a C2 smooth motion of degree three through the positions, as a cubic B-spline.
+def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C2 smooth curve of degree three through the positions, as a cubic B-spline.
 
     The complete (clamped) cubic spline: positions at all waypoints and velocities at both ends
     are met. It can't meet velocities at inner waypoints; they follow from continuous acceleration.
@@ -35,27 +31,19 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
     Args:
         waypoints: Positions and velocities, n >= 2; inner velocities are not used.
         options: Limits only; there is nothing to choose.
-
-    Raises:
-        InputError: An option is asked for.
     """
-    checked_options(NAME, options)
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     # h0/3 a0 + h0/6 a1 = s0 - v0 at the start, its mirror image at the end, and
     # h₋/6 a₋ + (h₋ + h₊)/3 a + h₊/6 a₊ = s₊ - s₋ between
     h = np.diff(t)
-    with np.errstate(over="ignore", invalid="ignore"):
-        slope = np.diff(y, axis=0) / h[:, None]
-        diagonal = (np.append(0.0, h) + np.append(h, 0.0)) / 3.0
-        rhs = np.diff(np.concatenate((v[:1], slope, v[-1:])), axis=0)
-        c = cubic_pieces(t, y, solve_accelerations(diagonal, h / 6.0, rhs))
-    return to_trajectory(waypoints, NAME, c)
+    slope = np.diff(y, axis=0) / h[:, None]
+    diagonal = (np.append(0.0, h) + np.append(h, 0.0)) / 3.0
+    rhs = np.diff(np.concatenate((v[:1], slope, v[-1:])), axis=0)
+    return joined(waypoints, cubic_pieces(t, y, solve_accelerations(diagonal, h / 6.0, rhs)))
 
 
-def plan_with_velocities(
-    waypoints: JointWaypoints, options: PlannerOptions | None = None
-) -> JointTrajectory:
-    """Plan a C1 smooth motion of degree three: the cubic B-spline that meets all velocities.
+def plan_with_velocities(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C1 smooth curve of degree three: the cubic B-spline that meets all velocities.
 
     Velocities at inner waypoints need double knots there, and those leave no more than C1. The
     B-spline is then exactly the cubic Hermite spline of planner `cubic`: both spaces are that of
@@ -65,11 +53,6 @@ def plan_with_velocities(
     Args:
         waypoints: Positions and velocities, n >= 2.
         options: Limits only; there is nothing to choose.
-
-    Raises:
-        InputError: An option is asked for.
     """
-    checked_options(NAME_WITH_VELOCITIES, options)
-    with np.errstate(over="ignore", invalid="ignore"):
-        c = hermite_coefficients(waypoints.time, waypoints.position, waypoints.velocity)
-    return to_trajectory(waypoints, NAME_WITH_VELOCITIES, c)
+    c = hermite_coefficients(waypoints.time, waypoints.position, waypoints.velocity)
+    return joined(waypoints, c)

@@ -158,7 +158,7 @@ def _along_time(values: ArrayLike, n: int, axis: int, what: str) -> tuple[FloatA
 
 
 def end_accelerations(
-    given: EndAcceleration | Any, trailing: tuple[int, ...], planner: str | None = None
+    given: EndAcceleration | Any, trailing: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray] | None:
     """First and last acceleration of all components, flat, shape (d,) each; `None` if not given.
 
@@ -170,20 +170,19 @@ def end_accelerations(
     pair = (0.0, 0.0) if isinstance(given, str) and given == "zero" else given
     if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
         message = f"is {given!r}; it must be None, 'zero' or a pair (start, end)"
-        raise OptionError("end_acceleration", message, planner=planner)
+        raise OptionError("end_acceleration", message)
     flat = []
     for name, value in zip(("start", "end"), pair, strict=True):
         try:
             array = np.array(value, dtype=float)
         except (TypeError, ValueError) as error:
             message = f"is {given!r}; it must be numbers"
-            raise OptionError("end_acceleration", message, planner=planner) from error
+            raise OptionError("end_acceleration", message) from error
         if array.shape not in ((), trailing) or not np.isfinite(array).all():
             raise OptionError(
                 "end_acceleration",
                 f"has the {name} {array.tolist()}; it must be a finite number, or finite numbers "
                 f"of the shape of one waypoint, {trailing}",
-                planner=planner,
             )
         flat.append(np.broadcast_to(array, trailing).reshape(-1))
     return flat[0], flat[1]

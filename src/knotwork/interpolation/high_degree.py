@@ -12,17 +12,14 @@ Source: Eqs. (7), (8) of the paper; degrees seven and nine as its section 1 name
 from __future__ import annotations
 
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import to_trajectory, two_point_coefficients
+from knotwork.interpolation.pieces import joined, two_point_coefficients
 from knotwork.interpolation.presets import preset_accelerations, preset_rows
-from knotwork.interpolation.specs import checked_options
-from knotwork.trajectory import JointTrajectory
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import JointWaypoints
 
 
-def plan_quintic(
-    waypoints: JointWaypoints, options: PlannerOptions | None = None
-) -> JointTrajectory:
-    """Plan a C2 smooth motion of degree five: positions, velocities and accelerations are met.
+def plan_quintic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C2 smooth curve of degree five: positions, velocities and accelerations are met.
 
     Eqs. (7), (8) in each interval. It can't find good accelerations by itself: where those preset
     don't suit the positions and velocities, the velocity swings between the waypoints.
@@ -34,54 +31,37 @@ def plan_quintic(
             `end_acceleration` in place of the first and last of them.
 
     Raises:
-        InputError: An option is not supported or has the wrong shape.
+        OptionError: An option has the wrong shape.
     """
-    return _plan("quintic", waypoints, options, 3)
+    return _curve(waypoints, options, 3)
 
 
-def plan_septic(
-    waypoints: JointWaypoints, options: PlannerOptions | None = None
-) -> JointTrajectory:
-    """Plan a C3 smooth motion of degree seven: jerks are met as well.
+def plan_septic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C3 smooth curve of degree seven: jerks are met as well.
 
-    Peaks of velocity and acceleration are higher than the quintic's.
-
-    Args:
-        waypoints: Positions and velocities, n >= 2.
-        options: As for the quintic, and `jerks` at the waypoints, zero by default.
-
-    Raises:
-        InputError: An option is not supported or has the wrong shape.
+    Peaks of velocity and acceleration are higher than the quintic's. Options are those of the
+    quintic, and `jerks` at the waypoints, zero by default.
     """
-    return _plan("septic", waypoints, options, 4)
+    return _curve(waypoints, options, 4)
 
 
-def plan_nonic(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
-    """Plan a C4 smooth motion of degree nine: jerks and snaps are met as well.
+def plan_nonic(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C4 smooth curve of degree nine: jerks and snaps are met as well.
 
-    Peaks of velocity and acceleration are higher still than those of degree seven.
-
-    Args:
-        waypoints: Positions and velocities, n >= 2.
-        options: As for the quintic, and `jerks` and `snaps` at the waypoints, zero by default.
-
-    Raises:
-        InputError: An option is not supported or has the wrong shape.
+    Peaks of velocity and acceleration are higher still than those of degree seven. Options are
+    those of degree seven, and `snaps` at the waypoints, zero by default.
     """
-    return _plan("nonic", waypoints, options, 5)
+    return _curve(waypoints, options, 5)
 
 
-def _plan(
-    name: str, waypoints: JointWaypoints, options: PlannerOptions | None, conditions: int
-) -> JointTrajectory:
-    options = checked_options(name, options)
+def _curve(
+    waypoints: JointWaypoints, options: PlannerOptions, conditions: int
+) -> PiecewisePolynomial:
     derivatives = (
         waypoints.position,
         waypoints.velocity,
-        preset_accelerations(name, waypoints, options),
-        preset_rows(name, "jerks", options.jerks, waypoints),
-        preset_rows(name, "snaps", options.snaps, waypoints),
+        preset_accelerations(waypoints, options),
+        preset_rows("jerks", options.jerks, waypoints),
+        preset_rows("snaps", options.snaps, waypoints),
     )
-    return to_trajectory(
-        waypoints, name, two_point_coefficients(waypoints.time, derivatives[:conditions])
-    )
+    return joined(waypoints, two_point_coefficients(waypoints.time, derivatives[:conditions]))

@@ -8,27 +8,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.errors import InputError, OptionError
+from knotwork.errors import InputError
+from knotwork.interpolation.options import option_array
 from knotwork.waypoints import FloatArray, JointWaypoints
 
+DEFAULT_FRACTION = 1.0 / 3.0
+"""Part of an interval, or of the shortest beside it, for a change of speed that no limit bounds."""
 
-def limit_rows(planner: str, option: str, given: Any, joints: int) -> FloatArray:
+ROUNDING = 1e-12
+"""Relative tolerance: rounding can make a fully used limit or interval seem exceeded."""
+
+
+def limit_rows(option: str, given: Any, joints: int) -> FloatArray:
     """Limits of the joints, infinite where none is given, shape (d,).
 
     Raises:
         OptionError: The shape is another.
     """
-    if given is None:
-        return np.full(joints, np.inf)
-    array = np.asarray(given, dtype=float)
-    if array.shape != (joints,):
-        raise OptionError(
-            option,
-            f"has shape {array.shape}; {joints} joints need ({joints},), infinite where there is "
-            "no limit",
-            planner=planner,
-        )
-    return array
+    accepted = f"{joints} joints need ({joints},), infinite where there is no limit"
+    return option_array(option, given, (joints,), np.inf, accepted)
 
 
 def interval_name(waypoints: JointWaypoints, interval: int) -> str:
@@ -42,7 +40,6 @@ def interval_name(waypoints: JointWaypoints, interval: int) -> str:
 
 
 def refuse_first(
-    planner: str,
     wrong: NDArray[np.bool_],
     waypoints: JointWaypoints,
     reason: Callable[[int, int], str],
@@ -50,7 +47,6 @@ def refuse_first(
     """Raise an error for the first interval and joint that are wrong, if any is.
 
     Args:
-        planner: Name of the planner.
         wrong: Shape (n-1, d).
         waypoints: The waypoints.
         reason: Says what is wrong with an interval and a joint.
@@ -61,16 +57,15 @@ def refuse_first(
     if wrong.any():
         interval, joint = (int(i) for i in np.argwhere(wrong)[0])
         raise InputError(
-            f"planner {planner!r}: joint {waypoints.joint_names[joint]!r} can't do "
+            f"joint {waypoints.joint_names[joint]!r} can't do "
             f"{interval_name(waypoints, interval)}: {reason(interval, joint)}"
         )
 
 
-def refuse_unresolved(planner: str, time: FloatArray, wrong: NDArray[np.bool_], what: str) -> None:
+def refuse_unresolved(time: FloatArray, wrong: NDArray[np.bool_], what: str) -> None:
     """Raise an error for the first phase that is too short for the resolution of times.
 
     Args:
-        planner: Name of the planner.
         time: Times of the phases [s], shape (k,).
         wrong: Which are too short, shape (k,).
         what: What a phase is called.
@@ -81,7 +76,7 @@ def refuse_unresolved(planner: str, time: FloatArray, wrong: NDArray[np.bool_], 
     if wrong.any():
         at = float(time[np.flatnonzero(wrong)[0]])
         raise InputError(
-            f"planner {planner!r}: the {what} at {at:.17g} s is too short for the resolution of "
+            f"the {what} at {at:.17g} s is too short for the resolution of "
             f"times there, {np.spacing(abs(at)):.3g} s; ask for a longer one or a lower "
             "acceleration_limit"
         )

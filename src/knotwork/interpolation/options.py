@@ -12,7 +12,7 @@ from knotwork.errors import OptionError, did_you_mean
 from knotwork.interpolation.hermite import EndAcceleration
 from knotwork.interpolation.knots import BalancedKnots
 from knotwork.trajectory import JointTrajectory
-from knotwork.waypoints import JointWaypoints
+from knotwork.waypoints import FloatArray, JointWaypoints
 
 ACCELERATION_RULES = ("zero", "estimated")
 """Names that `PlannerOptions.accelerations` accepts."""
@@ -153,6 +153,30 @@ def _numbers(what: str, given: Any, *, positive: bool = False, infinite: bool = 
         place = f"at {list(index)} " if index else ""
         raise OptionError(what, f"{place}is {array[index]}; it must be {accepted}")
     array.setflags(write=False)
+    return array
+
+
+def option_array(
+    option: str, given: Any, shape: tuple[int, ...], missing: float, accepted: str
+) -> FloatArray:
+    """Numbers of an option in the shape that the waypoints need; `missing` for `None`.
+
+    Args:
+        option: Name of the option.
+        given: Its value.
+        shape: The shape that it must have.
+        missing: What stands for each number if none are given.
+        accepted: What would be accepted, for the error.
+
+    Raises:
+        OptionError: The shape is another.
+    """
+    if given is None:
+        return np.full(shape, missing)
+    array = np.asarray(given, dtype=float)
+    if array.shape != shape:
+        rows = len(array) if array.ndim else "no"
+        raise OptionError(option, f"has {rows} rows (shape {array.shape}); {accepted}")
     return array
 
 

@@ -24,21 +24,15 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.interpolation.blend_times import slopes, transition_times
-from knotwork.interpolation.limits import interval_name, refuse_unresolved, snapped
+from knotwork.interpolation.limits import ROUNDING, interval_name, refuse_unresolved, snapped
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import to_trajectory
-from knotwork.interpolation.specs import checked_options
-from knotwork.trajectory import JointTrajectory
+from knotwork.interpolation.pieces import joined
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, JointWaypoints
 
-NAME = "parabolic-blend"
 
-ROUNDING = 1e-12
-"""Relative tolerance: rounding can make transitions that fill an interval seem too long."""
-
-
-def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
-    """Plan a C1 smooth motion of degree two: straight lines, rounded off at the waypoints.
+def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C1 smooth curve of degree two: straight lines, rounded off at the waypoints.
 
     Positions and velocities at both ends are met. It can't meet inner waypoints: it cuts their
     corners by an eighth of the change of velocity times the transition time, and passes with the
@@ -54,20 +48,18 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
     Raises:
         InputError: An interval is too short for the transitions or the limits: which, and by how
-            much; or an option is not supported.
+            much.
     """
-    options = checked_options(NAME, options)
-    with np.errstate(over="ignore", invalid="ignore"):
-        duration = transition_times(NAME, waypoints, options)
-        # a transition lies half in each interval beside it, at the ends wholly in the one
-        share = np.full(duration.size, 0.5)
-        share[[0, -1]] = 1.0
-        _check_intervals(waypoints, share * duration)
-        rounded = snapped(waypoints.time, share * duration) / share
-        refuse_unresolved(NAME, waypoints.time, (duration > 0.0) & (rounded == 0.0), "transition")
-        duration = rounded
-        c, breaks = _pieces(waypoints, duration, slopes(waypoints, duration))
-    return to_trajectory(waypoints, NAME, c, breaks)
+    duration = transition_times(waypoints, options)
+    # a transition lies half in each interval beside it, at the ends wholly in the one
+    share = np.full(duration.size, 0.5)
+    share[[0, -1]] = 1.0
+    _check_intervals(waypoints, share * duration)
+    rounded = snapped(waypoints.time, share * duration) / share
+    refuse_unresolved(waypoints.time, (duration > 0.0) & (rounded == 0.0), "transition")
+    duration = rounded
+    c, breaks = _pieces(waypoints, duration, slopes(waypoints, duration))
+    return joined(waypoints, c, breaks)
 
 
 def _check_intervals(waypoints: JointWaypoints, part: FloatArray) -> None:
@@ -78,7 +70,7 @@ def _check_intervals(waypoints: JointWaypoints, part: FloatArray) -> None:
     if wrong.size:
         i = int(wrong[0])
         raise InputError(
-            f"planner {NAME!r}: {interval_name(waypoints, i)}, is {over[i]:.6g} s too short for "
+            f"{interval_name(waypoints, i)}, is {over[i]:.6g} s too short for "
             f"its transitions, which take {part[i]:.6g} s and {part[i + 1]:.6g} s of it; give it "
             "more time, or allow shorter transitions or more acceleration"
         )

@@ -1,4 +1,4 @@
-"""From coefficients to a trajectory through waypoints; coefficients that planners share."""
+"""From coefficients to a curve through waypoints; coefficients that planners share."""
 
 from __future__ import annotations
 
@@ -8,18 +8,16 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
-def to_trajectory(
-    waypoints: JointWaypoints, planner: str, c: FloatArray, breaks: FloatArray | None = None
-) -> JointTrajectory:
-    """Make a trajectory of polynomials; pieces without duration are left out.
+def joined(
+    waypoints: JointWaypoints, c: FloatArray, breaks: FloatArray | None = None
+) -> PiecewisePolynomial:
+    """Join polynomials to a curve; pieces without duration are left out.
 
     Args:
         waypoints: What it was planned through.
-        planner: Name of the planner.
         c: Coefficients, shape (k+1, m, d), highest power first.
         breaks: Times at which they meet [s], shape (m+1,), never decreasing; by default the
             waypoint times.
@@ -35,17 +33,11 @@ def to_trajectory(
     if not np.isfinite(c).all():
         _, piece, joint = (int(i) for i in np.argwhere(~np.isfinite(c))[0])
         raise InputError(
-            f"planner {planner!r}: the motion of joint {waypoints.joint_names[joint]!r} from "
+            f"the motion of joint {waypoints.joint_names[joint]!r} from "
             f"{breaks[piece]:.17g} s to {breaks[piece + 1]:.17g} s exceeds the range of "
             "floating-point numbers; the times are too close for the values given"
         )
-    return JointTrajectory(
-        waypoints.joint_names,
-        PiecewisePolynomial(c, breaks),
-        joint_units=waypoints.joint_units,
-        planner=planner,
-        waypoint_times=waypoints.time,
-    )
+    return PiecewisePolynomial(c, breaks)
 
 
 def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -> FloatArray:

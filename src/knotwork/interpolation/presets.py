@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.errors import OptionError
 from knotwork.interpolation.hermite import end_accelerations
-from knotwork.interpolation.options import PlannerOptions
+from knotwork.interpolation.options import PlannerOptions, option_array
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
@@ -31,34 +31,30 @@ def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
     """
     h = np.diff(waypoints.time)[:, None]
     y, v = waypoints.position, waypoints.velocity
-    with np.errstate(over="ignore", invalid="ignore"):
-        slope = np.diff(y, axis=0) / h
-        # accelerations times h: at the start and at the end of each interval
-        early = 6.0 * slope - 4.0 * v[:-1] - 2.0 * v[1:]
-        late = 4.0 * v[1:] + 2.0 * v[:-1] - 6.0 * slope
-        inner = (late[:-1] + early[1:]) / (h[:-1] + h[1:])
-        return np.concatenate((early[:1] / h[:1], inner, late[-1:] / h[-1:]))
+    slope = np.diff(y, axis=0) / h
+    # accelerations times h: at the start and at the end of each interval
+    early = 6.0 * slope - 4.0 * v[:-1] - 2.0 * v[1:]
+    late = 4.0 * v[1:] + 2.0 * v[:-1] - 6.0 * slope
+    inner = (late[:-1] + early[1:]) / (h[:-1] + h[1:])
+    return np.concatenate((early[:1] / h[:1], inner, late[-1:] / h[-1:]))
 
 
-def preset_accelerations(
-    planner: str, waypoints: JointWaypoints, options: PlannerOptions
-) -> FloatArray:
+def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
     """Accelerations at the waypoints as the options ask for them, zeros by default, shape (n, d).
 
     Raises:
         OptionError: An array has another shape, or end accelerations are given beside one.
     """
     asked = "zero" if options.accelerations is None else options.accelerations
-    ends = end_accelerations(options.end_acceleration, (len(waypoints.joint_names),), planner)
+    ends = end_accelerations(options.end_acceleration, (len(waypoints.joint_names),))
     if not isinstance(asked, str):
         if ends is not None:
             raise OptionError(
                 "end_acceleration",
                 "gives the accelerations at the ends, and so do the first and last row of option "
                 "accelerations; give one of the two",
-                planner=planner,
             )
-        return preset_rows(planner, "accelerations", asked, waypoints)
+        return preset_rows("accelerations", asked, waypoints)
     if asked == "zero":
         accelerations = np.zeros(waypoints.position.shape)
     else:
@@ -69,12 +65,11 @@ def preset_accelerations(
 
 
 def preset_rows(
-    planner: str, option: str, given: Any, waypoints: JointWaypoints, *, skipped: int = 0
+    option: str, given: Any, waypoints: JointWaypoints, *, skipped: int = 0
 ) -> FloatArray:
     """Values at the waypoints that an option gives, zeros for `None`, shape (n, d).
 
     Args:
-        planner: Name of the planner.
         option: Name of the option.
         given: Its value.
         waypoints: The waypoints.
@@ -85,17 +80,8 @@ def preset_rows(
     """
     n, joints = waypoints.position.shape
     shape = max(n - 2 * skipped, 0), joints
-    if given is None:
-        return np.zeros(shape)
-    array = np.asarray(given, dtype=float)
-    if array.shape != shape:
-        where = "each waypoint, the start included"
-        if skipped:
-            where += f", but the first {skipped} and the last {skipped}, where nothing is free"
-        raise OptionError(
-            option,
-            f"has {len(array) if array.ndim else 'no'} rows (shape {array.shape}); {n} waypoints "
-            f"of {joints} joints take {shape[0]} (shape {shape}), one for {where}",
-            planner=planner,
-        )
-    return array
+    where = "each waypoint, the start included"
+    if skipped:
+        where += f", but the first {skipped} and the last {skipped}, where nothing is free"
+    accepted = f"{n} waypoints of {joints} joints take {shape[0]} (shape {shape}), one for "
+    return option_array(option, given, shape, 0.0, accepted + where)

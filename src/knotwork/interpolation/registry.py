@@ -3,39 +3,19 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
+from types import MappingProxyType
 
-from knotwork.errors import OptionError, UnknownNameError
+import numpy as np
+
+from knotwork.errors import InputError, KnotError, OptionError, UnknownNameError
 from knotwork.interpolation.knots import KNOT_RULES
 from knotwork.interpolation.options import ACCELERATION_RULES, Planner, PlannerOptions
-from knotwork.interpolation.specs import PLANNER_SPECS
+from knotwork.interpolation.specs import PLANNER_SPECS, check_supported
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import JointWaypoints
-
-
-class _Planners(Mapping[str, Planner]):
-    """Names to planners; listing the names and testing for one loads none of them."""
-
-    def __getitem__(self, name: str) -> Planner:
-        spec = PLANNER_SPECS[name]
-        module = importlib.import_module(f"knotwork.interpolation.{spec.module}")
-        planner: Planner = getattr(module, spec.function)
-        return planner
-
-    def __contains__(self, name: object) -> bool:
-        return name in PLANNER_SPECS
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(PLANNER_SPECS)
-
-    def __len__(self) -> int:
-        return len(PLANNER_SPECS)
-
-
-PLANNERS: Mapping[str, Planner] = _Planners()
-"""All planners, by the name that scenarios and the command line use."""
-
 
 RULES: Mapping[str, tuple[str, ...]] = {
     "knots": KNOT_RULES,
@@ -58,8 +38,8 @@ def get_planner(name: str) -> Planner:
     Raises:
         UnknownNameError: There is no such planner, or it has no such rule.
     """
-    planner, ruled = planner_and_rule(name)
-    return _with_rule(name, ruled) if ruled else PLANNERS[planner]
+    planner_and_rule(name)
+    return PLANNERS.get(name) or partial(_plan, name)
 
 
 def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
@@ -69,10 +49,10 @@ def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
         UnknownNameError: There is no such planner, or it has no such rule.
     """
     if not isinstance(name, str):
-        raise UnknownNameError("planner", str(name), PLANNERS)
+        raise UnknownNameError("planner", str(name), PLANNER_SPECS)
     planner, colon, rule = name.partition(":")
-    if planner not in PLANNERS:
-        raise UnknownNameError("planner", planner, PLANNERS)
+    if planner not in PLANNER_SPECS:
+        raise UnknownNameError("planner", planner, PLANNER_SPECS)
     if not colon:
         return planner, {}
     for option in RULES:
@@ -90,18 +70,39 @@ def rules(planner: str) -> list[str]:
     return [rule for option in RULES if option in supports for rule in RULES[option]]
 
 
-def _with_rule(name: str, ruled: Mapping[str, str]) -> Planner:
-    planner, _, rule = name.partition(":")
-    interpolate = PLANNERS[planner]
-
-    def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
-        given = options if options is not None else PlannerOptions()
+def _plan(
+    name: str, waypoints: JointWaypoints, options: PlannerOptions | None = None
+) -> JointTrajectory:
+    """Plan with the planner of a name; see `Planner`. Errors name it."""
+    planner, ruled = planner_and_rule(name)
+    spec = PLANNER_SPECS[planner]
+    make = getattr(importlib.import_module(f"knotwork.interpolation.{spec.module}"), spec.function)
+    given = options if options is not None else PlannerOptions()
+    try:
         wanted = replace(given, **ruled)
-        for option in ruled:
+        for option, rule in ruled.items():
             if option in given.requested and given != wanted:
-                raise OptionError(
-                    option, f"is given beside the rule {rule!r}; give one of the two", planner=name
-                )
-        return replace(interpolate(waypoints, wanted), planner=name)
+                raise OptionError(option, f"is given beside the rule {rule!r}; give one of the two")
+        check_supported(planner, wanted)
+        with np.errstate(over="ignore", invalid="ignore"):
+            curve = make(waypoints, wanted)
+    except KnotError:
+        raise  # it is about knots, whatever planner places them
+    except InputError as error:
+        if isinstance(error, OptionError):
+            error.planner = name
+        error.locate(f"planner {name!r}")
+        raise
+    return JointTrajectory(
+        waypoints.joint_names,
+        curve,
+        joint_units=waypoints.joint_units,
+        planner=name,
+        waypoint_times=waypoints.time,
+    )
 
-    return plan
+
+PLANNERS: Mapping[str, Planner] = MappingProxyType(
+    {name: partial(_plan, name) for name in PLANNER_SPECS}
+)
+"""All planners, by the name that scenarios and the command line use; called, one is loaded."""

@@ -27,7 +27,7 @@ class PlannerSpec:
         supports: Names of the `PlannerOptions` that it supports; limits only where they shape the
             motion.
         module: Module of `knotwork.interpolation` that it is in.
-        function: Name of the planner in that module.
+        function: Name of the function there that makes its curve.
     """
 
     name: str
@@ -173,14 +173,12 @@ _WORDS = {
 }
 
 
-def checked_options(planner: str, options: PlannerOptions | None) -> PlannerOptions:
-    """Return the options, the defaults for `None`, if the planner can support them.
+def check_supported(planner: str, options: PlannerOptions) -> None:
+    """Check that a planner supports the options.
 
     Raises:
         OptionError: One is asked for that the planner does not support.
     """
-    if options is None:
-        return PlannerOptions()
     for option in options.requested:
         if option not in PLANNER_SPECS[planner].supports:
             others = [name for name, spec in PLANNER_SPECS.items() if option in spec.supports]
@@ -189,6 +187,4 @@ def checked_options(planner: str, options: PlannerOptions | None) -> PlannerOpti
                 option,
                 f"asks for {_WORDS[option]}, which this planner does not support (its options: "
                 f"{own}); leave it out, or use a planner that supports it: {', '.join(others)}",
-                planner=planner,
             )
-    return options

@@ -12,19 +12,15 @@ from knotwork.errors import InputError
 from knotwork.interpolation.hermite import end_accelerations
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import raised, to_trajectory, two_point_coefficients
+from knotwork.interpolation.pieces import joined, raised, two_point_coefficients
 from knotwork.interpolation.presets import estimated_accelerations, preset_rows
-from knotwork.interpolation.specs import checked_options
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
-from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 
-NAME_353 = "3-5-3"
-NAME_434 = "4-3-4"
 
-
-def plan_353(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
-    """Plan a C2 smooth motion of cubic, quintics and cubic: positions and velocities are met.
+def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C2 smooth curve of cubic, quintics and cubic: positions and velocities are met.
 
     The first and the last interval take the cubics of Eqs. (5), (6), and these fix the
     accelerations at the second and the last but one waypoint; the intervals between take
@@ -42,22 +38,20 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions | None = None) -
             where the cubics leave no choice.
 
     Raises:
-        InputError: There are three waypoints; an option is not supported or has the wrong shape.
+        InputError: There are three waypoints, or an option has the wrong shape.
     """
-    options = checked_options(NAME_353, options)
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     if t.size == 3:
         raise InputError(
-            f"planner {NAME_353!r} can't do three waypoints: a first and a last cubic, which must "
+            "three waypoints can't be done: a first and a last cubic, which must "
             "meet all velocities, don't agree on the acceleration between them; add a waypoint or "
             "use planner 'modified-hermite'"
         )
     a = _accelerations_353(waypoints, options)
-    with np.errstate(over="ignore", invalid="ignore"):
-        c = two_point_coefficients(t, (y, v, a))
-        ends = [0, t.size - 2]
-        c[:, ends] = raised(hermite_coefficients(t, y, v)[:, ends], 5)
-    return to_trajectory(waypoints, NAME_353, c[2:] if t.size == 2 else c)
+    c = two_point_coefficients(t, (y, v, a))
+    ends = [0, t.size - 2]
+    c[:, ends] = raised(hermite_coefficients(t, y, v)[:, ends], 5)
+    return joined(waypoints, c[2:] if t.size == 2 else c)
 
 
 def _accelerations_353(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
@@ -67,22 +61,21 @@ def _accelerations_353(waypoints: JointWaypoints, options: PlannerOptions) -> Fl
     a = np.zeros(y.shape)
     middle = slice(2, t.size - 2)
     if not (asked is None or isinstance(asked, str)):
-        given = preset_rows(NAME_353, "accelerations", asked, waypoints, skipped=2)
+        given = preset_rows("accelerations", asked, waypoints, skipped=2)
         if t.size > 4:
             a[middle] = given
     elif asked != "zero" and t.size > 4:
         a[middle] = estimated_accelerations(waypoints)[middle]
-    with np.errstate(over="ignore", invalid="ignore"):
-        first, last = t[1] - t[0], t[-1] - t[-2]
-        # far ends of the outer cubics: 2 (2 v1 + v0 - 3 s)/h and its mirror image
-        a[1] = 2.0 * (2.0 * v[1] + v[0] - 3.0 * (y[1] - y[0]) / first) / first
-        if t.size > 2:
-            a[-2] = 2.0 * (3.0 * (y[-1] - y[-2]) / last - 2.0 * v[-2] - v[-1]) / last
+    first, last = t[1] - t[0], t[-1] - t[-2]
+    # far ends of the outer cubics: 2 (2 v1 + v0 - 3 s)/h and its mirror image
+    a[1] = 2.0 * (2.0 * v[1] + v[0] - 3.0 * (y[1] - y[0]) / first) / first
+    if t.size > 2:
+        a[-2] = 2.0 * (3.0 * (y[-1] - y[-2]) / last - 2.0 * v[-2] - v[-1]) / last
     return a
 
 
-def plan_434(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
-    """Plan a C2 smooth motion of quartic, cubics and quartic through the positions.
+def plan_434(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C2 smooth curve of quartic, cubics and quartic through the positions.
 
     Positions at all waypoints, velocities and accelerations at both ends are met. It can't meet
     velocities at inner waypoints; they come out as continuous acceleration makes them. Two
@@ -93,27 +86,25 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions | None = None) -
         options: `end_acceleration`, zero by default.
 
     Raises:
-        InputError: An option is not supported or has the wrong shape.
+        OptionError: An option has the wrong shape.
     """
-    options = checked_options(NAME_434, options)
     t, y, v = waypoints.time, waypoints.position, waypoints.velocity
     joints = y.shape[1]
-    ends = end_accelerations(options.end_acceleration, (joints,), NAME_434)
+    ends = end_accelerations(options.end_acceleration, (joints,))
     a_first, a_last = ends if ends is not None else (np.zeros(joints), np.zeros(joints))
     if t.size == 2:
         a = np.stack((a_first, a_last))
-        return to_trajectory(waypoints, NAME_434, two_point_coefficients(t, (y, v, a)))
-    with np.errstate(over="ignore", invalid="ignore"):
-        a = _accelerations_434(t, y, v, a_first, a_last)
-        c = raised(cubic_pieces(t, y, a), 4)
-        h = np.diff(t)[[0, -1], None]
-        change = np.diff(y, axis=0)[[0, -1]]
-        start = v[0], 2.0 * change[1] / h[1] - v[-1] + h[1] * (a[-1] - a[-2]) / 6.0
-        for piece in (0, -1):
-            c[:, piece] = _quartic(
-                h[piece], change[piece], y[:-1][piece], start[piece], a[:-1][piece], a[1:][piece]
-            )
-    return to_trajectory(waypoints, NAME_434, c)
+        return joined(waypoints, two_point_coefficients(t, (y, v, a)))
+    a = _accelerations_434(t, y, v, a_first, a_last)
+    c = raised(cubic_pieces(t, y, a), 4)
+    h = np.diff(t)[[0, -1], None]
+    change = np.diff(y, axis=0)[[0, -1]]
+    start = v[0], 2.0 * change[1] / h[1] - v[-1] + h[1] * (a[-1] - a[-2]) / 6.0
+    for piece in (0, -1):
+        c[:, piece] = _quartic(
+            h[piece], change[piece], y[:-1][piece], start[piece], a[:-1][piece], a[1:][piece]
+        )
+    return joined(waypoints, c)
 
 
 def _accelerations_434(

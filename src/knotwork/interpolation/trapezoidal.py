@@ -16,24 +16,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.limits import limit_rows, refuse_first, refuse_unresolved, snapped
+from knotwork.interpolation.limits import (
+    DEFAULT_FRACTION,
+    ROUNDING,
+    limit_rows,
+    refuse_first,
+    refuse_unresolved,
+    snapped,
+)
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import to_trajectory
-from knotwork.interpolation.specs import checked_options
-from knotwork.trajectory import JointTrajectory
+from knotwork.interpolation.pieces import joined
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, JointWaypoints
 
-NAME = "trapezoidal"
 
-DEFAULT_FRACTION = 1.0 / 3.0
-"""Part of an interval for accelerating, and as much for decelerating, where no limit applies."""
-
-ROUNDING = 1e-12
-"""Relative tolerance: rounding can make a fully used limit seem exceeded."""
-
-
-def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> JointTrajectory:
-    """Plan a C1 smooth motion of degree two that stops at each waypoint.
+def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
+    """Make a C1 smooth curve of degree two that stops at each waypoint.
 
     It meets positions but not velocities: the velocity is zero at all waypoints, at the ends too.
     Acceleration jumps. A joint that does not move in an interval stands still. The joint nearest
@@ -47,27 +45,25 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions | None = None) -> Jo
 
     Raises:
         InputError: An interval is too short for a joint's limits: which, which joint, and by how
-            much; or an option is not supported.
+            much.
     """
-    options = checked_options(NAME, options)
     t, y = waypoints.time, waypoints.position
     h = np.diff(t)
-    with np.errstate(over="ignore", invalid="ignore"):
-        change = np.diff(y, axis=0)
-        later = np.maximum(np.abs(t[:-1]), np.abs(t[1:]))
-        ramp = snapped(later, _ramps(waypoints, h, change, options))
-        # speed is reached at t + τ and left at the next waypoint less τ
-        inner = np.stack((t[:-1], t[:-1] + ramp, t[1:] - ramp), axis=1)
-        breaks = np.append(np.maximum.accumulate(inner.ravel()), t[-1])
-        refuse_unresolved(NAME, t[:-1], ramp == 0.0, "acceleration")
-        speed = change / (h - ramp)[:, None]
-        half = 0.5 * speed / ramp[:, None]
-        run_up = 0.5 * speed * ramp[:, None]
-        c = np.zeros((3, h.size, 3, y.shape[1]))
-        c[0, :, 0], c[0, :, 2] = half, -half
-        c[1, :, 1], c[1, :, 2] = speed, speed
-        c[2, :, 0], c[2, :, 1], c[2, :, 2] = y[:-1], y[:-1] + run_up, y[1:] - run_up
-    return to_trajectory(waypoints, NAME, c.reshape(3, -1, y.shape[1]), breaks)
+    change = np.diff(y, axis=0)
+    later = np.maximum(np.abs(t[:-1]), np.abs(t[1:]))
+    ramp = snapped(later, _ramps(waypoints, h, change, options))
+    # speed is reached at t + τ and left at the next waypoint less τ
+    inner = np.stack((t[:-1], t[:-1] + ramp, t[1:] - ramp), axis=1)
+    breaks = np.append(np.maximum.accumulate(inner.ravel()), t[-1])
+    refuse_unresolved(t[:-1], ramp == 0.0, "acceleration")
+    speed = change / (h - ramp)[:, None]
+    half = 0.5 * speed / ramp[:, None]
+    run_up = 0.5 * speed * ramp[:, None]
+    c = np.zeros((3, h.size, 3, y.shape[1]))
+    c[0, :, 0], c[0, :, 2] = half, -half
+    c[1, :, 1], c[1, :, 2] = speed, speed
+    c[2, :, 0], c[2, :, 1], c[2, :, 2] = y[:-1], y[:-1] + run_up, y[1:] - run_up
+    return joined(waypoints, c.reshape(3, -1, y.shape[1]), breaks)
 
 
 def _ramps(
@@ -75,13 +71,12 @@ def _ramps(
 ) -> FloatArray:
     """Times of acceleration τ, shape (n-1,)."""
     joints = len(waypoints.joint_names)
-    acceleration = limit_rows(NAME, "acceleration_limit", options.acceleration_limit, joints)
-    speed = limit_rows(NAME, "velocity_limit", options.velocity_limit, joints)
+    acceleration = limit_rows("acceleration_limit", options.acceleration_limit, joints)
+    speed = limit_rows("velocity_limit", options.velocity_limit, joints)
     distance = np.abs(change)
     # τ (h - τ) >= D/A has solutions up to h/2 if D/A <= h²/4, and h - τ >= D/V if D/V < h
     room = h[:, None] ** 2 - 4.0 * distance / acceleration
     refuse_first(
-        NAME,
         room < -ROUNDING * h[:, None] ** 2,
         waypoints,
         lambda i, j: (
@@ -97,7 +92,6 @@ def _ramps(
     most = np.where(np.isinf(speed), h[:, None], most)
     shortest = least.max(axis=1)
     refuse_first(
-        NAME,
         (most <= 0.0) | (most < shortest[:, None] * (1.0 - ROUNDING)),
         waypoints,
         lambda i, j: (
