@@ -20,6 +20,7 @@ TITLES = {
     "ScenarioFile": "The file",
     "Units": "units",
     "Tool": "tool",
+    "Inertia": "inertia",
     "Frame": "frames",
     "PoseWaypoint": "A waypoint by pose",
     "JointWaypoint": "A waypoint by joints",
@@ -34,6 +35,8 @@ TITLES = {
     "Tolerances": "tolerances",
     "RobotFile": "The file",
     "LimitsFile": "limits",
+    "ScenarioLimits": "limits",
+    "FrameSpeed": "frame_speed",
 }
 HEADER = ("key", "accepted", "unit", "left out", "meaning")
 # Bounds that only keep nonsense out, which nobody needs to read about.

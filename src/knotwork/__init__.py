@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from knotwork.kinematics import solve_many as solve_many
     from knotwork.kinematics import solve_pose_ik as solve_pose_ik
     from knotwork.kinematics import solve_velocity_ik as solve_velocity_ik
+    from knotwork.payload import Payload as Payload
     from knotwork.pipeline import Plan as Plan
     from knotwork.pipeline import plan as plan
     from knotwork.polynomial import PiecewisePolynomial as PiecewisePolynomial

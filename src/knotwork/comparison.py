@@ -21,7 +21,7 @@ from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import check
-from knotwork.verification.limits import JOINT_LIMITS
+from knotwork.verification.limits import LIMITS
 from knotwork.waypoints import JointWaypoints
 
 
@@ -261,7 +261,7 @@ def _score(
 
         deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints)
     report = check(trajectory, scenario, space=space)
-    limits = [found for found in report.select(group=JOINT_LIMITS) if found.required]
+    limits = [found for found in report.findings if found.group in LIMITS and found.required]
     jerk_bounded = trajectory.continuity.order >= 2
     return Score(
         planner=name,

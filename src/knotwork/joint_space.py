@@ -98,11 +98,16 @@ def joint_space(scenario: Scenario) -> JointSpace:
 
     with scenario.error_context("robot"):
         robot = load_robot(scenario.robot, relative_to=scenario.relative_to)
+    tool = scenario.tool
     with scenario.error_context("tool", "frame"):
-        robot = robot.with_tool(frame=scenario.tool.frame, offset=scenario.tool.offset)
+        robot = robot.with_tool(frame=tool.frame, offset=tool.offset, payload=tool.payload)
+    if scenario.gravity is not None:
+        with scenario.error_context("gravity"):
+            robot = robot.with_gravity(scenario.gravity)
     if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
         with scenario.error_context("robot"):
             robot.require_tool()
+    _check_motion_limits(scenario, robot)
     read = _Reader(robot.joint_names, robot.joint_units, robot.configurations)
     position, magnitudes = read.limits(scenario.limits)
     robot = robot.with_limits(position, **magnitudes)
@@ -116,6 +121,19 @@ def joint_space(scenario: Scenario) -> JointSpace:
         robot,
         **read.task(scenario),
     )
+
+
+def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
+    """Check that the links that limits name exist, and the tool that they need."""
+    limits = scenario.motion_limits
+    for key in ("tool_speed", "tool_acceleration", "singular_value"):
+        if getattr(limits, key) is not None:
+            with scenario.error_context("limits", key):
+                robot.require_tool()
+    for i, one in enumerate(limits.frame_speed):
+        place = (i,) if len(limits.frame_speed) > 1 else ()
+        with scenario.error_context("limits", "frame_speed", *place, "frame"):
+            robot.frame_index(one.frame)
 
 
 def _of_bare_joints(scenario: Scenario) -> JointSpace:

@@ -13,6 +13,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import RobotError, UnknownNameError
+from knotwork.payload import Payload
 from knotwork.robot.chain import select_chain
 from knotwork.robot.limits import LimitTables, chain_limits, limit_tables
 from knotwork.robot.solvable import Solvable
@@ -32,6 +33,8 @@ class Description:
         urdf: Its URDF.
         base_frame, tool_frame: Links, or `None` for the root and for none.
         tool_offset: TCP in the tool frame.
+        payload: What the tool frame carries, in its axes.
+        gravity: In the axes of the base frame [m/s²], or `None` for 9.81 along -z of the root.
         locked: Joints locked on purpose [rad or m].
         configurations: Name to joint to position [rad or m].
         limits: Limits that replace the URDF's.
@@ -44,6 +47,8 @@ class Description:
     base_frame: str | None = None
     tool_frame: str | None = None
     tool_offset: Any = field(default_factory=pin.SE3.Identity)
+    payload: Payload | None = None
+    gravity: FloatArray | None = None
     locked: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: LimitTables = field(default_factory=dict)
@@ -72,6 +77,8 @@ class Robot(Solvable):
         base_frame: Link that poses are given in.
         tool_frame: Link that carries the TCP, or `None` if it has not been chosen.
         tool_offset: TCP in the tool frame.
+        payload: `Payload` that the tool frame carries, or `None`.
+        gravity: In the axes of the base frame [m/s²], shape (3,).
         tool_candidates: Links that carry no other, which a tool frame may be.
         configurations: Those named configurations that place every joint [rad or m].
         locked: Positions of the joints that do not move [rad or m].
@@ -94,6 +101,7 @@ class Robot(Solvable):
         self.tool_frame = given.tool_frame
         self.tool_offset = given.tool_offset.copy()
         self.tool_candidates = given.urdf.leaves
+        self.payload = given.payload
         chain = select_chain(
             given.urdf,
             given.name,
@@ -128,6 +136,14 @@ class Robot(Solvable):
             placement = tool.placement * self.tool_offset
             frame = pin.Frame(_TCP, tool.parentJoint, placement, pin.OP_FRAME)
             self.tcp_frame_id = model.addFrame(frame)
+            if self.payload is not None:
+                carried = self.payload
+                body = pin.Inertia(carried.mass, carried.centre_of_mass, carried.inertia)
+                model.appendBodyToJoint(tool.parentJoint, body, tool.placement)
+        if self._given.gravity is not None:
+            model.gravity.linear = base.rotation @ self._given.gravity
+        gravity = base.rotation.T @ model.gravity.linear
+        self.gravity = read_only(gravity, (3,), "gravity")
         self.data = model.createData()
 
     def _set_limits(self) -> None:
@@ -167,6 +183,16 @@ class Robot(Solvable):
             f"to {self.tool_frame!r}>"
         )
 
+    def frame_index(self, name: str) -> int:
+        """Index in `model` of a link's frame.
+
+        Raises:
+            UnknownNameError: There is no such link.
+        """
+        if name not in self.frame_names:
+            raise UnknownNameError("frame", name, self.frame_names, where=f"robot {self.name!r}")
+        return int(self.model.getFrameId(name, pin.BODY))
+
     def require_tool(self) -> int:
         """Return the index of the TCP's frame in `model`.
 
@@ -184,13 +210,17 @@ class Robot(Solvable):
             )
         return self.tcp_frame_id
 
-    def with_tool(self, frame: str | None = None, offset: Any = None) -> Robot:
+    def with_tool(
+        self, frame: str | None = None, offset: Any = None, payload: Payload | None = None
+    ) -> Robot:
         """Choose the tool, which decides which joints are planned for.
 
         Args:
             frame: Link that carries the tool; by default as before.
             offset: TCP in the tool frame, `pin.SE3`; by default as before, or none for a new
                 frame.
+            payload: What the tool frame carries, in its axes, beside the masses of the URDF; by
+                default as before, or none for a new frame. It counts in `torque`.
 
         Raises:
             UnknownNameError: There is no such link.
@@ -204,13 +234,34 @@ class Robot(Solvable):
         """
         changes: dict[str, Any] = {}
         if frame is not None and frame != self.tool_frame:
-            changes = {"tool_frame": frame, "tool_offset": pin.SE3.Identity()}
+            changes = {"tool_frame": frame, "tool_offset": pin.SE3.Identity(), "payload": None}
         if offset is not None:
             finite = isinstance(offset, pin.SE3) and np.isfinite(offset.homogeneous).all()
             if not finite:
                 raise RobotError(self.name, f"tool offset must be a finite pin.SE3, not {offset!r}")
             changes["tool_offset"] = offset.copy()
-        return Robot(replace(self._given, **changes))
+        if payload is not None:
+            changes["payload"] = payload
+        robot = Robot(replace(self._given, **changes))
+        if payload is not None:
+            robot.require_tool()
+        return robot
+
+    def with_gravity(self, gravity: ArrayLike) -> Robot:
+        """Mount the robot another way: on a wall, on a ceiling, or where nothing has weight.
+
+        Args:
+            gravity: In the axes of the base frame [m/s²], shape (3,).
+
+        Raises:
+            WaypointDataError: It is not three finite numbers.
+
+        >>> hanging = kw.load_robot("ur5").with_gravity([0, 0, 9.81])
+        >>> still = np.zeros(6)
+        >>> hanging.torque(still, still, still)[1:3].round(1)
+        array([59.2, 15.7])
+        """
+        return Robot(replace(self._given, gravity=read_only(gravity, (3,), "gravity")))
 
     def with_limits(
         self,
@@ -333,8 +384,8 @@ class Robot(Solvable):
     def torque(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
         """Joint efforts [N m or N] of the motion under gravity, by inverse dynamics, shape (d,).
 
-        Gravity acts along -z of the URDF's root. Friction and loads that are not in the URDF
-        are left out.
+        The payload and `gravity` count. Friction is left out, and so are loads that are neither in
+        the URDF nor in the payload.
 
         Args:
             q: Joint positions [rad or m], shape (d,).

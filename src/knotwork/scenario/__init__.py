@@ -1,9 +1,11 @@
 """Scenarios: a task for a robot arm in one YAML file, or as a mapping in Python."""
 
 from knotwork.scenario.model import (
+    FrameSpeed,
     JointTarget,
     JointValues,
     LimitOverrides,
+    MotionLimits,
     Presets,
     Scenario,
     ScenarioWaypoint,
@@ -13,9 +15,11 @@ from knotwork.scenario.model import (
 from knotwork.scenario.resolve import load_scenario
 
 __all__ = [
+    "FrameSpeed",
     "JointTarget",
     "JointValues",
     "LimitOverrides",
+    "MotionLimits",
     "Presets",
     "Scenario",
     "ScenarioWaypoint",

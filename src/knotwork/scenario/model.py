@@ -12,6 +12,7 @@ import numpy as np
 
 from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, InputError
+from knotwork.payload import Payload
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -78,10 +79,12 @@ class ToolPlacement:
     Attributes:
         frame: Name of the frame, or `None` for the robot's own tool frame.
         offset: TCP in the axes of that frame, or `None` for its origin.
+        payload: What that frame carries, in its axes, or `None`.
     """
 
     frame: str | None = None
     offset: pin.SE3 | None = None
+    payload: Payload | None = None
 
 
 def _one_for_each_unit() -> dict[str, float]:
@@ -149,6 +152,37 @@ class LimitOverrides:
 
 
 @dataclass(frozen=True)
+class FrameSpeed:
+    """A limit on the speed of a link's origin.
+
+    Attributes:
+        frame: Name of the link.
+        speed: [m/s].
+    """
+
+    frame: str
+    speed: float
+
+
+@dataclass(frozen=True)
+class MotionLimits:
+    """Limits on the motion of tool and links, for the check.
+
+    Attributes:
+        tool_speed: Largest speed of the TCP [m/s], or `None`.
+        tool_acceleration: Largest acceleration of the TCP [m/s²], or `None`.
+        frame_speed: Largest speeds of links.
+        singular_value: Least smallest singular value of the tool Jacobian (metres and radians
+            mixed), or `None`.
+    """
+
+    tool_speed: float | None = None
+    tool_acceleration: float | None = None
+    frame_speed: tuple[FrameSpeed, ...] = ()
+    singular_value: float | None = None
+
+
+@dataclass(frozen=True)
 class Scenario:
     """A task for a robot arm, in SI, with poses and velocities in the robot's base frame.
 
@@ -161,7 +195,9 @@ class Scenario:
         length_unit: The file's unit of length, `"m"` or `"mm"`, for messages.
         joint_units: Without a robot: `"rad"` or `"m"` by joint; `"rad"` for those left out.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
-        tool: Where the tool is.
+        tool: Where the tool is, and what it weighs.
+        gravity: In the axes of the base frame [m/s²], shape (3,); `None` for 9.81 along -z of the
+            URDF's root.
         near: Joint values (or configuration) that solutions are to be near, or `None`.
         branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
@@ -173,6 +209,7 @@ class Scenario:
         end_acceleration: `None`, `"zero"`, or joint accelerations at the start and at the end.
         presets: What some planners are told beyond that.
         limits: Limits that take the place of the robot's.
+        motion_limits: Limits on the motion of tool and links.
         tolerances: For the check.
         continuity: Order of continuity that the check asks for.
         rate: Samples per second [Hz].
@@ -194,6 +231,7 @@ class Scenario:
     joint_units: Mapping[str, str] = field(default_factory=dict)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     tool: ToolPlacement = field(default_factory=ToolPlacement)
+    gravity: FloatArray | None = None
     near: JointValues | None = None
     branch: str | Mapping[str, str] = "free"
     pull_to_middle: float = 0.0
@@ -202,6 +240,7 @@ class Scenario:
     end_acceleration: str | tuple[JointValues, JointValues] | None = None
     presets: Presets = field(default_factory=Presets)
     limits: LimitOverrides = field(default_factory=LimitOverrides)
+    motion_limits: MotionLimits = field(default_factory=MotionLimits)
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)
     continuity: int = 2
     rate: float = 100.0

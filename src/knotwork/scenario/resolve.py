@@ -13,15 +13,19 @@ from knotwork import documents, resources
 from knotwork.documents import Document, Location
 from knotwork.errors import InputError
 from knotwork.joint_quantities import MAGNITUDES
+from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.model import (
+    FrameSpeed,
     JointValues,
     LimitOverrides,
+    MotionLimits,
     Presets,
     Scenario,
     ToleranceSet,
     ToolPlacement,
 )
 from knotwork.scenario.schema import Balanced, EndAcceleration, ScenarioFile
+from knotwork.scenario.tool_schema import Tool
 from knotwork.scenario.waypoint_reader import WaypointReader
 from knotwork.scenario.waypoint_schema import PoseWaypoint
 from knotwork.waypoints import FloatArray
@@ -108,6 +112,7 @@ class _Resolver:
             joint_units=file.joint_units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),
+            gravity=np.array(file.gravity) if file.gravity is not None else None,
             near=self.reader.joint_values(file.near, ("near",)) if file.near is not None else None,
             branch=self._branch(),
             pull_to_middle=file.pull_to_middle or 0.0,
@@ -116,6 +121,7 @@ class _Resolver:
             end_acceleration=self._end_acceleration(),
             presets=self._presets(),
             limits=self._limits(),
+            motion_limits=self._motion_limits(),
             tolerances=self._tolerances(),
             continuity=file.continuity,
             rate=file.rate,
@@ -144,17 +150,54 @@ class _Resolver:
                     "a pose needs a robot",
                     "robot: the name of one (`knotwork robots` lists them) or a path",
                 )
-        for key in ("tool", "near", "branch", "pull_to_middle"):
-            if getattr(self.file, key) not in (None, "free"):
-                raise self.document.error((key,), "needs a robot, and the file names none")
+        places: list[Location] = [
+            (key,)
+            for key in ("tool", "gravity", "near", "branch", "pull_to_middle")
+            if getattr(self.file, key) not in (None, "free")
+        ]
+        places += [
+            ("limits", key)
+            for key in vars(MotionLimits())
+            if getattr(self.file.limits, key) is not None
+        ]
+        for place in places:
+            raise self.document.error(place, "needs a robot, and the file names none")
 
     def _tool(self) -> ToolPlacement:
         tool = self.file.tool
         if tool is None:
             return ToolPlacement()
-        if tool.offset is None:
-            return ToolPlacement(tool.frame)
-        return ToolPlacement(tool.frame, self.reader.placement(tool.offset, ("tool", "offset")))
+        offset = None
+        if tool.offset is not None:
+            offset = self.reader.placement(tool.offset, ("tool", "offset"))
+        return ToolPlacement(tool.frame, offset, self._payload(tool))
+
+    def _payload(self, tool: Tool) -> Payload | None:
+        if tool.mass is None:
+            return None
+        i, inertia = tool.inertia, None
+        if i is not None:
+            inertia = np.array(
+                [[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]]
+            )
+        fault = payload_fault(tool.mass, inertia)
+        if fault is not None:
+            field, found, accepted = fault
+            raise self.document.error(("tool", field), found, accepted)
+        return Payload(tool.mass, self.length * np.array(tool.centre_of_mass or (0, 0, 0)), inertia)
+
+    def _motion_limits(self) -> MotionLimits:
+        given, length = self.file.limits, self.length
+        frames = given.frame_speed or []
+        return MotionLimits(
+            given.tool_speed and length * given.tool_speed,
+            given.tool_acceleration and length * given.tool_acceleration,
+            tuple(
+                FrameSpeed(one.frame, length * one.speed)
+                for one in (frames if isinstance(frames, list) else [frames])
+            ),
+            given.singular_value,
+        )
 
     def _branch(self) -> str | dict[str, str]:
         branch = self.file.branch

@@ -11,8 +11,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import StrictModel, Text
-from knotwork.documents.values import JointsOrName, LimitsFile, Number, Positive, by_kind
-from knotwork.scenario.waypoint_schema import Frame, Tool, Waypoint
+from knotwork.documents.values import JointsOrName, Number, Positive, Vector3, by_kind
+from knotwork.scenario.tool_schema import ScenarioLimits, Tool
+from knotwork.scenario.waypoint_schema import Frame, Waypoint
 
 
 class Units(StrictModel):
@@ -151,6 +152,11 @@ class ScenarioFile(StrictModel):
     tool: Tool | None = Field(
         None, description="The tool; left out: the robot's tool frame is the TCP"
     )
+    gravity: Vector3 | None = Field(
+        None,
+        description="In the axes of the base frame, for an arm on a wall or a ceiling [m/s²]; left "
+        "out: 9.81 along -z of the URDF's root",
+    )
     frames: dict[str, Frame] = Field(
         default_factory=dict, description="Named frames, in the base or in one another"
     )
@@ -206,7 +212,10 @@ class ScenarioFile(StrictModel):
     planner_options: PlannerOptionsFile = Field(
         PlannerOptionsFile(), description="What some planners can be told beyond knots"
     )
-    limits: LimitsFile = Field(LimitsFile(), description="Take the place of the robot's limits")
+    limits: ScenarioLimits = Field(
+        ScenarioLimits(),
+        description="Take the place of the robot's limits, or limit the motion of tool and links",
+    )
     tolerances: Tolerances = Field(
         Tolerances(), description="How far the check lets the motion be from what was asked"
     )

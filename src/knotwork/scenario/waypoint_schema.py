@@ -86,13 +86,6 @@ class Frame(Placement):
     parent: Text = Field("base", alias="in", description="base or the name of another frame")
 
 
-class Tool(StrictModel):
-    """The tool: which frame of the robot carries it, and where its centre point (TCP) is."""
-
-    frame: Text | None = Field(None, description="Frame of the robot; left out: the robot's own")
-    offset: Placement | None = Field(None, description="TCP in the axes of that frame")
-
-
 class Velocity(StrictModel):
     """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
 

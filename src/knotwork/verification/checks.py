@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterable
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.verification.continuity import continuity, resolution
-from knotwork.verification.dynamics import effort_limits, singularity
+from knotwork.verification.dynamics import effort_limits
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import joint_limits
 from knotwork.verification.motion import Motion
 from knotwork.verification.plausibility import plausibility
+from knotwork.verification.tool_motion import singularity, tool_limits
 from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
@@ -23,6 +24,7 @@ CHECKS: dict[str, Check] = {
     "joints_at_waypoints": joints_at_waypoints,
     "joint_limits": joint_limits,
     "effort_limits": effort_limits,
+    "tool_limits": tool_limits,
     "continuity": continuity,
     "resolution": resolution,
     "singularity": singularity,

@@ -1,4 +1,4 @@
-"""Joint efforts by inverse dynamics, and nearness to singularities, bounded over all time."""
+"""Joint efforts by inverse dynamics, bounded over all time."""
 
 from __future__ import annotations
 
@@ -9,8 +9,17 @@ import numpy as np
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.verification.finding import Finding
-from knotwork.verification.limits import limit_finding
+from knotwork.verification.limits import (
+    Reached,
+    bounded,
+    limit_finding,
+    velocity_jumps,
+    with_slack,
+)
 from knotwork.verification.motion import Motion
+
+NO_IMPULSE = 1e-9
+"""A jump of velocities is felt by a joint if its impulse is above this, relative to the largest."""
 
 
 def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -20,38 +29,25 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
     from knotwork.verification.bounds import torque_bound
 
     limits = space.limits["effort"]
-    for i, found in enumerate(torque_bound(space.robot, motion.trajectory, limit=limits)):
-        beyond = found.excess if found.ok and found.proved else 0.0
-        yield limit_finding(
-            space,
-            i,
-            "effort",
-            found.value,
-            float(np.copysign(limits[i], found.value)),
-            float(limits[i]) - abs(found.value) - beyond,
-            found.time,
-            "bounded" if found.proved else "sampled",
-            found.excess if found.proved else 0.0,
-        )
+    infinite = _impulses(motion, space)
+    bounds = torque_bound(space.robot, motion.trajectory, limit=with_slack(limits))
+    for i, found in enumerate(bounds):
+        reached, limit = bounded(found), float(np.copysign(limits[i], found.value))
+        if i in infinite and np.isfinite(limit):
+            time, sign = infinite[i]
+            reached, limit = Reached(sign * np.inf, time), sign * float(limits[i])
+        margin = abs(limit) - abs(reached.value) - (reached.excess if found.ok else 0.0)
+        yield limit_finding(space, i, "effort", reached, limit, margin)
 
 
-def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Find where the motion comes nearest to a singularity of the arm; for information."""
-    if space.robot is None or space.robot.tool_frame is None:
-        return
-    from knotwork.verification.bounds import singular_value_bound
-
-    found = singular_value_bound(space.robot, motion.trajectory)
-    yield Finding(
-        group="Singularity",
-        subject="tool",
-        name="",
-        quantity="smallest_singular_value",
-        verdict="information",
-        message=f"the smallest singular value of the tool Jacobian is {found.value:.4g} at "
-        f"{found.time:.6g} s (metres and radians mixed)",
-        value=found.value,
-        time=found.time,
-        proof="bounded" if found.proved else "sampled",
-        excess=found.excess if found.proved else 0.0,
-    )
+def _impulses(motion: Motion, space: JointSpace) -> dict[int, tuple[float, float]]:
+    """Joints that feel a jump of velocities, the first time [s] and in which direction."""
+    found: dict[int, tuple[float, float]] = {}
+    robot, still = space.robot, np.zeros(len(space.joint_names))
+    if robot is None:
+        return found
+    for time, q, jump in velocity_jumps(motion.curve):
+        impulse = robot.torque(q, still, jump) - robot.torque(q, still, still)
+        for i in np.flatnonzero(np.abs(impulse) > NO_IMPULSE * np.abs(impulse).max()):
+            found.setdefault(int(i), (time, float(np.sign(impulse[i]))))
+    return found

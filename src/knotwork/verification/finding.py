@@ -20,7 +20,8 @@ class Finding:
 
     Attributes:
         group: Heading that it is listed under, for example `"Joint limits"`.
-        subject: Kind of thing that it is about: `"waypoint"`, `"joint"`, `"tool"` or `"motion"`.
+        subject: Kind of thing that it is about: `"waypoint"`, `"joint"`, `"tool"`, `"link"` or
+            `"motion"`.
         name: Which one, for example the name of the joint; empty where there is only one.
         quantity: What was looked at, for example `"velocity"`.
         verdict: `"met"` or `"failed"` for what is required; `"warning"` for what is plausibly a
@@ -93,7 +94,9 @@ class Finding:
         """Part of the limit that is used; `None` without a limit that can be used in part."""
         if self.value is None or not self.limit:
             return None
-        return abs(self.value / self.limit)
+        share = abs(self.value / self.limit)
+        from_below = self.margin is not None and (share - 1.0) * self.margin > 0.0
+        return 1.0 / share if from_below and share else share
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON; infinite numbers are `None`."""

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
 from knotwork.joint_space import JointSpace
@@ -13,8 +16,12 @@ from knotwork.polynomial.jumps import measured_jumps
 from knotwork.scenario import Scenario
 from knotwork.verification.finding import Finding, Proof, judged
 from knotwork.verification.motion import Motion
+from knotwork.waypoints import FloatArray
 
-JOINT_LIMITS = "Joint limits"
+if TYPE_CHECKING:
+    from knotwork.verification.bounds import Bound
+
+JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = LIMITS = ("Joint limits", "Tool and links", "Singularity")
 # A limit counts as kept if the excess is within rounding, relative to the limit (or to 1 in SI).
 LIMIT_SLACK = 1e-9
 
@@ -48,19 +55,61 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
             if i in jumps and np.isfinite(limit):
                 time, sign = jumps[i]
                 value, limit, margin = sign * np.inf, sign * float(upper[i]), -np.inf
-            yield limit_finding(space, i, quantity, value, limit, margin, time)
+            yield limit_finding(space, i, quantity, Reached(value, time), limit, margin)
+
+
+@dataclass(frozen=True)
+class Reached:
+    """The value nearest to, or furthest beyond, a limit.
+
+    Attributes:
+        value: In SI; infinite at a jump.
+        time: When [s].
+        proof: How it was found.
+        excess: By how much the true value may lie beyond it.
+    """
+
+    value: float
+    time: float
+    proof: Proof = "exact"
+    excess: float = 0.0
+
+
+def bounded(found: Bound) -> Reached:
+    """What a bound says of a value: how far beyond it the truth may lie, if that is proved."""
+    if not found.proved:
+        return Reached(found.value, found.time, "sampled")
+    return Reached(found.value, found.time, "bounded", found.excess)
+
+
+def with_slack(limit: ArrayLike) -> FloatArray:
+    """A limit, and what rounding may lie above it."""
+    given = np.asarray(limit, dtype=float)
+    return np.asarray(given + LIMIT_SLACK * np.maximum(1.0, np.abs(given)))
+
+
+def kept(margin: float, limit: float) -> bool:
+    """Whether a limit is kept, up to rounding."""
+    return bool(margin >= -LIMIT_SLACK * max(1.0, abs(limit)))
+
+
+def in_words(reached: Reached, limit: float, unit: str) -> str:
+    """Say how a value stands to a limit, and what is not proved."""
+    allowed = f"limit {limit:.6g} {unit}".rstrip()
+    if np.isinf(reached.value):
+        said = f"is infinite at the jump at {reached.time:.6g} s, {allowed}"
+    else:
+        value = f"{reached.value:.6g} {unit}".rstrip()
+        said = f"reaches {value} at {reached.time:.6g} s, {allowed}"
+    if reached.proof != "sampled":
+        return said
+    from knotwork.verification.bounds.adaptive import BUDGET
+
+    return f"{said}; sampled only: a proof takes more than {BUDGET} evaluations"
 
 
 def limit_finding(
-    space: JointSpace,
-    i: int,
-    quantity: str,
-    value: float,
-    limit: float,
-    margin: float,
-    time: float,
-    proof: Proof = "exact",
-    excess: float = 0.0,
+    space: JointSpace, i: int, quantity: str, reached: Reached, limit: float, margin: float
 ) -> Finding:
     """Say how the worst of one quantity of one joint stands to its limit.
 
@@ -68,36 +117,28 @@ def limit_finding(
         space: The joints.
         i: Index of the joint.
         quantity: A name in `JOINT_QUANTITIES`.
-        value: The value nearest to, or furthest beyond, its limit; infinite at a jump.
+        reached: The worst value.
         limit: The limit with its sign on that side; infinite if none is given.
         margin: Distance left to it, negative beyond it.
-        time: When [s].
-        proof: How the value was found.
-        excess: By how much the true value may lie beyond it.
     """
     joint = space.joint_names[i]
     unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     given = bool(np.isfinite(limit))
-    if not given:
-        said = "has no limit given"
-    elif np.isinf(value):
-        said = f"is infinite at the jump at {time:.6g} s, limit {limit:.6g} {unit}"
-    else:
-        said = f"reaches {value:.6g} {unit} at {time:.6g} s, limit {limit:.6g} {unit}"
+    said = in_words(reached, limit, unit) if given else "has no limit given"
     return Finding(
         group=JOINT_LIMITS,
         subject="joint",
         name=joint,
         quantity=quantity,
-        verdict=judged(margin >= -LIMIT_SLACK * max(1.0, abs(limit)), required=given),
+        verdict=judged(kept(margin, limit), required=given),
         message=f"joint {joint!r}: {quantity} {said}",
-        value=value,
+        value=reached.value,
         limit=limit if given else None,
         margin=margin if given else None,
         unit=unit,
-        time=time,
-        proof=proof,
-        excess=excess,
+        time=reached.time,
+        proof=reached.proof,
+        excess=reached.excess,
     )
 
 
@@ -116,3 +157,15 @@ def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[floa
         k = int(excess[:, i].argmax())
         found[int(i)] = float(curve.x[k + 1]), float(np.sign(signed[k, i]))
     return found
+
+
+def velocity_jumps(curve: PiecewisePolynomial) -> Iterator[tuple[float, FloatArray, FloatArray]]:
+    """Times at which joint velocities jump [s], joint positions there, and by how much they jump.
+
+    Accelerations and torques are infinite there.
+    """
+    sizes, allowed = measured_jumps(curve, 1)
+    signed = curve.jumps(1)
+    for k in np.flatnonzero((sizes > allowed).any(axis=1)):
+        time = float(curve.x[k + 1])
+        yield time, curve(time), np.where(sizes[k] > allowed[k], signed[k], 0.0)

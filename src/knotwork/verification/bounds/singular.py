@@ -13,7 +13,6 @@ from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
 from knotwork.verification.bounds.chain import Tree, TreeMotion, tree, tree_motion
 from knotwork.verification.bounds.derivatives import product
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
-from knotwork.verification.bounds.tool import frame_index
 from knotwork.waypoints import FloatArray
 
 PRECISION = 1e-2
@@ -87,7 +86,7 @@ def _quantity(robot: Robot) -> Quantity:
     joint has no effect on the Jacobian, and its rate none on the bounds.
     """
     model, data = robot.model, robot.model.createData()
-    frame = frame_index(robot, None)
+    frame = robot.require_tool()
     joints = tree(model)
     carrier = model.frames[frame].parentJoint
     distance = float(np.linalg.norm(model.frames[frame].placement.translation))

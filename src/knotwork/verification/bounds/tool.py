@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot import Robot
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
@@ -82,7 +81,8 @@ def _bound(
     what: str,
 ) -> Bound:
     allowed = checked_limit(limit, what)
-    quantity = frame_quantity(robot.model, frame_index(robot, frame), order)
+    index = robot.require_tool() if frame is None else robot.frame_index(frame)
+    quantity = frame_quantity(robot.model, index, order)
 
     def precision(value: FloatArray, scale: FloatArray) -> FloatArray:
         return relative_precision(value, scale, np.array([allowed]))
@@ -95,26 +95,6 @@ def relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) 
     """How near a bound has to come to the samples: a share of the limit, or of the value."""
     share = np.where(np.isfinite(limit), limit, np.maximum(value, FLOOR / PRECISION * scale))
     return np.asarray(PRECISION * share)
-
-
-def frame_index(robot: Robot, frame: str | None) -> int:
-    """Index of a frame in a robot's model, by default of the tool.
-
-    Raises:
-        UnknownNameError: There is no such frame.
-        RobotError: No frame is given and no tool frame has been chosen.
-    """
-    if frame is not None:
-        if frame not in robot.frame_names:
-            raise UnknownNameError("frame", frame, robot.frame_names, where=f"robot {robot.name!r}")
-        return int(robot.model.getFrameId(frame, pin.BODY))
-    if robot.tcp_frame_id is None:
-        raise RobotError(
-            robot.name,
-            "a bound on the motion of the tool needs a tool frame; give one, for example one of: "
-            f"{', '.join(robot.tool_candidates)}",
-        )
-    return robot.tcp_frame_id
 
 
 def frame_quantity(model: Any, frame: int, order: int) -> Quantity:

@@ -1,0 +1,82 @@
+"""`Payload`: what a tool weighs and how its mass is spread, checked at the gate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.waypoints import FloatArray, ReadOnlyArrays, read_only
+
+ROUNDED = 1e-3
+"""Moments of inertia are often rounded to a few digits: they may break the triangle inequality by
+this part of the largest one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Payload(ReadOnlyArrays):
+    """A body that the tool's frame carries: the tool itself and what it holds.
+
+    Attributes:
+        mass: [kg]; zero for nothing.
+        centre_of_mass: In the axes of the frame that carries the tool [m], shape (3,).
+        inertia: About the centre of mass, in the same axes [kg m²], shape (3, 3); zero for a point
+            mass, as by default.
+
+    Raises:
+        InputError: A value is not finite, the mass is negative, or no body has such an inertia: see
+            `payload_fault`.
+
+    >>> kw.Payload(2.0, [0, 0, 0.06], np.diag([0.01, 0.01, 0.004])).mass
+    2.0
+    >>> kw.Payload(2.0, [0, 0, 0.06], np.diag([0.05, 0.01, 0.004]))
+    Traceback (most recent call last):
+        ...
+    knotwork.errors.InputError: payload: inertia has the principal moments 0.004, 0.01 and 0.05 ...
+    """
+
+    mass: float
+    centre_of_mass: FloatArray = (0.0, 0.0, 0.0)  # type: ignore[assignment]
+    inertia: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        given = self.inertia
+        moments = read_only(np.zeros((3, 3)) if given is None else given, (3, 3), "inertia")
+        mass = float(read_only(self.mass, (), "mass"))
+        fault = payload_fault(mass, None if given is None else moments)
+        if fault is not None:
+            raise InputError("payload: {} {}; give {}".format(*fault))
+        centre = read_only(self.centre_of_mass, (3,), "centre of mass")
+        for name, value in (("mass", mass), ("centre_of_mass", centre), ("inertia", moments)):
+            object.__setattr__(self, name, value)
+
+
+def payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, str] | None:
+    """Say why no body has such a mass and inertia.
+
+    Args:
+        mass: [kg].
+        inertia: About the centre of mass [kg m²], shape (3, 3), or `None` for a point mass.
+
+    Returns:
+        Which of the two, what is wrong with it, and what would be accepted; `None` if they are
+        possible.
+    """
+    if mass < 0.0:
+        return "mass", f"is {mass:g} kg", "a positive number, or zero for no payload"
+    if inertia is None:
+        return None
+    if mass == 0.0:
+        return "inertia", "is given, but the mass is zero", "a mass above zero, or no inertia"
+    if np.abs(inertia - inertia.T).max() > ROUNDED * np.abs(inertia).max():
+        return "inertia", f"is not symmetric: {inertia.tolist()}", "a symmetric matrix"
+    moments = np.linalg.eigvalsh(inertia)
+    found = "has the principal moments {:.4g}, {:.4g} and {:.4g} kg m²".format(*moments)
+    if not moments[0] > 0.0:
+        accepted = "three positive moments, or no inertia for a point mass"
+        return "inertia", f"{found}, which is not positive definite", accepted
+    if moments[2] > (1.0 + ROUNDED) * (moments[0] + moments[1]):
+        accepted = "moments about the centre of mass of which none is above the sum of the others"
+        return "inertia", f"{found}, which no body has", accepted
+    return None

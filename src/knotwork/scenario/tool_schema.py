@@ -1,0 +1,79 @@
+"""Contents of a scenario file: the tool with its payload, and limits on how it and links move."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, Tag, model_validator
+
+from knotwork.documents import StrictModel, Text
+from knotwork.documents.values import LARGEST, LimitsFile, Number, Positive, Vector3, by_kind
+from knotwork.scenario.waypoint_schema import Placement
+
+Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
+
+
+class Inertia(StrictModel):
+    """Moments of inertia about the centre of mass, named as in a URDF."""
+
+    ixx: Number = Field(description="About x [kg m²]")
+    iyy: Number = Field(description="About y [kg m²]")
+    izz: Number = Field(description="About z [kg m²]")
+    ixy: Number = Field(0.0, description="Product of inertia [kg m²]")
+    ixz: Number = Field(0.0, description="Product of inertia [kg m²]")
+    iyz: Number = Field(0.0, description="Product of inertia [kg m²]")
+
+
+class Tool(StrictModel):
+    """The tool: which frame of the robot carries it, where its centre point (TCP) is, its mass."""
+
+    frame: Text | None = Field(None, description="Frame of the robot; left out: the robot's own")
+    offset: Placement | None = Field(None, description="TCP in the axes of that frame")
+    mass: Mass | None = Field(
+        None, description="Of the tool and what it holds, beside the robot's own masses [kg]"
+    )
+    centre_of_mass: Vector3 | None = Field(
+        None, description="In the axes of that frame; must be given with a mass [length]"
+    )
+    inertia: Inertia | None = Field(
+        None, description="In the axes of that frame; left out: a point mass"
+    )
+
+    @model_validator(mode="after")
+    def _mass_and_its_place(self) -> Tool:
+        if self.mass is None and (self.centre_of_mass or self.inertia) is not None:
+            raise ValueError("gives a centre of mass or an inertia but no mass; give mass [kg] too")
+        if self.mass and self.centre_of_mass is None:
+            raise ValueError("gives a mass but not where it is; give centre_of_mass too")
+        return self
+
+
+class FrameSpeed(StrictModel):
+    """A limit on the speed of a link's origin."""
+
+    frame: Text = Field(description="A link of the robot, for example the forearm")
+    speed: Positive = Field(description="Largest speed of its origin [length/s]")
+
+
+class ScenarioLimits(LimitsFile):
+    """Limits that take the place of the robot's, and limits on the motion of tool and links."""
+
+    tool_speed: Positive | None = Field(
+        default=None, description="Largest speed of the TCP [length/s]"
+    )
+    tool_acceleration: Positive | None = Field(
+        default=None, description="Largest acceleration of the TCP [length/s²]"
+    )
+    frame_speed: (
+        Annotated[
+            Annotated[FrameSpeed, Tag("mapping")]
+            | Annotated[Annotated[list[FrameSpeed], Field(min_length=1)], Tag("list")],
+            by_kind("a mapping with frame and speed, or a list of them"),
+        ]
+        | None
+    ) = Field(default=None, description="Largest speed of links, for example of the elbow")
+    singular_value: Positive | None = Field(
+        default=None,
+        description="Least smallest singular value of the tool Jacobian, in metres and radians "
+        "whatever the units",
+    )

@@ -1,0 +1,427 @@
+"""Limits on the motion of tool and links, payloads and gravity, through files and Python."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from command_line import Command
+
+HOME = "home"
+AWAY = {
+    "shoulder_pan_joint": 1.2,
+    "shoulder_lift_joint": -1.3,
+    "elbow_joint": 1.1,
+    "wrist_1_joint": -1.5,
+    "wrist_2_joint": -1.0,
+    "wrist_3_joint": 0.3,
+}
+TOOL: dict[str, Any] = {
+    "frame": "tool0",
+    "offset": {"position": [0, 0, 0.18]},
+    "mass": 2.0,
+    "centre_of_mass": [0.01, 0, 0.06],
+    "inertia": {"ixx": 0.01, "iyy": 0.012, "izz": 0.005, "ixz": 0.001},
+}
+
+
+def move(**rest: Any) -> dict[str, Any]:
+    """A UR5 moves from rest to rest in 2 s."""
+    waypoints = [{"joints": HOME}, {"joints": AWAY, "after": 2}]
+    return {"robot": "ur5", "waypoints": waypoints, **rest}
+
+
+def written(tmp_path: Path, data: dict[str, Any]) -> Path:
+    path = tmp_path / "move.yaml"
+    path.write_text(json.dumps(data, indent=1), encoding="utf-8")  # JSON is YAML too
+    return path
+
+
+def peak_speed(plan: kw.Plan, frame: str | None = None) -> float:
+    robot = plan.space.robot
+    index = robot.tcp_frame_id if frame is None else robot.model.getFrameId(frame, pin.BODY)
+    places = []
+    for q in plan.trajectory(np.linspace(0, 2, 20_001)):
+        pin.framesForwardKinematics(robot.model, robot.data, q)
+        places.append(robot.data.oMf[index].translation.copy())
+    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max() / 1e-4)
+
+
+KEYS = {
+    "tool_speed": (None, lambda limit: limit),
+    "frame_speed": ("forearm_link", lambda limit: {"frame": "forearm_link", "speed": limit}),
+}
+
+
+@pytest.mark.parametrize("key", KEYS)
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_a_speed_limit_just_above_the_peak_is_met_and_one_just_below_is_not(
+    key: str, unit: float, knotwork: Command, tmp_path: Path
+) -> None:
+    frame, entry = KEYS[key]
+    peak = peak_speed(kw.plan(move()), frame) / unit
+    units = {"length": "m" if unit == 1.0 else "mm"}
+    for share, code in ((1.00001, 0), (0.99999, 1)):
+        path = written(tmp_path, move(units=units, limits={key: entry(share * peak)}))
+        ran = knotwork("plan", path, "--out", tmp_path / "out")
+        assert ran.code == code, ran.out + ran.err
+        findings = json.loads((tmp_path / "out" / "report.json").read_text())["findings"]
+        (found,) = [one for one in findings if one["quantity"] == key]
+        assert found["ok"] == (code == 0)
+        assert found["proof"] == "bounded"
+        assert found["limit"] == pytest.approx(share * peak * unit)
+        assert found["value"] == pytest.approx(peak * unit, rel=1e-5)
+        assert found["margin"] <= found["limit"] - found["value"]
+        assert 0.0 <= found["time"] <= 2.0
+        assert key.replace("_", " ") in ran.out
+        assert (frame or "tool") in ran.out
+
+
+def test_a_list_of_links_is_checked_link_by_link() -> None:
+    limits = {
+        "frame_speed": [
+            {"frame": "forearm_link", "speed": 10},
+            {"frame": "wrist_1_link", "speed": 0.01},
+            {"frame": "base_link", "speed": 0.01},
+        ]
+    }
+    report = kw.plan(move(limits=limits)).report
+    found = report.select(quantity="frame_speed")
+    assert [(one.name, one.ok, one.proof) for one in found] == [
+        ("forearm_link", True, "bounded"),
+        ("wrist_1_link", False, "bounded"),
+        ("base_link", True, "bounded"),
+    ]
+    assert [str(one) for one in report.failures] == [
+        f"link 'wrist_1_link': speed reaches {found[1].value:.6g} m/s at {found[1].time:.6g} s, "
+        "limit 0.01 m/s"
+    ]
+
+
+def test_the_acceleration_of_the_tool_has_a_limit() -> None:
+    plan = kw.plan(move())
+    t, step = np.linspace(0.001, 1.999, 20_001), 1e-4
+    places = [
+        np.array([plan.space.robot.forward(q).translation for q in plan.trajectory(t + at)])
+        for at in (-step, 0.0, step)
+    ]
+    second = (places[0] - 2 * places[1] + places[2]) / step**2
+    peak = float(np.linalg.norm(second, axis=1).max())
+    assert kw.plan(move(limits={"tool_acceleration": peak * 1.01})).report.ok
+    report = kw.plan(move(limits={"tool_acceleration": peak * 0.99})).report
+    assert [one.quantity for one in report.failures] == ["tool_acceleration"]
+    (found,) = report.failures
+    assert found.proof == "bounded"
+    assert str(found).startswith("tool: acceleration reaches")
+
+
+def test_where_velocities_jump_the_tools_acceleration_and_torques_are_infinite() -> None:
+    """Straight lines: no piece accelerates, but the corner can't be passed at any torque."""
+    q = kw.load_robot("ur5").configuration(HOME)
+    names = kw.load_robot("ur5").joint_names
+    middle = q + 0.3 * np.eye(6)[1]
+    c = np.zeros((2, 2, 6))
+    c[1] = q, middle
+    c[0, 0] = middle - q
+    joints = [dict(zip(names, state, strict=True)) for state in (q, middle)]
+    scenario = kw.load_scenario(
+        {
+            "robot": "ur5",
+            "continuity": 0,
+            "limits": {"tool_acceleration": 50, "acceleration": 50},
+            "tolerances": {"joint_velocity": 10},
+            "waypoints": [{"joints": joints[0]}, {"joints": joints[1], "after": 2}],
+        }
+    )
+    motion = kw.JointTrajectory(names, kw.PiecewisePolynomial(c, [0.0, 1.0, 2.0]))
+    report = kw.check(motion, scenario)
+    (found,) = report.select(quantity="tool_acceleration")
+    assert (found.ok, found.value, found.time) == (False, np.inf, 1.0)
+    efforts = {one.name: one for one in report.select(quantity="effort")}
+    assert not efforts["shoulder_lift_joint"].ok
+    assert not efforts["elbow_joint"].ok
+    assert "is infinite at the jump at 1 s, limit -150 N m" in str(efforts["shoulder_lift_joint"])
+
+
+def test_nearness_to_a_singularity_has_a_limit(knotwork: Command, tmp_path: Path) -> None:
+    plan = kw.plan(move())
+    (free,) = plan.report.select(quantity="smallest_singular_value")
+    assert (free.verdict, free.limit) == ("information", None)
+    smallest = min(
+        np.linalg.svd(plan.space.robot.jacobian(q), compute_uv=False)[-1]
+        for q in plan.trajectory(np.linspace(0, 2, 10_001))
+    )
+    for share, code in ((0.9999, 0), (1.0001, 1)):
+        path = written(tmp_path, move(limits={"singular_value": share * smallest}))
+        ran = knotwork("plan", path, "--out", tmp_path / "out")
+        assert ran.code == code
+        findings = json.loads((tmp_path / "out" / "report.json").read_text())["findings"]
+        (found,) = [one for one in findings if one["quantity"] == "smallest_singular_value"]
+        assert found["proof"] == "bounded"
+        assert found["verdict"] == ("met", "failed")[code]
+        assert (found["margin"] >= 0) == (code == 0)
+    assert "the smallest singular value (metres and radians mixed) reaches" in ran.out
+
+
+def test_the_share_used_of_a_limit_from_below_grows_towards_it() -> None:
+    limits = {"singular_value": 0.05}
+    (found,) = kw.plan(move(limits=limits)).report.select(quantity="smallest_singular_value")
+    assert found.use == pytest.approx(0.05 / found.value)
+
+
+def test_a_limit_that_takes_too_long_to_prove_is_called_sampled() -> None:
+    """The base turns evenly, and the tool's speed, always the same, is its limit."""
+    robot = kw.load_robot("ur5")
+    start = dict(zip(robot.joint_names, robot.configuration(HOME), strict=True))
+    pan = robot.joint_names[0]
+    speed = 3.0 * float(np.linalg.norm(robot.jacobian(robot.configuration(HOME))[:3, 0]))
+    turn = [
+        {"joints": start, "velocity": {pan: 3.0}},
+        {"joints": {**start, pan: start[pan] + 4.5}, "velocity": {pan: 3.0}, "after": 1.5},
+    ]
+    report = kw.plan({"robot": "ur5", "limits": {"tool_speed": speed}, "waypoints": turn}).report
+    (found,) = report.select(quantity="tool_speed")
+    assert (found.proof, found.excess, found.ok) == ("sampled", 0.0, True)
+    assert str(found).endswith("; sampled only: a proof takes more than 20000 evaluations")
+
+
+def test_the_page_shows_limits_of_tool_and_links(tmp_path: Path) -> None:
+    from knotwork.view.report_page import report_page
+
+    speed = [{"frame": "forearm_link", "speed": 2.345}]
+    limits = {"tool_speed": 1.234, "frame_speed": speed, "singular_value": 0.0123}
+    page = report_page(kw.plan(move(limits=limits))).html
+    for said in ("Tool and links", "tool speed", "1.234", "forearm_link", "2.345", "0.0123"):
+        assert said in page
+    assert "bounded, +" in page
+
+
+def newton_euler(robot: kw.Robot, q: Any, v: Any, a: Any, gravity: np.ndarray) -> np.ndarray:
+    """Torque of the payload alone, from differences of where its points are.
+
+    Four point masses at the corners of a tetrahedron have any inertia; d'Alembert's forces on them
+    times how the joints move them are the torques.
+    """
+    body, step = robot.payload, 1e-3
+    moments, axes = np.linalg.eigh(body.inertia)
+    spread = np.sqrt(np.maximum((moments.sum() / 2 - moments) / body.mass, 0.0))
+    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * spread @ axes.T
+    flange = robot.with_tool(offset=pin.SE3.Identity())
+
+    def points(configuration: np.ndarray) -> np.ndarray:
+        pose = flange.forward(configuration)
+        return (corners + body.centre_of_mass) @ pose.rotation.T + pose.translation
+
+    ahead, here, behind = (points(q + t * v + t**2 / 2 * a) for t in (step, 0.0, -step))
+    acceleration = (ahead - 2 * here + behind) / step**2
+    torque = []
+    for unit in np.eye(robot.dof):
+        moved = (points(q + 1e-6 * unit) - points(q - 1e-6 * unit)) / 2e-6
+        torque.append(body.mass / 4 * float(((acceleration - gravity) * moved).sum()))
+    return np.array(torque)
+
+
+@pytest.mark.parametrize("name", ["ur5", "panda", "kinova", "planar2"])
+def test_a_payload_and_gravity_enter_the_torque_by_their_own_mechanics(name: str) -> None:
+    rng = np.random.default_rng(3)
+    bare = kw.load_robot(name)
+    inertia = np.diag([0.02, 0.03, 0.04]) + 0.002 * (1 - np.eye(3))
+    gravity = np.array([3.0, -5.0, 7.0])
+    loaded = bare.with_tool(payload=kw.Payload(1.5, [0.02, -0.03, 0.1], inertia))
+    for robot, weight in ((loaded, bare.gravity), (loaded.with_gravity(gravity), gravity)):
+        np.testing.assert_allclose(robot.gravity, weight, atol=1e-12)
+        without = bare.with_gravity(weight)
+        for _ in range(3):
+            q = rng.uniform(-3, 3, bare.dof)
+            v, a = rng.normal(size=(2, bare.dof))
+            added = robot.torque(q, v, a) - without.torque(q, v, a)
+            expected = newton_euler(robot, q, v, a, weight)
+            np.testing.assert_allclose(added, expected, rtol=1e-4, atol=1e-4)
+
+
+def test_a_payload_and_gravity_of_the_file_enter_the_report(tmp_path: Path) -> None:
+    """A heavy tool, an arm on the ceiling: each changes the peaks, and the proof is of these."""
+    plans = {
+        "bare": kw.plan(move()),
+        "loaded": kw.plan(move(tool=TOOL)),
+        "hanging": kw.plan(move(tool=TOOL, gravity=[0, 0, 9.81])),
+    }
+    for plan in plans.values():
+        robot = plan.space.robot
+        times = np.linspace(0, 2, 4001)
+        states = zip(*(plan.trajectory(times, nu) for nu in range(3)), strict=True)
+        peaks = np.abs([robot.torque(*state) for state in states]).max(axis=0)
+        found = plan.report.select(quantity="effort")
+        for one, peak in zip(found, peaks, strict=True):
+            assert abs(one.value) == pytest.approx(peak, rel=1e-3)
+            assert abs(one.value) + one.excess >= peak
+    lift = {
+        name: plan.report.select(quantity="effort", name="shoulder_lift_joint")[0].value
+        for name, plan in plans.items()
+    }
+    assert abs(lift["loaded"]) > abs(lift["bare"]) + 5
+    assert lift["loaded"] * lift["hanging"] < 0
+
+
+def test_millimetres_hold_for_the_centre_of_mass_and_not_for_gravity() -> None:
+    in_mm = {**TOOL, "offset": {"position": [0, 0, 180]}, "centre_of_mass": [10, 0, 60]}
+    given = move(tool=in_mm, gravity=[0, 9.81, 0], units={"length": "mm"})
+    robots = [kw.plan(data).space.robot for data in (given, move(tool=TOOL, gravity=[0, 9.81, 0]))]
+    np.testing.assert_allclose(robots[0].payload.centre_of_mass, [0.01, 0, 0.06])
+    still = np.zeros(6)
+    torques = [robot.torque(still + 0.5, still, still) for robot in robots]
+    np.testing.assert_allclose(*torques)
+
+
+def test_gravity_is_in_the_axes_of_the_base_frame() -> None:
+    """UR arms: base_link is turned by half a turn about z against base."""
+    turned = kw.load_robot({"urdf": str(kw.load_robot("ur5").urdf), "base_frame": "base"})
+    arm = turned.with_tool("tool0").with_gravity([5.0, 0, 0])
+    flat = kw.load_robot("ur5").with_gravity([-5.0, 0, 0])
+    q, still = np.array([0.1, -1, 0.5, 0.2, 0.3, 0.4]), np.zeros(6)
+    np.testing.assert_allclose(arm.torque(q, still, still), flat.torque(q, still, still))
+    np.testing.assert_allclose(arm.gravity, [5.0, 0, 0], atol=1e-12)
+
+
+WRONG: dict[str, tuple[dict[str, Any], list[str]]] = {
+    "negative mass": ({"tool": {**TOOL, "mass": -1}}, ["tool.mass: -1"]),
+    "infinite mass": ({"tool": {**TOOL, "mass": float("inf")}}, ["tool.mass"]),
+    "mass zero with inertia": (
+        {"tool": {**TOOL, "mass": 0}},
+        ["tool.inertia: is given, but the mass is zero (a mass above zero, or no inertia)"],
+    ),
+    "inertia without mass": (
+        {"tool": {"inertia": TOOL["inertia"]}},
+        ["tool: gives a centre of mass or an inertia but no mass"],
+    ),
+    "mass without its place": ({"tool": {"mass": 2}}, ["tool: gives a mass but not where it is"]),
+    "inertia not positive": (
+        {"tool": {**TOOL, "inertia": {"ixx": 0.01, "iyy": 0.01, "izz": 0.004, "ixy": 0.02}}},
+        ["tool.inertia: has the principal moments -0.01,", "which is not positive definite"],
+    ),
+    "inertia of no body": (
+        {"tool": {**TOOL, "inertia": {"ixx": 0.01, "iyy": 0.01, "izz": 0.05}}},
+        ["tool.inertia: has the principal moments 0.01, 0.01 and 0.05 kg m², which no body has"],
+    ),
+    "inertia incomplete": (
+        {"tool": {**TOOL, "inertia": {"ixx": 1, "iyy": 1}}},
+        ["tool.inertia.izz: is missing"],
+    ),
+    "gravity not finite": ({"gravity": [0, 0, float("nan")]}, ["gravity[2]: nan"]),
+    "gravity of two numbers": ({"gravity": [0, -9.81]}, ["gravity"]),
+    "frame that does not exist": (
+        {"limits": {"frame_speed": {"frame": "forearm", "speed": 1}}},
+        ["limits.frame_speed.frame: ", "unknown frame 'forearm'; did you mean 'forearm_link'?"],
+    ),
+    "frame that does not exist in a list": (
+        {"limits": {"frame_speed": [{"frame": "tool0", "speed": 1}, {"frame": "x", "speed": 1}]}},
+        ["limits.frame_speed[1].frame: ", "unknown frame 'x'", "accepted: ", "forearm_link"],
+    ),
+    "frame speed without a frame": (
+        {"limits": {"frame_speed": {"speed": 1}}},
+        ["limits.frame_speed.frame: is missing"],
+    ),
+    **{
+        f"{key} of {value}": ({"limits": {key: value}}, [f"limits.{key}: {value}"])
+        for key in ("tool_speed", "tool_acceleration", "singular_value")
+        for value in (0, -1)
+    },
+    "frame speed of zero": (
+        {"limits": {"frame_speed": {"frame": "tool0", "speed": 0}}},
+        ["limits.frame_speed.speed: 0"],
+    ),
+    "a limit of a robot without a tool": (
+        {
+            "robot": {"urdf": "example-robot-data:ur_description/urdf/ur5_robot.urdf"},
+            "waypoints": [{"joints": dict.fromkeys(AWAY, 0)}, {"joints": AWAY, "after": 2}],
+            "limits": {"tool_speed": 1},
+        },
+        ["limits.tool_speed: ", "needs a tool frame"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_wrong_is_said_with_file_and_field(
+    case: str, knotwork: Command, tmp_path: Path
+) -> None:
+    change, said = WRONG[case]
+    text = json.dumps(move(**change), indent=1).replace("NaN", ".nan").replace("Infinity", ".inf")
+    path = tmp_path / "move.yaml"
+    path.write_text(text, encoding="utf-8")
+    ran = knotwork("plan", path)
+    assert ran.code == 2, ran.out + ran.err
+    assert "Traceback" not in ran.err
+    assert f"{path}: line " in ran.err
+    for fragment in said:
+        assert fragment in ran.err
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("gravity", [0, 0, -9.81]),
+        ("tool", TOOL),
+        ("limits", {"tool_speed": 1}),
+        ("limits", {"tool_acceleration": 1}),
+        ("limits", {"frame_speed": {"frame": "a", "speed": 1}}),
+        ("limits", {"singular_value": 0.1}),
+    ],
+)
+def test_joints_alone_have_no_tool_and_no_weight(
+    key: str, value: Any, knotwork: Command, tmp_path: Path
+) -> None:
+    ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
+    path = written(tmp_path, {"waypoints": ends, key: value})
+    ran = knotwork("plan", path)
+    field = f"limits.{next(iter(value))}" if key == "limits" else key
+    assert ran.code == 2
+    assert f"{field}: needs a robot, and the file names none" in ran.err
+
+
+def test_payloads_that_no_body_has_are_refused_in_python() -> None:
+    for arguments, said in (
+        ((-1.0, [0, 0, 0]), "payload: mass is -1 kg; give a positive number"),
+        ((np.nan, [0, 0, 0]), "mass.* is nan; every value must be finite"),
+        ((1.0, [0, 0]), r"centre of mass must have shape \(3,\)"),
+        ((0.0, [0, 0, 0], np.eye(3)), "payload: inertia is given, but the mass is zero"),
+        ((1.0, [0, 0, 0], np.triu(np.ones((3, 3)))), "payload: inertia is not symmetric"),
+        ((1.0, [0, 0, 0], -np.eye(3)), "not positive definite"),
+    ):
+        with pytest.raises(kw.InputError, match=said):
+            kw.Payload(*arguments)
+    robot = kw.load_robot("ur5")
+    with pytest.raises(kw.InputError, match=r"gravity\[2\] is inf; every value must be finite"):
+        robot.with_gravity([0, 0, np.inf])
+    nothing = robot.with_tool(payload=kw.Payload(0.0, [0, 0, 0]))
+    q = np.full(6, 0.3)
+    np.testing.assert_array_equal(nothing.torque(q, q, q), robot.torque(q, q, q))
+
+
+def test_a_payload_belongs_to_its_frame_and_a_copy_keeps_it() -> None:
+    import pickle
+
+    robot = kw.load_robot("ur5").with_tool(payload=kw.Payload(2.0, [0, 0, 0.06]))
+    hanging = pickle.loads(pickle.dumps(robot.with_gravity([0, 0, 9.81])))
+    assert hanging.payload.mass == 2.0
+    np.testing.assert_array_equal(hanging.gravity, [0, 0, 9.81])
+    assert robot.with_tool("wrist_3_link").payload is None
+    assert robot.with_limits(velocity=1.0).payload is robot.payload
+
+
+def test_every_new_key_is_in_the_schema(knotwork: Command) -> None:
+    text = knotwork("schema").out
+    for key in ("tool_speed", "tool_acceleration", "frame_speed", "singular_value", "gravity"):
+        assert f'"{key}"' in text
+
+
+def test_a_comparison_counts_limits_of_the_tool_as_broken() -> None:
+    limits = {"tool_speed": 0.01, "singular_value": 0.9}
+    (score,) = kw.compare(move(limits=limits), ["modified-hermite"]).scores
+    assert score.limits_broken == 2
