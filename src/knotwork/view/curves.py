@@ -54,50 +54,31 @@ class Strokes:
         value = np.stack((self.value[k - 1, -1], self.value[k, 0], gap), axis=1)
         return np.stack((time, time, time), axis=1).ravel(), value.ravel()
 
-    def beyond(self, lower: float, upper: float) -> list[tuple[FloatArray, FloatArray]]:
-        """Stretches on which the curve is below the lower or above the upper limit.
+    def beyond(self, lower: float, upper: float) -> tuple[FloatArray, FloatArray]:
+        """Times and values where the curve is below the lower or above the upper limit, with NaN.
 
-        Returns:
-            Times and values of each stretch, both of its ends included, where it crosses the
-            limit as exactly as numbers allow; a stretch does not go on over a break.
+        A stretch begins and ends where the curve crosses the limit, as exactly as numbers allow,
+        at an end of the curve, or at a jump.
         """
-        stretches = []
+        count = self.time.shape[1]
+        times, values = [], []
         for limit, sign in ((lower, -1.0), (upper, 1.0)):
-            if not np.isfinite(limit):
-                continue
             over = sign * (self.value - limit) > 0.0
-            for piece in np.flatnonzero(over.any(axis=1)):
-                stretches += self._runs(int(piece), over[piece], limit)
-        return stretches
-
-    def _runs(
-        self, piece: int, over: NDArray[np.bool_], limit: float
-    ) -> list[tuple[FloatArray, FloatArray]]:
-        time, value = self.time[piece], self.value[piece]
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], over, [False])).astype(int)))
-        runs = []
-        for first, stop in zip(edges[::2], edges[1::2], strict=True):
-            t, y = list(time[first:stop]), list(value[first:stop])
-            if first > 0:
-                t.insert(0, self._crossing(piece, first - 1, limit))
-                y.insert(0, limit)
-            if stop < over.size:
-                t.append(self._crossing(piece, stop - 1, limit))
-                y.append(limit)
-            runs.append((np.array(t), np.array(y)))
-        return runs
-
-    def _crossing(self, piece: int, index: int, limit: float) -> float:
-        """Time at which the curve takes the limit between the points index and index + 1."""
-        low, high = (float(s) for s in self._fraction[piece, index : index + 2])
-        c = self._unit[:, piece]
-        rising = bool(self.value[piece, index] < self.value[piece, index + 1])
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            below = bool(np.polyval(c, middle) < limit)
-            low, high = (middle, high) if below == rising else (low, middle)
-        start, end = self.time[piece, 0], self.time[piece, -1]
-        return float(start + 0.5 * (low + high) * (end - start))
+            piece, before = np.nonzero(over[:, 1:] != over[:, :-1])
+            low, high = self._fraction[piece, before], self._fraction[piece, before + 1]
+            for _ in range(HALVINGS):
+                middle = 0.5 * (low + high)
+                inside = sign * (horner(self._unit[:, piece], middle) - limit) > 0.0
+                passed = inside == over[piece, before + 1]
+                low, high = np.where(passed, low, middle), np.where(passed, middle, high)
+            start, end = self.time[piece, 0], self.time[piece, -1]
+            at = np.concatenate((piece * count + before + 1, self.jumps * count))
+            new = np.concatenate((start + high * (end - start), self.time[self.jumps, 0]))
+            limits = np.concatenate((np.full(piece.size, limit), np.full(self.jumps.size, np.nan)))
+            times += [np.insert(self.time.ravel(), at, new), [np.nan]]
+            drawn = np.where(over, self.value, np.nan).ravel()
+            values += [np.insert(drawn, at, limits), [np.nan]]
+        return np.concatenate(times), np.concatenate(values)
 
 
 def strokes(curve: PiecewisePolynomial, component: int, order: int, factor: float) -> Strokes:

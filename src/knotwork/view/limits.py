@@ -9,7 +9,6 @@ from knotwork.view.curves import Strokes
 from knotwork.view.notes import nearest
 from knotwork.view.panel import Panel, Series
 from knotwork.view.style import DARK, LIMIT_DASHES, WRONG, colour
-from knotwork.waypoints import FloatArray
 
 # A limit further off the curves than this, in parts of their range, is a note and no line: it
 # would squash them.
@@ -30,18 +29,15 @@ def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
         panel.factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
         for bound, sign in zip(one.motion.bounds(one.joint, panel.quantity), (-1, 1), strict=True)
     )
-    times: list[FloatArray] = []
-    values: list[FloatArray] = []
-    for time, value in drawn.beyond(lower, upper):
-        times += [time, np.array([np.nan])]
-        values += [value, np.array([np.nan])]
+    time, value = drawn.beyond(lower, upper)
+    stretches = np.count_nonzero(np.isnan(value[:-1]) & np.isfinite(value[1:]))
     found = use.value or 0.0
     worst = found if np.isfinite(found) else use.limit  # a jump is marked at the limit
     panel.axis.plot(
-        np.concatenate([np.empty(0), *times]),
-        np.concatenate([np.empty(0), *values]),
+        time,
+        value,
         color=WRONG,
-        linewidth=8.0 if len(times) <= 2 * MOST_WIDE_STRETCHES else 5.0,
+        linewidth=8.0 if stretches <= MOST_WIDE_STRETCHES else 5.0,
         alpha=0.6,
         solid_capstyle="butt",
         gid=panel.gid("broken", one),
