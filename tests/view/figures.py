@@ -37,7 +37,7 @@ def notes(figure: Figure) -> list[str]:
 
 
 def waypoint_names(axis: Axes) -> list[Text]:
-    return [text for text in axis.texts if text.get_gid() == "waypoint-name"]
+    return [label for above in axis.child_axes for label in above.get_xticklabels()]
 
 
 def legend_words(figure: Figure) -> list[str]:
@@ -53,7 +53,13 @@ def written(figure: Figure) -> Iterator[tuple[str, Bbox]]:
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     texts: list[Text] = []
     for axis in figure.axes:
-        texts += [axis.xaxis.label, axis.yaxis.label, axis.title, *axis.texts]
+        texts += [
+            axis.xaxis.label,
+            axis.yaxis.label,
+            axis.title,
+            *axis.texts,
+            *waypoint_names(axis),
+        ]
         low, high = sorted(axis.get_xlim())
         texts += [
             tick.label1

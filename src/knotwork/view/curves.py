@@ -61,7 +61,9 @@ class Strokes:
         at an end of the curve, or at a jump.
         """
         count = self.time.shape[1]
-        times, values = [], []
+        times: list[FloatArray] = []
+        values: list[FloatArray] = []
+        gap = np.array([np.nan])
         for limit, sign in ((lower, -1.0), (upper, 1.0)):
             over = sign * (self.value - limit) > 0.0
             piece, before = np.nonzero(over[:, 1:] != over[:, :-1])
@@ -75,9 +77,9 @@ class Strokes:
             at = np.concatenate((piece * count + before + 1, self.jumps * count))
             new = np.concatenate((start + high * (end - start), self.time[self.jumps, 0]))
             limits = np.concatenate((np.full(piece.size, limit), np.full(self.jumps.size, np.nan)))
-            times += [np.insert(self.time.ravel(), at, new), [np.nan]]
+            times += [np.insert(self.time.ravel(), at, new), gap]
             drawn = np.where(over, self.value, np.nan).ravel()
-            values += [np.insert(drawn, at, limits), [np.nan]]
+            values += [np.insert(drawn, at, limits), gap]
         return np.concatenate(times), np.concatenate(values)
 
 

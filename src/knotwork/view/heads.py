@@ -8,18 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.view.motions import Marks, Motion
-from knotwork.view.panel import Panel
-from knotwork.view.panels import make_room
 from knotwork.view.style import (
     DARK,
-    FAINT,
     LARGE,
-    LIMIT_DASHES,
+    LOOKS,
     NORMAL,
     SMALL,
-    WRONG,
     colour,
     dashes,
+    least_height,
     printable,
     shortened,
 )
@@ -27,16 +24,11 @@ from knotwork.view.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.text import Text
 
 MOST_LETTERS, MOST_LEGEND_LETTERS, MOST_TITLE_LETTERS = 16, 26, 50
 # Free room between names, in points.
 GAP = 4.0
-# With more waypoints, names that can't fit are not even tried.
-MOST_NAMES = 200
 MARGIN = 0.012
-# Least height of a panel in inches, three quarters of it where there are many rows.
-LEAST_HEIGHT, MANY_ROWS = 1.7, 4
 
 
 def frame_times(
@@ -66,10 +58,12 @@ def frame_times(
         bottom.set_xlabel("time [s]")
     figure: Any = tops[0].figure
     figure.draw_without_rendering()
-    for column, top in enumerate(tops):
-        written = name_waypoints(top, marks) if marks is not None else []
-        if titles:
-            title_column(top, shortened([titles[column]], MOST_LEGEND_LETTERS)[0], written)
+    for top in tops:
+        if marks is not None:
+            name_waypoints(top, marks)
+    for top, title in zip(tops, titles, strict=False):
+        (short,) = shortened([title], MOST_LEGEND_LETTERS)
+        top.set_title(short, fontsize=NORMAL, weight="bold")
 
 
 def picture_title(motions: Sequence[Motion], default: str) -> str:
@@ -102,56 +96,31 @@ def curve_legend(figure: Figure, curves: Mapping[str, tuple[int, int]], title: s
     add_legend(figure, handles, shortened(list(curves), MOST_LEGEND_LETTERS), "upper", title)
 
 
-def name_waypoints(axis: Axes, marks: Marks) -> list[Text]:
+def name_waypoints(axis: Axes, marks: Marks) -> None:
     """Write the waypoints' names above a panel; where they are too many, some are left out.
 
     Args:
         axis: The panel, laid out, with its range of times set.
         marks: The waypoints.
-
-    Returns:
-        The names written.
     """
+    from matplotlib.font_manager import FontProperties
+
     figure: Any = axis.figure
-    start, end = axis.get_xlim()
-    renderer = figure.canvas.get_renderer()
-    points = 72.0 / figure.dpi
-    width = axis.get_window_extent(renderer).width * points
-    at = (marks.time - start) / (end - start) * width
+    renderer, points = figure.canvas.get_renderer(), 72.0 / figure.dpi
+    at = axis.transData.transform([(time, 0.0) for time in marks.time])[:, 0] * points
     names = shortened(marks.names, MOST_LETTERS)
-    some = sorted(_thinned(at, SMALL)) if len(at) > MOST_NAMES else range(len(at))
-    at = at[list(some)]
-    texts = [
-        axis.text(
-            time,
-            1.02,
-            name,
-            transform=axis.get_xaxis_transform(),
-            fontsize=SMALL,
-            color=DARK,
-            ha="center",
-            va="bottom",
-            parse_math=False,
-            gid="waypoint-name",
-        )
-        for time, name in ((marks.time[i], names[i]) for i in some)
-    ]
-    boxes = [text.get_window_extent(renderer) for text in texts]
-    widths = np.array([box.width for box in boxes]) * points
-    height = max(box.height for box in boxes) * points
+    font = FontProperties(size=SMALL)
+    sizes = [renderer.get_text_width_height_descent(name, font, False) for name in names]
+    widths, heights, _ = points * np.array(sizes).T
     level = np.all(np.diff(at) >= 0.5 * (widths[1:] + widths[:-1]) + GAP)
-    if level:
-        return texts
-    kept = _thinned(at, height + 0.5)
-    for i, text in enumerate(texts):
-        if i in kept:
-            text.set_rotation(90)
-        else:
-            text.remove()
-    return [texts[i] for i in sorted(kept)]
+    kept = range(len(at)) if level else _thinned(at, float(heights.max()) + 0.5)
+    above = axis.secondary_xaxis("top")
+    above.set_xticks(marks.time[kept], [names[i] for i in kept], fontsize=SMALL, color=DARK)
+    above.tick_params(length=0, rotation=0 if level else 90)
+    above.spines["top"].set_visible(False)
 
 
-def _thinned(at: np.ndarray[Any, Any], least: float) -> set[int]:
+def _thinned(at: np.ndarray[Any, Any], least: float) -> list[int]:
     """Indices of places at least so far apart; the first and the last are kept."""
     last = len(at) - 1
     kept = [0]
@@ -160,18 +129,7 @@ def _thinned(at: np.ndarray[Any, Any], least: float) -> set[int]:
             kept.append(i)
     if at[last] - at[kept[-1]] >= least:
         kept.append(last)
-    return set(kept)
-
-
-def title_column(axis: Axes, title: str, names: Sequence[Text]) -> None:
-    """Put a title above a panel and above the names of the waypoints there."""
-    figure: Any = axis.figure
-    renderer = figure.canvas.get_renderer()
-    heights = [name.get_window_extent(renderer).height for name in names]
-    pad = 6.0 + (max(heights) * 72.0 / figure.dpi + 4.0 if heights else 0.0)
-    text = axis.set_title("", fontsize=NORMAL, pad=pad, weight="bold")
-    text.set_parse_math(False)
-    text.set_text(title)
+    return kept
 
 
 def add_legend(
@@ -194,7 +152,7 @@ def add_legend(
     columns = max(1, min(len(names), int(room / (0.58 * size * longest + 3.9 * size))))
     columns = -(-len(names) // -(-len(names) // columns)) if names else 1
     outside: Any = f"outside {place} center"
-    # names that start with an underscore or hold a $ would be read as something else
+    # names that start with an underscore would be left out
     legend = figure.legend(
         handles,
         [str(i) for i in range(len(names))],
@@ -202,7 +160,7 @@ def add_legend(
         ncols=columns,
         frameon=False,
         fontsize=size,
-        title=" " if title else None,
+        title=printable(title) or None,
         title_fontsize=LARGE,
         handlelength=2.8,
         handler_map={tuple: HandlerTuple(ndivide=None)},
@@ -210,87 +168,45 @@ def add_legend(
         borderaxespad=0.3,
     )
     for text, name in zip(legend.get_texts(), names, strict=True):
-        text.set_parse_math(False)
         text.set_text(name)
-    if title:
-        heading = legend.get_title()
-        heading.set_parse_math(False)
-        heading.set_text(printable(title))
 
 
-def explain_marks(figure: Figure, shown: set[str], rows: int) -> None:
+def explain_marks(figure: Figure, rows: int = 1) -> None:
     """Explain below the panels what occurs in them.
 
     Args:
-        figure: Where.
-        shown: Of `"waypoint"`, `"asked"` (what was asked for there), `"knot"` (a tick),
-            `"knot-dot"` (on the curve), `"limit"`, `"jump"` and `"broken"` (beyond a limit).
+        figure: All has been drawn.
         rows: Number of motions whose knots are shown in a panel.
     """
     from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
 
-    entries: list[tuple[str, Any, str]] = [
-        ("waypoint", Line2D([], [], color=FAINT, lw=1.2), "waypoint"),
-        (
-            "asked",
-            Line2D([], [], ls="", marker="o", mfc="white", mec=DARK, mew=1.3, ms=6),
-            "asked for",
-        ),
-        ("knot", _knot_handle(shown), "knot" if rows == 1 else "knots of each"),
-        ("limit", Line2D([], [], color=DARK, ls=LIMIT_DASHES, lw=1.3), "limit"),
-        (
-            "jump",
-            Line2D([], [], color=DARK, ls=(0, (1, 1.5)), marker="o", mfc="white", ms=4, lw=1.2),
-            "jump",
-        ),
-        ("broken", Patch(color=WRONG, alpha=0.6, lw=0), "limit broken"),
-        (
-            "broken",
-            Line2D([], [], ls="", marker="X", mfc=WRONG, mec="white", ms=9),
-            "worst",
-        ),
-    ]
-    used = [(handle, name) for kind, handle, name in entries if kind in shown]
+    artists = [one for axis in figure.axes for one in (*axis.lines, *axis.collections)]
+    shown = {str(one.get_gid()).partition(":")[0] for one in artists}
+    words = {
+        "waypoint": "waypoint",
+        "asked": "asked for",
+        "knots": "knot" if rows == 1 else "knots of each",
+        "limit": "limit",
+        "jump": "jump",
+        "broken": "limit broken",
+        "worst": "worst",
+    }
+    handles: dict[str, Any] = {kind: Line2D([], [], **LOOKS[kind]) for kind in words}
+    if "knot-dots" in shown:
+        handles["knots"] = (Line2D([], [], **LOOKS["knot-dots"]), handles["knots"])
+    used = [kind for kind in words if kind in shown]
     if used:
-        add_legend(figure, [one for one, _ in used], [name for _, name in used], "lower")
+        add_legend(figure, [handles[one] for one in used], [words[one] for one in used], "lower")
 
 
-def _knot_handle(shown: set[str]) -> Any:
-    from matplotlib.lines import Line2D
+def settle(figure: Figure, rows: int) -> None:
+    """Lay the figure out for the last time, so that drawing it again gives the same.
 
-    tick = Line2D([], [], ls="", marker="|", color=DARK, ms=8, mew=1.6)
-    if "knot-dot" not in shown:
-        return tick
-    return (Line2D([], [], ls="", marker="D", color=DARK, ms=4), tick)
-
-
-def settle(figure: Figure, rows: Sequence[Sequence[Panel]]) -> None:
-    """Lay the figure out; let it grow if names and legends left its panels too low for their notes.
-
-    Args:
-        figure: All but the notes has been drawn.
-        rows: The panels; those of a row keep a common scale if they have one.
+    It grows if names and legends left its rows of panels too low.
     """
     figure.draw_without_rendering()
-    box = rows[0][0].axis.get_window_extent()
-    width, height = box.width / figure.dpi, box.height / figure.dpi
-    least = LEAST_HEIGHT if len(rows) <= MANY_ROWS else 0.75 * LEAST_HEIGHT
+    height, least = figure.axes[0].get_window_extent().height / figure.dpi, least_height(rows)
     if height < least:
-        figure.set_figheight(figure.get_figheight() + len(rows) * (least - height))
-        height = least
-    for row in rows:
-        shared = len({panel.axis.get_ylim() for panel in row}) == 1
-        for panel in row:
-            make_room(panel, width, height)
-        if shared:
-            top = max(panel.axis.get_ylim()[1] for panel in row)
-            for panel in row:
-                panel.axis.set_ylim(top=top)
-    freeze(figure)
-
-
-def freeze(figure: Figure) -> None:
-    """Lay the figure out for the last time, so that drawing it again gives the same."""
-    figure.draw_without_rendering()
+        figure.set_figheight(figure.get_figheight() + rows * (least - height))
+        figure.draw_without_rendering()
     figure.set_layout_engine("none")

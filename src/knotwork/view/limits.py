@@ -8,13 +8,13 @@ from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.curves import Strokes
 from knotwork.view.notes import nearest
 from knotwork.view.panel import Panel, Series
-from knotwork.view.style import DARK, LIMIT_DASHES, WRONG, colour
+from knotwork.view.style import LOOKS, WRONG, colour
 
 # A limit further off the curves than this, in parts of their range, is a note and no line: it
 # would squash them.
 NEAR = 0.35
-# The band is narrower where there are more stretches than this, so that they stay apart.
-MOST_WIDE_STRETCHES = 8
+# The band is this narrow where there are more stretches than this, so that they stay apart.
+MOST_WIDE_STRETCHES, NARROW = 8, 5.0
 
 
 def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
@@ -33,28 +33,12 @@ def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
     stretches = np.count_nonzero(np.isnan(value[:-1]) & np.isfinite(value[1:]))
     found = use.value or 0.0
     worst = found if np.isfinite(found) else use.limit  # a jump is marked at the limit
-    panel.axis.plot(
-        time,
-        value,
-        color=WRONG,
-        linewidth=8.0 if stretches <= MOST_WIDE_STRETCHES else 5.0,
-        alpha=0.6,
-        solid_capstyle="butt",
-        gid=panel.gid("broken", one),
-        zorder=2.5,
-    )
-    panel.axis.plot(
-        [use.time or 0.0],
-        [panel.factor * (worst or 0.0)],
-        linestyle="none",
-        marker="X",
-        markersize=9,
-        markerfacecolor=WRONG,
-        markeredgecolor="white",
-        gid=panel.gid("worst", one),
-        zorder=5,
-    )
-    panel.shown.add("broken")
+    look = LOOKS["broken"]
+    if stretches > MOST_WIDE_STRETCHES:
+        look = look | {"linewidth": NARROW}
+    panel.axis.plot(time, value, gid=panel.gid("broken", one), zorder=2.5, **look)
+    at = [use.time or 0.0], [panel.factor * (worst or 0.0)]
+    panel.axis.plot(*at, gid=panel.gid("worst", one), zorder=5, **LOOKS["worst"])
 
 
 def draw_limits(panel: Panel, low: float, high: float) -> tuple[float, float]:
@@ -84,15 +68,8 @@ def draw_limits(panel: Panel, low: float, high: float) -> tuple[float, float]:
                 lines.setdefault((limit, one.joint), one)
     for (limit, joint), one in lines.items():
         low, high = min(low, limit), max(high, limit)
-        panel.axis.axhline(
-            limit,
-            color=DARK if panel.one_joint else colour(one.index),
-            linestyle=LIMIT_DASHES,
-            linewidth=1.3,
-            gid=f"limit:{joint}:{panel.quantity}",
-            zorder=2,
-        )
-        panel.shown.add("limit")
+        look = LOOKS["limit"] if panel.one_joint else LOOKS["limit"] | {"color": colour(one.index)}
+        panel.axis.axhline(limit, gid=f"limit:{joint}:{panel.quantity}", zorder=2, **look)
     return low, high
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,6 @@ from knotwork.view.style import shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.text import Text
 
 
 @dataclass(frozen=True)
@@ -54,21 +53,15 @@ class Panel:
         quantity: Name of the quantity.
         series: The curves, all of joints of one unit.
         degrees: Show angles in degrees.
-        shown: What of the legend's entries occurs in it: see `heads.explain_marks`.
         low, high: Range of values to show.
-        ceiling: Top of the curves and limits, which a note must not hide.
-        note: What it says of limits.
     """
 
     axis: Axes
     quantity: str
     series: list[Series]
     degrees: bool
-    shown: set[str] = field(default_factory=set)
     low: float = np.inf
     high: float = -np.inf
-    ceiling: float = 0.0
-    note: Text | None = None
 
     @property
     def order(self) -> int:

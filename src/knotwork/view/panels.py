@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,14 @@ from knotwork.view.notes import limit_note
 from knotwork.view.panel import Panel, Series
 from knotwork.view.style import (
     DARK,
+    LOOKS,
     SMALL,
     WRONG,
     colour,
     dashes,
     dress,
-    mark_asked,
+    least_height,
     mark_waypoints,
-    wrap,
 )
 
 # A range below this, relative to the values or to 1, is rounding of a curve that stands still; it
@@ -29,6 +30,9 @@ STILL, STILL_RANGE = 1e-9, 0.2
 FOOT, HEAD = 0.12, 0.07
 # Room around a note, and the most that it may take, in parts of the panel's height.
 NOTE_ROOM, MOST_TAKEN = 0.06, 0.7
+# Width of the panels in parts of the figure's, and of letters, plain and bold, in parts of the
+# font's size.
+PANEL_WIDTH, LETTER, BOLD_LETTER = 0.85, 0.55, 0.62
 # More of these would hide the curve.
 MOST_KNOT_TICKS, MOST_KNOT_DOTS, MOST_JUMP_DOTS, MOST_LARGE_DOTS = 400, 40, 60, 60
 # Motions whose knots have a row of ticks each, so high in parts of the panel.
@@ -67,29 +71,17 @@ def _curve(panel: Panel, one: Series) -> None:
 
 
 def _jumps(panel: Panel, one: Series, drawn: Strokes, look: str) -> None:
-    time, value = drawn.jump_lines()
-    few = drawn.jumps.size * len(panel.series) <= MOST_JUMP_DOTS
-    panel.axis.plot(
-        time,
-        value,
-        color=look,
-        linestyle=(0, (1, 1.5)),
-        linewidth=1.2,
-        marker="o" if few else "",
-        markersize=4,
-        markerfacecolor="white",
-        gid=panel.gid("jump", one),
-        zorder=3.5,
-    )
-    panel.shown.add("jump")
+    look_of = LOOKS["jump"] | {"color": look}
+    if drawn.jumps.size * len(panel.series) > MOST_JUMP_DOTS:
+        look_of["marker"] = ""
+    panel.axis.plot(*drawn.jump_lines(), gid=panel.gid("jump", one), zorder=3.5, **look_of)
 
 
 def _waypoints(panel: Panel) -> None:
     marks = panel.series[0].motion.marks
     if marks is None:
         return
-    if mark_waypoints(panel.axis, marks.time):
-        panel.shown.add("waypoint")
+    mark_waypoints(panel.axis, marks.time)
     if panel.order > 1:
         return
     seen: set[str] = set()
@@ -104,12 +96,12 @@ def _waypoints(panel: Panel) -> None:
         if not known.any():
             continue
         several = len({other.motion.label for other in panel.series}) > 1
-        look = DARK if several else colour(one.index)
+        look = LOOKS["asked"] | ({} if several else {"markeredgecolor": colour(one.index)})
+        look |= {"markersize": 3.5} if small else {}
         gid = panel.gid("asked", one)
-        mark_asked(panel.axis, one_marks.time[known], value[known], gid, look, small=small)
+        panel.axis.plot(one_marks.time[known], value[known], gid=gid, zorder=4, **look)
         panel.low = min(panel.low, float(value[known].min()))
         panel.high = max(panel.high, float(value[known].max()))
-        panel.shown.add("asked")
 
 
 def _knots(panel: Panel) -> None:
@@ -130,7 +122,6 @@ def _knots(panel: Panel) -> None:
             gid=panel.gid("knots", one),
             zorder=4,
         )
-        panel.shown.add("knot")
     if not panel.alone or panel.quantity == "jerk":
         return
     one = panel.series[0]
@@ -139,71 +130,48 @@ def _knots(panel: Panel) -> None:
         value = panel.factor * one.motion.curve(breaks, panel.order)[:, one.component]
         jumps = np.abs(one.motion.curve.jumps(panel.order)[:, one.component])
         keep = np.concatenate(([True], jumps < STILL, [True]))
-        panel.shown.add("knot-dot")
-        panel.axis.plot(
-            breaks[keep],
-            value[keep],
-            linestyle="none",
-            marker="D",
-            markersize=4,
-            color=DARK,
-            gid=panel.gid("knot-dots", one),
-            zorder=3.8,
-        )
+        gid = panel.gid("knot-dots", one)
+        panel.axis.plot(breaks[keep], value[keep], gid=gid, zorder=3.8, **LOOKS["knot-dots"])
 
 
-def finish_panel(panel: Panel, low: float, high: float) -> None:
-    """Draw the limits and set the range.
+def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int) -> None:
+    """Draw the limits, set the range, and say above the curves how near the limits are.
 
     Args:
         panel: What has been drawn.
         low: Least of the values of all panels that share this one's scale.
         high: Greatest of them.
+        rows: Of panels in the picture.
+        columns: Likewise.
     """
     middle = 0.5 * (low + high)
     scale = max(1.0, abs(middle))
     if high - low < STILL * scale:
         low, high = (middle + side * 0.5 * STILL_RANGE * scale for side in (-1.0, 1.0))
     low, high = draw_limits(panel, low, high)
-    span = high - low
+    bottom, top = low - FOOT * (high - low), high + HEAD * (high - low)
     note = limit_note(panel.series, panel.quantity, panel.factor, panel.unit)
-    bottom = low - FOOT * span
-    panel.ceiling = high
-    if panel.one_joint:
-        draw_bands(panel, bottom, high + HEAD * span)
-    panel.axis.set_ylim(bottom, high + HEAD * span)
     if note:
-        panel.note = panel.axis.text(
+        figure: Any = panel.axis.figure
+        width = 72.0 * PANEL_WIDTH * figure.get_figwidth() / columns
+        letter = SMALL * (BOLD_LETTER if note.broken else LETTER)
+        lines = textwrap.wrap(note.text, int(width / letter))
+        taken = NOTE_ROOM + len(lines) * 1.2 * SMALL / 72.0 / least_height(rows)
+        top = bottom + (high - bottom) / (1.0 - min(taken, MOST_TAKEN))
+        panel.axis.text(
             0.995,
             0.97,
-            note.text,
+            "\n".join(lines),
             transform=panel.axis.transAxes,
             ha="right",
             va="top",
             fontsize=SMALL,
             color=WRONG if note.broken else DARK,
             weight="bold" if note.broken else "normal",
-            parse_math=False,
             gid="note",
             zorder=6,
             bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
-        )
-        panel.note.set_in_layout(False)
-
-
-def make_room(panel: Panel, width: float, height: float) -> None:
-    """Break the note into lines that fit, and raise the top so that they hide no curve.
-
-    Args:
-        panel: What has been drawn and finished.
-        width: Of the panel, as laid out [in].
-        height: Likewise.
-    """
-    if panel.note is None:
-        return
-    figure: Any = panel.axis.figure
-    wrap(panel.note, width)
-    box = panel.note.get_window_extent(figure.canvas.get_renderer())
-    taken = min(box.height / figure.dpi / height + NOTE_ROOM, MOST_TAKEN)
-    bottom, _ = panel.axis.get_ylim()
-    panel.axis.set_ylim(bottom, bottom + (panel.ceiling - bottom) / (1.0 - taken))
+        ).set_in_layout(False)
+    panel.axis.set_ylim(bottom, top)
+    if panel.one_joint:
+        draw_bands(panel, bottom, top)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.view.heads import (
@@ -88,7 +90,7 @@ def plot_joints(
             for line, (kind, cells) in zip(axes, rows, strict=True)
         ]
         for line in panels:
-            _draw_row(line, shared=not _overlaid(panels))
+            _draw_row(line, len(panels), shared=not _overlaid(panels))
         _legends(figure, panels, found, title)
         _frame(figure, panels, found, names)
     return figure
@@ -145,21 +147,19 @@ def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) 
     return rows
 
 
-def _draw_row(line: list[Panel], *, shared: bool) -> None:
+def _draw_row(line: list[Panel], rows: int, *, shared: bool) -> None:
     for panel in line:
         draw_panel(panel)
     low, high = min(panel.low for panel in line), max(panel.high for panel in line)
     for panel in line:
-        if shared:
-            finish_panel(panel, low, high)
-        else:
-            finish_panel(panel, panel.low, panel.high)
+        span = (low, high) if shared else (panel.low, panel.high)
+        finish_panel(panel, *span, rows, len(line))
     if shared:
-        limits = [panel.axis.get_ylim() for panel in line]
+        limits = np.array([panel.axis.get_ylim() for panel in line])
+        for panel in line:
+            panel.axis.set_ylim(limits.min(), limits.max())
         for panel in line[1:]:
             panel.axis.set_ylabel("")
-        for panel in line:
-            panel.axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
 
 
 def _frame(
@@ -172,7 +172,7 @@ def _frame(
     tops, bottoms = ([panel.axis for panel in panels[i]] for i in (0, -1))
     figure.align_ylabels()
     frame_times(tops, bottoms, motions, titles)
-    settle(figure, panels)
+    settle(figure, len(panels))
 
 
 def _legends(
@@ -188,8 +188,7 @@ def _legends(
         {one.motion.label if overlaid else one.joint: (one.index, one.dashed) for one in series},
         title if title is not None else picture_title(motions, "joint motions"),
     )
-    shown = {kind for line in panels for panel in line for kind in panel.shown}
-    explain_marks(figure, shown, len(motions) if overlaid else 1)
+    explain_marks(figure, len(motions) if overlaid else 1)
 
 
 def _overlaid(panels: list[list[Panel]]) -> bool:

@@ -7,14 +7,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
-
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.text import Text
 
 # Okabe and Ito's colours, but for yellow, which is too light for a line on white, and for
 # vermillion, which is kept for what is wrong. Grey makes it seven.
@@ -32,7 +29,43 @@ DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     (0, (4, 1.2, 1, 1.2, 1, 1.2)),
     (0, (2.5, 2.5)),
 )
-LIMIT_DASHES = (0, (7, 4))
+# How each kind of mark is drawn, in panels and in the legend below them; its gid begins with it.
+LOOKS: dict[str, dict[str, Any]] = {
+    "waypoint": {"color": FAINT, "linewidth": 0.8},
+    "asked": {
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 6.0,
+        "markerfacecolor": "white",
+        "markeredgecolor": DARK,
+        "markeredgewidth": 1.3,
+    },
+    "knots": {
+        "linestyle": "none",
+        "marker": "|",
+        "color": DARK,
+        "markersize": 8.0,
+        "markeredgewidth": 1.6,
+    },
+    "knot-dots": {"linestyle": "none", "marker": "D", "color": DARK, "markersize": 4.0},
+    "limit": {"color": DARK, "linestyle": (0, (7, 4)), "linewidth": 1.3},
+    "jump": {
+        "color": DARK,
+        "linestyle": (0, (1, 1.5)),
+        "linewidth": 1.2,
+        "marker": "o",
+        "markersize": 4.0,
+        "markerfacecolor": "white",
+    },
+    "broken": {"color": WRONG, "linewidth": 8.0, "alpha": 0.6, "solid_capstyle": "butt"},
+    "worst": {
+        "linestyle": "none",
+        "marker": "X",
+        "markersize": 9.0,
+        "markerfacecolor": WRONG,
+        "markeredgecolor": "white",
+    },
+}
 
 # More upright lines than this would hide the curves.
 MOST_WAYPOINT_LINES = 400
@@ -40,6 +73,8 @@ MOST_WAYPOINT_LINES = 400
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
 # Inches.
 WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
+# Least height of a panel [in], three quarters of it where there are many rows.
+LEAST_HEIGHT, MANY_ROWS = 1.7, 4
 
 # DejaVu Sans comes with Matplotlib and lacks Chinese, Japanese and Korean; the first of these that
 # is installed serves for them.
@@ -57,6 +92,7 @@ _SETTINGS: dict[Any, Any] = {
     "path.simplify": True,
     "agg.path.chunksize": 20_000,
     "text.usetex": False,
+    "text.parse_math": False,
     "svg.fonttype": "path",
     "svg.hashsalt": "knotwork",
     "pdf.fonttype": 42,
@@ -146,51 +182,15 @@ def dress(axis: Axes) -> None:
         one.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
 
 
-def mark_waypoints(axis: Axes, times: FloatArray) -> bool:
-    """Draw an upright line at each waypoint; return whether there are some, and not too many."""
-    if not 0 < len(times) <= MOST_WAYPOINT_LINES:
-        return False
-    axis.vlines(
-        times,
-        0.0,
-        1.0,
-        transform=axis.get_xaxis_transform(),
-        color=FAINT,
-        linewidth=0.8,
-        zorder=1,
-        gid="waypoint",
-    )
-    return True
+def least_height(rows: int) -> float:
+    """Least height of each of so many rows of panels [in]."""
+    return LEAST_HEIGHT if rows <= MANY_ROWS else 0.75 * LEAST_HEIGHT
 
 
-def mark_asked(
-    axis: Axes, times: ArrayLike, values: ArrayLike, gid: str, edge: str, *, small: bool = False
-) -> None:
-    """Draw a ring at each value asked for, in a colour."""
-    axis.plot(
-        times,
-        values,
-        linestyle="none",
-        marker="o",
-        markersize=3.5 if small else 6,
-        markerfacecolor="white",
-        markeredgecolor=edge,
-        markeredgewidth=1.3,
-        gid=gid,
-        zorder=4,
-    )
-
-
-def wrap(text: Text, width: float) -> None:
-    """Break a text into lines no wider than so many inches."""
-    figure: Any = text.figure
-    renderer = figure.canvas.get_renderer()
-    lines = [""]
-    for word in text.get_text().split():
-        longer = f"{lines[-1]} {word}".strip()
-        text.set_text(longer)
-        if lines[-1] and text.get_window_extent(renderer).width > width * figure.dpi:
-            lines.append(word)
-        else:
-            lines[-1] = longer
-    text.set_text("\n".join(lines))
+def mark_waypoints(axis: Axes, times: FloatArray) -> None:
+    """Draw an upright line at each waypoint, unless there are too many."""
+    if 0 < len(times) <= MOST_WAYPOINT_LINES:
+        upright = axis.get_xaxis_transform()
+        axis.vlines(
+            times, 0.0, 1.0, transform=upright, zorder=1, gid="waypoint", **LOOKS["waypoint"]
+        )

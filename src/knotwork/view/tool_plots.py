@@ -14,15 +14,14 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.tool_path import deviation_from_line
 from knotwork.view.curves import jump_breaks, piecewise_values
-from knotwork.view.heads import curve_legend, explain_marks, frame_times, freeze, picture_title
+from knotwork.view.heads import curve_legend, explain_marks, frame_times, picture_title, settle
 from knotwork.view.motions import Drawable, Motion, motions_of
 from knotwork.view.style import (
-    DARK,
     DASHES,
+    LOOKS,
     colour,
     dashes,
     dress,
-    mark_asked,
     mark_waypoints,
     new_figure,
     settings,
@@ -102,14 +101,14 @@ def plot_tool(
         figure = new_figure(len(rows), 1)
         axes: list[Axes] = list(figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0])
         _draw_curves(axes, rows, found, straight=straight)
-        shown = _dress(axes, rows, found[0])
+        _dress(axes, rows, found[0])
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
         several = enumerate(found) if len(found) > 1 else ()
         curve_legend(figure, {motion.label: (i, i) for i, motion in several}, heading)
-        explain_marks(figure, shown, 1)
+        explain_marks(figure)
         frame_times([axes[0]], axes[-1:], found)
-        freeze(figure)
+        settle(figure, len(rows))
     return figure
 
 
@@ -200,20 +199,18 @@ def _deviations(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
     return np.concatenate(times), np.concatenate(values)
 
 
-def _dress(axes: list[Axes], rows: list[_Row], first: Motion) -> set[str]:
+def _dress(axes: list[Axes], rows: list[_Row], first: Motion) -> None:
     """Labels, scales from zero, and the waypoints with what they ask for."""
-    shown: set[str] = set()
     waypoints = first.scenario.waypoints if first.scenario is not None else ()
     poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
     for axis, row in zip(axes, rows, strict=True):
         dress(axis)
         axis.set_ylabel(row.label)
-        if mark_waypoints(axis, np.array([one.time for one in waypoints])):
-            shown.add("waypoint")
+        mark_waypoints(axis, np.array([one.time for one in waypoints]))
         if row.asked and poses:
             asked = [row.factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
-            mark_asked(axis, [one.time for one in poses], asked, f"asked:{row.asked}", DARK)
-            shown.add("asked")
+            times = [one.time for one in poses]
+            axis.plot(times, asked, gid=f"asked:{row.asked}", zorder=4, **LOOKS["asked"])
         drawn = np.concatenate(
             [
                 np.asarray(line.get_ydata(), float)
@@ -224,4 +221,3 @@ def _dress(axes: list[Axes], rows: list[_Row], first: Motion) -> set[str]:
         high = float(np.nanmax(drawn)) if np.isfinite(drawn).any() else 0.0
         high = high if high > 1e-9 else 1.0
         axis.set_ylim(-ROOM * high, (1 + ROOM) * high)
-    return shown
