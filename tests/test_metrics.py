@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from knotwork import metrics
 from knotwork.interpolation import PLANNERS, PlannerOptions
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.refined import refined
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 from sweeps import examples
@@ -126,7 +127,7 @@ def test_a_refined_curve_is_the_same_curve(seed: int, degree: int, pieces: int) 
     x = np.cumsum(rng.uniform(0.1, 2.0, pieces + 1))
     curve = PiecewisePolynomial(rng.normal(size=(degree + 1, pieces, 2)), x)
     added = rng.uniform(x[0], x[-1], 4)
-    finer = metrics.refined(curve, np.append(added, x[0]))
+    finer = refined(curve, np.append(added, x[0]))
     assert set(finer.x) == set(x) | set(added)
     t = rng.uniform(x[0], x[-1], 50)
     scale = np.abs(curve.c).max() * 2.0**degree

@@ -59,7 +59,7 @@ def test_not_one_rounding_outside(trajectory, t):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"joint_names": ("a",)}, r"1 joints need .*\(1,\).* not \(2,\)"),
+        ({"joint_names": ("a",), "joint_units": ()}, r"1 joints need .*\(1,\).* not \(2,\)"),
         ({"joint_names": ("a", "a")}, "each once"),
         ({"joint_names": ()}, "each once"),
         ({"joint_units": ("rad",)}, "'rad' or 'm' for each of 2"),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copyreg
 import difflib
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,6 +44,28 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
     listing = f"accepted: {', '.join(names)}" if names else "none is available"
     near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.6)
     return f"did you mean {near[0]!r}? {listing[:1].upper()}{listing[1:]}" if near else listing
+
+
+def shown(value: Any) -> str:
+    """Write a value for an error, in a line, as YAML would."""
+    try:
+        text = _flow(value, 3)
+    except ValueError:  # Python writes no more than some thousands of digits
+        return "an integer of thousands of digits"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _flow(value: Any, depth: int) -> str:
+    if isinstance(value, dict | list | tuple):
+        if depth == 0:
+            return "..."
+        if isinstance(value, dict):
+            items = itertools.islice(value.items(), 20)
+            inner = ", ".join(f"{key}: {_flow(item, depth - 1)}" for key, item in items)
+            return f"{{{inner}}}"
+        return f"[{', '.join(_flow(item, depth - 1) for item in value[:20])}]"
+    plain = {None: "null", True: "true", False: "false"}
+    return plain[value] if value is None or isinstance(value, bool) else repr(value)
 
 
 class UnknownNameError(InputError):

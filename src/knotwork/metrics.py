@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.critical_points import critical_points, differentiate, horner
+from knotwork.polynomial.critical_points import horner
+from knotwork.polynomial.extrema import candidates
+from knotwork.polynomial.refined import refined
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
 
@@ -117,11 +118,7 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
     """
     inside = waypoints.time[1:-1]
     curve = refined(trajectory.polynomial, inside)
-    width = np.diff(curve.x)[:, np.newaxis]
-    speed = differentiate(_in_unit_variable(curve)) / width
-    points = critical_points(speed)
-    ends = np.zeros((1, *speed.shape[1:]))
-    values = horner(speed[:, np.newaxis], np.concatenate((ends, points, ends + 1.0)))
+    values, _ = candidates(curve.x, curve.derivative().c)
     variation = np.abs(np.diff(values, axis=0)).sum(axis=0)
     # A jump of velocity inside an interval is variation, too; at a waypoint it is a miss.
     jumps = np.abs(values[0, 1:] - values[-1, :-1])
@@ -154,27 +151,3 @@ def integral_of_square(trajectory: JointTrajectory, order: int) -> float:
         values = horner(curve.c, np.asarray(0.5 * (node + 1.0) * width))
         total += float((weight * 0.5 * width * values**2).sum())
     return total
-
-
-def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomial:
-    """Give the same curve with more breaks.
-
-    Args:
-        curve: A curve along axis 0, trailing shape (d,).
-        times: Breaks to be added where there are none, within the curve's time.
-    """
-    breaks = np.union1d(curve.x, times)
-    piece = np.clip(np.searchsorted(curve.x, breaks[:-1], side="right") - 1, 0, len(curve.x) - 2)
-    shift = (breaks[:-1] - curve.x[piece])[:, np.newaxis]
-    c = np.array(curve.c[:, piece])
-    # Synthetic division by (s − shift), once for each coefficient, expands about the new break.
-    for end in range(c.shape[0], 1, -1):
-        for k in range(1, end):
-            c[k] += shift * c[k - 1]
-    return PiecewisePolynomial(c, breaks)
-
-
-def _in_unit_variable(curve: PiecewisePolynomial) -> FloatArray:
-    """Coefficients in the variable that goes from 0 to 1 in each piece."""
-    powers = np.arange(curve.c.shape[0] - 1, -1, -1).reshape(-1, 1, 1)
-    return np.asarray(curve.c * np.diff(curve.x)[:, np.newaxis] ** powers)

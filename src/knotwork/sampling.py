@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.arguments import finite_number
 from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
@@ -50,12 +51,7 @@ class Samples(Knots):
 
 def sample_times(start: float, end: float, rate: float, most: int = MAX_SAMPLES) -> FloatArray:
     """Times 1/rate apart from the start on, the last one the end; see `JointTrajectory.sample`."""
-    try:
-        rate = float(rate)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"the sample rate is {rate!r}; it must be a number in Hz") from error
-    if not (math.isfinite(rate) and rate > 0.0):
-        raise InputError(f"the sample rate is {rate:g} Hz; it must be positive and finite")
+    rate = finite_number(rate, "the sample rate", "Hz", positive=True)
     duration = end - start
     periods = duration * rate
     if periods > most - 1:

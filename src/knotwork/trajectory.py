@@ -16,7 +16,13 @@ from knotwork.polynomial import Extrema, PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.sampling import MAX_SAMPLES, Knots, Samples, sample_times
-from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times, read_only
+from knotwork.waypoints import (
+    FloatArray,
+    ReadOnlyArrays,
+    checked_joints,
+    checked_times,
+    read_only,
+)
 
 
 @dataclass(frozen=True)
@@ -87,17 +93,12 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
     waypoint_times: FloatArray | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        names = tuple(self.joint_names)
-        if not names or len(set(names)) != len(names):
-            raise InputError(f"joint names must be given, each once; got {list(names)}")
+        names, units = checked_joints(self.joint_names, self.joint_units)
         if self.polynomial.axis != 0 or self.polynomial.c.shape[2:] != (len(names),):
             raise InputError(
                 f"{len(names)} joints need a polynomial with trailing shape ({len(names)},) and "
                 f"time axis 0, not {self.polynomial.c.shape[2:]} and axis {self.polynomial.axis}"
             )
-        units = tuple(self.joint_units or ()) or ("rad",) * len(names)
-        if len(units) != len(names) or not set(units) <= {"rad", "m"}:
-            raise InputError(f"joint units are {units}; give 'rad' or 'm' for each of {len(names)}")
         object.__setattr__(self, "joint_names", names)
         object.__setattr__(self, "joint_units", units)
         if self.waypoint_times is not None:

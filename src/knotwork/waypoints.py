@@ -70,6 +70,34 @@ def checked_times(times: ArrayLike, names: Sequence[str] | None = None) -> Float
     return array
 
 
+def checked_joints(
+    names: Sequence[str], units: Sequence[str] | None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return names and units of joints as tuples; without units all are `"rad"`.
+
+    Raises:
+        WaypointDataError: There is no name, one occurs twice, or a unit is missing or unknown.
+    """
+    names = tuple(names)
+    units = tuple(units or ()) or ("rad",) * len(names)
+    if not names or len(set(names)) != len(names):
+        raise WaypointDataError(f"joint names must be given, each once; got {list(names)}")
+    if len(units) != len(names) or not set(units) <= {"rad", "m"}:
+        raise WaypointDataError(
+            f"joint units are {units}; give 'rad' or 'm' for each of {len(names)}"
+        )
+    return names, units
+
+
+def rotation_fault(matrix: FloatArray, tolerance: float) -> str:
+    """Say how far a matrix of shape (3, 3) is from a rotation; empty if within the tolerance."""
+    error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
+    determinant = float(np.linalg.det(matrix))
+    if error <= tolerance and determinant > 0.0:
+        return ""
+    return f"R'R differs from I by {error:.3g}, det R = {determinant:.3g}"
+
+
 class ReadOnlyArrays:
     """Base of what holds read-only arrays: those of a copy are read-only, too."""
 
@@ -121,13 +149,9 @@ class CartesianWaypoint:
             object.__setattr__(self, field, value.copy())
         read_only(self.pose.homogeneous, (4, 4), f"{self.name}: pose")
         read_only(self.twist.vector, (6,), f"{self.name}: twist")
-        R = self.pose.rotation
-        error = float(np.abs(R.T @ R - np.eye(3)).max())
-        if error > 1e-9 or np.linalg.det(R) < 0:
-            raise WaypointDataError(
-                f"{self.name}: pose has no rotation matrix: R'R differs from I by {error:.3g}, "
-                f"det R = {np.linalg.det(R):.3g}"
-            )
+        fault = rotation_fault(self.pose.rotation, 1e-9)
+        if fault:
+            raise WaypointDataError(f"{self.name}: pose has no rotation matrix: {fault}")
 
     @property
     def position(self) -> FloatArray:
@@ -181,20 +205,13 @@ class JointWaypoints(ReadOnlyArrays):
         def put(field: str, value: Any) -> None:
             object.__setattr__(self, field, value)
 
-        put("joint_names", tuple(self.joint_names))
+        names, units = checked_joints(self.joint_names, self.joint_units)
+        put("joint_names", names)
+        put("joint_units", units)
         put("time", checked_times(self.time, self.names or None))
-        shape = (len(self.time), len(self.joint_names))
+        shape = (len(self.time), len(names))
         put("position", read_only(self.position, shape, "position"))
         put("velocity", read_only(self.velocity, shape, "velocity"))
         put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
-        put("joint_units", tuple(self.joint_units) or ("rad",) * shape[1])
-        if shape[1] == 0 or len(set(self.joint_names)) != shape[1]:
-            raise WaypointDataError(
-                f"joint names must be given, each once; got {list(self.joint_names)}"
-            )
-        for field, length in (("names", shape[0]), ("joint_units", shape[1])):
-            if len(getattr(self, field)) != length:
-                raise WaypointDataError(f"{field} must have length {length}")
-        wrong = [unit for unit in self.joint_units if unit not in ("rad", "m")]
-        if wrong:
-            raise WaypointDataError(f"joint unit {wrong[0]!r} is not accepted; use 'rad' or 'm'")
+        if len(self.names) != shape[0]:
+            raise WaypointDataError(f"names must have length {shape[0]}")

@@ -40,8 +40,8 @@ def test_ppval_gives_the_motion(planner: str, tmp_path: Path) -> None:
 
 
 def test_the_recipe_is_the_one_documented(deburring: Plan) -> None:
-    from knotwork.export import mat
+    from knotwork.export import to_mat
 
-    assert mat.to_mat.__doc__ is not None
+    assert to_mat.__doc__ is not None
     for line in SCRIPT.strip().splitlines()[1:3]:
-        assert line in mat.to_mat.__doc__
+        assert line in to_mat.__doc__

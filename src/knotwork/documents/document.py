@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -71,25 +70,3 @@ def field_path(location: Iterable[str | int]) -> str:
     for part in location:
         path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else str(part)
     return path
-
-
-def shown(value: Any) -> str:
-    """Write a value for an error, in a line, as YAML would."""
-    try:
-        text = _flow(value, 3)
-    except ValueError:  # Python writes no more than some thousands of digits
-        return "an integer of thousands of digits"
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def _flow(value: Any, depth: int) -> str:
-    if isinstance(value, dict | list | tuple):
-        if depth == 0:
-            return "..."
-        if isinstance(value, dict):
-            items = itertools.islice(value.items(), 20)
-            inner = ", ".join(f"{key}: {_flow(item, depth - 1)}" for key, item in items)
-            return f"{{{inner}}}"
-        return f"[{', '.join(_flow(item, depth - 1) for item in value[:20])}]"
-    plain = {None: "null", True: "true", False: "false"}
-    return plain[value] if value is None or isinstance(value, bool) else repr(value)

@@ -10,10 +10,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from knotwork.documents.document import Document, Location, shown
+from knotwork.documents.document import Document, Location
 from knotwork.documents.values import StrictModel
 from knotwork.documents.words import SAY_WHAT_IS_ACCEPTED, hint, problem_words
-from knotwork.errors import DocumentError, Problem, did_you_mean
+from knotwork.errors import DocumentError, Problem, did_you_mean, shown
 
 ModelT = TypeVar("ModelT", bound=StrictModel)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from knotwork.documents.document import shown
+from knotwork.errors import shown
 
 # Longer descriptions of a field are no help in an error.
 LONGEST_HINT = 130

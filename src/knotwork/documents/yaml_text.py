@@ -12,8 +12,8 @@ from typing import Any
 
 import yaml
 
-from knotwork.documents.document import Document, Location, field_path, shown
-from knotwork.errors import DocumentError, Problem
+from knotwork.documents.document import Document, Location, field_path
+from knotwork.errors import DocumentError, Problem, shown
 
 # Deeper than any document of ours, and shallow enough for the parser, which is recursive.
 MOST_NESTED = 100

@@ -1,4 +1,4 @@
-"""Trajectories for whatever runs them: one module a format, loaded when it is asked for.
+"""Trajectories for whatever runs them: one module a family of formats, loaded when asked for.
 
 from knotwork.export import save, to_ros2
 
@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from knotwork.export.drake import to_drake as to_drake
     from knotwork.export.formats import checked_target as checked_target
     from knotwork.export.formats import content as content
     from knotwork.export.formats import export as export
@@ -21,7 +20,10 @@ if TYPE_CHECKING:
     from knotwork.export.formats import write as write
     from knotwork.export.lossless import Points as Points
     from knotwork.export.lossless import motion_points as motion_points
-    from knotwork.export.mat import to_mat as to_mat
+    from knotwork.export.polynomials import to_drake as to_drake
+    from knotwork.export.polynomials import to_mat as to_mat
+    from knotwork.export.polynomials import to_scipy as to_scipy
+    from knotwork.export.polynomials import to_scipy_npz as to_scipy_npz
     from knotwork.export.pvt import to_pvt as to_pvt
     from knotwork.export.registry import FORMATS as FORMATS
     from knotwork.export.registry import Format as Format
@@ -35,8 +37,6 @@ if TYPE_CHECKING:
     from knotwork.export.samples import to_json as to_json
     from knotwork.export.samples import to_npz as to_npz
     from knotwork.export.samples import to_parquet as to_parquet
-    from knotwork.export.scipy_ppoly import to_scipy as to_scipy
-    from knotwork.export.scipy_ppoly import to_scipy_npz as to_scipy_npz
     from knotwork.export.table import MotionTable as MotionTable
     from knotwork.export.table import motion_table as motion_table
 

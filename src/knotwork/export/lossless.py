@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from knotwork.arguments import finite_number, flag
 from knotwork.errors import ExportError, InputError
 from knotwork.export.difference import largest_difference
-from knotwork.export.numbers import finite_number, flag
 from knotwork.interpolation.pieces import two_point_coefficients
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.polynomial import PiecewisePolynomial

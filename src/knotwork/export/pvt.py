@@ -10,9 +10,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from knotwork.arguments import finite_number, flag
 from knotwork.errors import ExportError, InputError, UnknownNameError
 from knotwork.export.lossless import LOSSLESS, Points, motion_points
-from knotwork.export.numbers import finite_number, flag
 from knotwork.storage import to_csv
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray

@@ -85,15 +85,15 @@ _ALL = (
         TableOptions,
         binary=True,
     ),
-    Format("mat", "polynomials for MATLAB's ppval", ".mat", "mat", binary=True),
+    Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomials", binary=True),
     Format(
         "scipy",
         "PPoly of SciPy; as a file, its arrays c and x in an npz",
         ".npz",
-        "scipy_ppoly",
+        "polynomials",
         binary=True,
     ),
-    Format("drake", "PiecewisePolynomial of Drake; in Python only", "", "drake", binary=True),
+    Format("drake", "PiecewisePolynomial of Drake; in Python only", "", "polynomials", binary=True),
 )
 
 FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL})

@@ -32,9 +32,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
+from knotwork.arguments import flag
 from knotwork.errors import ExportError, InputError
 from knotwork.export.lossless import Points, motion_points
-from knotwork.export.numbers import flag
 from knotwork.export.packages import needed
 from knotwork.trajectory import JointTrajectory
 

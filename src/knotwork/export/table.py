@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.arguments import flag
 from knotwork.errors import InputError
 from knotwork.export.lossless import Points, motion_points
-from knotwork.export.numbers import finite_number, flag
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
@@ -130,7 +130,7 @@ def motion_table(
         if isinstance(motion, Points):
             raise InputError("points are no motion to sample; give the trajectory, or knots_only")
         trajectory = motion
-        rate = DEFAULT_RATE if rate is None else finite_number(rate, "rate", "Hz", positive=True)
+        rate = DEFAULT_RATE if rate is None else rate
         columns = 1 + len(DERIVATIVES) * len(trajectory.joint_names)
         columns += sum(len(part) for _, part, _ in TOOL.values()) if robot is not None else 0
         samples = trajectory.sample(rate, most=MOST_VALUES // columns)

@@ -66,7 +66,9 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
     step = max(1, BLOCK // max(1, components))
     for low in range(0, c.shape[1], step):
         high = min(low + step, c.shape[1])
-        values, times = _candidates(x[low : high + 1], c[:, low:high])
+        found = candidates(x[low : high + 1], c[:, low:high])
+        # piece by piece, so that the first of equal values is the earliest
+        values, times = (part.swapaxes(0, 1).reshape(-1, components) for part in found)
         lost = np.isnan(values)
         for sign, (value, time) in best.items():
             # what is not a number may be anything: no limit is kept
@@ -79,11 +81,15 @@ def piecewise_extrema(x: FloatArray, c: FloatArray) -> Extrema:
     return Extrema(-best[-1.0][0], best[-1.0][1], best[1.0][0], best[1.0][1])
 
 
-def _candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+def candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Values and times at the ends and critical points of pieces, in time order.
 
+    Args:
+        x: Breaks, shape (m+1,).
+        c: Coefficients, shape (k+1, m, d), highest power first.
+
     Returns:
-        Both of shape (number of candidates, d).
+        Both of shape (number of candidates of a piece, m, d).
     """
     size, pieces, components = c.shape
     span = np.diff(x)[:, None]
@@ -96,7 +102,4 @@ def _candidates(x: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
     np.multiply(inner, span, out=local[1:-1])
     local[-1] = span
     values = horner(c[:, None], local)
-    times = np.minimum(x[:-1, None] + local, x[1:, None])
-    # piece by piece, so that the first of equal values is the earliest
-    shape = (-1, components)
-    return values.swapaxes(0, 1).reshape(shape), times.swapaxes(0, 1).reshape(shape)
+    return values, np.minimum(x[:-1, None] + local, x[1:, None])

@@ -10,7 +10,7 @@ import pinocchio as pin
 from knotwork.documents import Document, Location
 from knotwork.errors import did_you_mean
 from knotwork.scenario.waypoint_schema import Frame, Placement
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, rotation_fault
 
 # Values in a file are often rounded to four digits. A quaternion or matrix that is further from a
 # rotation than that is a mistake.
@@ -66,12 +66,11 @@ def _from_quaternion(wxyz: FloatArray, document: Document, location: Location) -
 
 
 def _from_matrix(matrix: FloatArray, document: Document, location: Location) -> FloatArray:
-    error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
-    if error > ROTATION_TOLERANCE or np.linalg.det(matrix) < 0:
+    fault = rotation_fault(matrix, ROTATION_TOLERANCE)
+    if fault:
         raise document.error(
             location,
-            f"is not a rotation matrix: R'R differs from I by {error:.3g}, "
-            f"det R = {np.linalg.det(matrix):.3g}",
+            f"is not a rotation matrix: {fault}",
             f"orthonormal rows within {ROTATION_TOLERANCE:g}, right-handed",
         )
     left, _, right = np.linalg.svd(matrix)  # the nearest rotation undoes the rounding

@@ -1,4 +1,4 @@
-"""Numbers and choices that a caller gives, checked."""
+"""Checks of the numbers and choices that a caller gives."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, shown
 
 
 def finite_number(value: Any, what: str, unit: str = "", *, positive: bool = False) -> float:
@@ -31,7 +31,7 @@ def finite_number(value: Any, what: str, unit: str = "", *, positive: bool = Fal
     if not math.isfinite(number) or (positive and number <= 0.0):
         kind = "positive and finite number" if positive else "finite number"
         of = f" [{unit}]" if unit else ""
-        raise InputError(f"{what} is {_shown(value)}; it must be a {kind}{of}")
+        raise InputError(f"{what} is {shown(value)}; it must be a {kind}{of}")
     return number
 
 
@@ -46,11 +46,5 @@ def flag(value: Any, what: str) -> bool:
         InputError: It is neither `True` nor `False`.
     """
     if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{what} is {_shown(value)}; it must be True or False")
+        raise InputError(f"{what} is {shown(value)}; it must be True or False")
     return bool(value)
-
-
-def _shown(value: Any) -> str:
-    from knotwork.documents.document import shown  # loaded for an error alone
-
-    return shown(value)

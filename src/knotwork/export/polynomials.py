@@ -1,0 +1,121 @@
+"""The polynomials of a motion, exactly and of whatever degree, for SciPy, MATLAB and Drake."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knotwork.errors import ExportError
+from knotwork.export.lossless import motion_points
+from knotwork.export.packages import needed
+from knotwork.export.samples import npz_bytes
+from knotwork.trajectory import JointTrajectory
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
+
+HEADER = b"MATLAB 5.0 MAT-file, written by Knotwork"
+HEADER_SIZE = 116
+"""Bytes of text at the start of a MAT-file; SciPy writes the date there."""
+
+
+def to_scipy(trajectory: JointTrajectory) -> PPoly:
+    """Give the motion as `scipy.interpolate.PPoly`, exactly, of whatever degree.
+
+    Calling it gives positions [rad or m] of trailing shape (d,); it does not extrapolate.
+    """
+    return trajectory.polynomial.to_ppoly()
+
+
+def to_scipy_npz(trajectory: JointTrajectory) -> bytes:
+    """Write the arrays of the `PPoly` as NumPy's npz, without pickles.
+
+    Back in Python:
+
+        f = numpy.load("motion.npz")
+        curve = scipy.interpolate.PPoly(f["c"], f["x"], extrapolate=False)
+    """
+    return npz_bytes(
+        {
+            "c": trajectory.polynomial.c,
+            "x": trajectory.breaks,
+            "joint_names": np.array(trajectory.joint_names),
+            "joint_units": np.array(trajectory.joint_units),
+            "planner": np.array(trajectory.planner),
+        }
+    )
+
+
+def to_mat(trajectory: JointTrajectory) -> bytes:
+    """Write a MAT-file with the motion as a piecewise polynomial.
+
+    In MATLAB or Octave:
+
+        s = load('motion.mat');
+        pp = mkpp(s.breaks, s.coefs, s.d);
+        q = ppval(pp, linspace(s.breaks(1), s.breaks(end), 1000));  % d x 1000 [rad or m]
+
+    The file holds `breaks` [s], 1 by m; `coefs`, (m - 1)·d by k + 1, highest power first, the d
+    joints of a piece below one another; `d`; `joint_names` and `joint_units`, cells; and `pp`,
+    what `mkpp` makes of it.
+    """
+    from scipy.io import savemat
+
+    c = trajectory.polynomial.c
+    size, pieces, joints = c.shape
+    coefficients = np.ascontiguousarray(c.transpose(1, 2, 0)).reshape(pieces * joints, size)
+    breaks = trajectory.breaks[None, :]
+    content = {
+        "breaks": breaks,
+        "coefs": coefficients,
+        "d": float(joints),
+        "joint_names": np.array(trajectory.joint_names, dtype=object)[None, :],
+        "joint_units": np.array(trajectory.joint_units, dtype=object)[None, :],
+        "planner": trajectory.planner,
+        "pp": {
+            "form": "pp",
+            "breaks": breaks,
+            "coefs": coefficients,
+            "pieces": float(pieces),
+            "order": float(size),
+            "dim": float(joints),
+        },
+    }
+    file = io.BytesIO()
+    savemat(file, content)
+    # the date would make two files of one motion differ
+    return HEADER.ljust(HEADER_SIZE) + file.getvalue()[HEADER_SIZE:]
+
+
+def to_drake(trajectory: JointTrajectory) -> Any:
+    """Give the motion as Drake's `PiecewisePolynomial`, d rows and one column (needs `pydrake`).
+
+    A curve of cubics is made by `PiecewisePolynomial.CubicHermite` from its knots, any other from
+    its coefficients, exactly.
+
+    Raises:
+        InputError: Drake can't be imported.
+    """
+    how = "install it with pip install drake"
+    curves = needed("pydrake.trajectories", "a Drake trajectory", how)
+    polynomials = needed("pydrake.polynomial", "a Drake trajectory", how)
+    try:
+        knots = motion_points(trajectory).trajectory.knots
+    except ExportError:
+        return _from_coefficients(trajectory, curves, polynomials)
+    return curves.PiecewisePolynomial.CubicHermite(
+        knots.time.tolist(), knots.position.T, knots.velocity.T
+    )
+
+
+def _from_coefficients(trajectory: JointTrajectory, curves: Any, polynomials: Any) -> Any:
+    c = trajectory.polynomial.c[::-1]  # Drake has the lowest power first
+    pieces = []
+    for piece in range(c.shape[1]):
+        rows = np.empty((c.shape[2], 1), dtype=object)
+        for joint in range(c.shape[2]):
+            rows[joint, 0] = polynomials.Polynomial(np.array(c[:, piece, joint]))
+        pieces.append(rows)
+    return curves.PiecewisePolynomial(pieces, trajectory.breaks.tolist())

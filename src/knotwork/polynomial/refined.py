@@ -1,0 +1,31 @@
+"""The same curve with more breaks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.polynomial.piecewise import PiecewisePolynomial
+from knotwork.waypoints import FloatArray
+
+
+def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomial:
+    """Give the same curve with more breaks.
+
+    >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
+    >>> refined(parabola, [1.0]).c.T
+    array([[1., 0., 0.],
+           [1., 2., 1.]])
+
+    Args:
+        curve: A curve along axis 0.
+        times: Breaks to be added where there are none, within the curve's time.
+    """
+    breaks = np.union1d(curve.x, times)
+    piece = np.clip(np.searchsorted(curve.x, breaks[:-1], side="right") - 1, 0, len(curve.x) - 2)
+    c = np.array(curve.c[:, piece])
+    shift = (breaks[:-1] - curve.x[piece]).reshape(-1, *[1] * (c.ndim - 2))
+    # Synthetic division by (s − shift), once for each coefficient, expands about the new break.
+    for end in range(c.shape[0], 1, -1):
+        for k in range(1, end):
+            c[k] += shift * c[k - 1]
+    return PiecewisePolynomial(c, breaks)
