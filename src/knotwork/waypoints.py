@@ -17,13 +17,16 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 
-def read_only(values: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:
+def read_only(
+    values: ArrayLike, shape: tuple[int, ...], what: str, *, unknown: bool = False
+) -> FloatArray:
     """Copy values into a read-only array of floats of the given shape.
 
     Args:
         values: Anything NumPy takes as numbers.
         shape: The shape it must have.
         what: What the values are, for the error.
+        unknown: NaN is accepted, for a value that is not known.
 
     Raises:
         WaypointDataError: The values are no numbers, not finite or of another shape.
@@ -34,8 +37,9 @@ def read_only(values: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArra
         raise WaypointDataError(f"{what} must be numbers, not {values!r}", value=values) from error
     if array.shape != shape:
         raise WaypointDataError(f"{what} must have shape {shape}, not {array.shape}", value=array)
-    if not np.isfinite(array).all():
-        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+    wrong = np.isinf(array) if unknown else ~np.isfinite(array)
+    if wrong.any():
+        index = tuple(int(i) for i in np.argwhere(wrong)[0])
         raise WaypointDataError(
             f"{what}{list(index)} is {array[index]}; every value must be finite",
             waypoint=index[0] if index else None,
@@ -185,10 +189,13 @@ class JointWaypoints(ReadOnlyArrays):
         velocity: Joint velocities [rad/s or m/s], shape (n, d).
         names: Names of the waypoints, length n; by default their indices.
         joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
+        acceleration: Joint accelerations that are known beforehand, as along a tool path or where
+            the arm waits [rad/s² or m/s²], shape (n, d), NaN at waypoints where they aren't; or
+            `None` where none is.
 
     Raises:
-        WaypointDataError: Shapes do not match, values are not finite, times not increasing, or
-            a joint name occurs twice.
+        WaypointDataError: Shapes do not match, values are not finite, times not increasing,
+            accelerations are given for some joints only, or a joint name occurs twice.
 
     >>> JointWaypoints(("a", "b"), [0, 1], [[0, 0], [1, 2]], [[0, 0], [0, 0]]).joint_units
     ('rad', 'rad')
@@ -200,6 +207,7 @@ class JointWaypoints(ReadOnlyArrays):
     velocity: FloatArray
     names: tuple[str, ...] = ()
     joint_units: tuple[str, ...] = ()
+    acceleration: FloatArray | None = None
 
     def __post_init__(self) -> None:
         def put(field: str, value: Any) -> None:
@@ -215,3 +223,13 @@ class JointWaypoints(ReadOnlyArrays):
         put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
         if len(self.names) != shape[0]:
             raise WaypointDataError(f"names must have length {shape[0]}")
+        if self.acceleration is not None:
+            a = read_only(self.acceleration, shape, "acceleration", unknown=True)
+            put("acceleration", a)
+            partly = np.flatnonzero(np.isnan(a).any(axis=1) & ~np.isnan(a).all(axis=1))
+            if partly.size:
+                raise WaypointDataError(
+                    f"acceleration at {self.names[partly[0]]!r} is known for some joints only; "
+                    "give all of them, or NaN for all",
+                    waypoint=int(partly[0]),
+                )

@@ -108,15 +108,13 @@ def _weighted_sum(
         np.add(out, scratch, out=out)
 
 
-def waypoint_accelerations(
-    data: Waypoints, end_acceleration: tuple[FloatArray, FloatArray] | None
-) -> FloatArray:
+def waypoint_accelerations(data: Waypoints, given: FloatArray) -> FloatArray:
     """Solve for the accelerations at the waypoints.
 
     Args:
-        data: Times, positions, velocities and knots; with doubled ends exactly if end
-            accelerations are given.
-        end_acceleration: First and last acceleration, shape (d,) each, or `None`.
+        data: Times, positions, velocities and knots.
+        given: Accelerations as rows, shape (d, n); those at waypoints where the knots say that
+            they are known are kept.
 
     Returns:
         Accelerations as rows, shape (d, n).
@@ -125,7 +123,7 @@ def waypoint_accelerations(
     # the jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads
     #     -before[0]/(b h) a[i-1] + ((1 - before[1])/(b h) + (1 - after[0])/(p h)) a[i]
     #         - after[1]/(p h) a[i+1] = the other terms of A/(p h) and B/(b h)
-    # and at both ends a = what is asked for; without that it is decoupled, and found afterwards
+    # and where it is known a = what is given; at an end where it isn't, a is found afterwards
     lower, diagonal, upper = np.zeros(n - 1), np.zeros(n), np.zeros(n - 1)
     rhs = np.empty((data.y.shape[0], n))
     rhs[:, 0] = 0.0
@@ -146,15 +144,17 @@ def waypoint_accelerations(
         _weighted_sum(weights.before[2:], terms, rhs[:, following], scratch)
         _weighted_sum(weights.after[2:], terms, total, scratch)
         rhs[:, own] += total
-    diagonal[0] = diagonal[-1] = 1.0
-    upper[0] = lower[-1] = 0.0
-    rhs[:, 0], rhs[:, -1] = (0.0, 0.0) if end_acceleration is None else end_acceleration
+    known = data.knots.known
+    fixed = np.union1d(np.flatnonzero(known), [0, n - 1])
+    diagonal[fixed] = 1.0
+    upper[fixed[:-1]] = lower[fixed[1:] - 1] = 0.0
+    rhs[:, fixed] = np.where(known[fixed], given[:, fixed], 0.0)
     a = solve_tridiagonal(lower, diagonal, upper, rhs)
-    if end_acceleration is None:
-        ends = np.empty((2, 2, data.y.shape[0], 1))
-        knot_accelerations(data, a, 0, 1, *ends[0])
-        knot_accelerations(data, a, n - 2, n - 1, *ends[1])
-        a[:, 0], a[:, -1] = ends[0, 0, :, 0], ends[1, 1, :, 0]
+    for end, (low, side) in ((0, (0, 0)), (-1, (n - 2, 1))):
+        if not known[end]:
+            found = np.empty((2, data.y.shape[0], 1))
+            knot_accelerations(data, a, low, low + 1, *found)
+            a[:, end] = found[side, :, 0]
     return a
 
 

@@ -24,13 +24,27 @@ def coefficients(data: Waypoints, a: FloatArray) -> FloatArray:
     """
     n = data.x.size
     # For each waypoint the piece from its left to its right knot, and from there to the left knot
-    # of the next one. Pieces that do not exist are cut off: the last, and without doubled ends
-    # also the first and the last but one.
+    # of the next one. Pieces that do not exist are cut off: the last, and at an end without an
+    # acceleration given also the first or the last but one.
     c = np.empty((4, 2 * n, data.y.shape[0]))
     for low in range(0, n, data.block):
         high = min(low + data.block, n)
         _assemble(data, a, low, high, c[:, 2 * low : 2 * high])
-    return c[:, :-1] if data.knots.doubled_ends else c[:, 1:-2]
+    first, last = data.knots.range
+    return _cut(data, a, c)[:, first : last + data.knots.cuts.size]
+
+
+def _cut(data: Waypoints, a: FloatArray, c: FloatArray) -> FloatArray:
+    """Divide the pieces around waypoints that are knots; the jerk may jump there."""
+    cuts = data.knots.cuts
+    if not cuts.size:
+        return c
+    own, x = a[:, cuts].T, data.x[cuts]
+    before, after = (x - data.knots.left[cuts])[:, None], (data.knots.right[cuts] - x)[:, None]
+    c[0, 2 * cuts] = (own - 2.0 * c[1, 2 * cuts]) / (6.0 * before)
+    jerk = (2.0 * c[1, 2 * cuts + 1] - own) / (6.0 * after)
+    following = np.stack((jerk, 0.5 * own, data.dydx[:, cuts].T, data.y[:, cuts].T))
+    return np.insert(c, 2 * cuts + 1, following, axis=1)
 
 
 def _assemble(data: Waypoints, a: FloatArray, low: int, high: int, c: FloatArray) -> None:

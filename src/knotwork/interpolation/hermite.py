@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import InputError, OptionError, WaypointDataError
 from knotwork.interpolation.accelerations import Waypoints, waypoint_accelerations
@@ -44,6 +44,9 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             with an acceleration of its own; or the second derivatives wanted at start and end, a
             pair of scalars or arrays of the trailing shape of `y`, or `"zero"` for both: one more
             knot in the first and in the last interval, m = 2n.
+        acceleration: Second derivatives that are known, of the shape of `y`, NaN at waypoints
+            where they aren't. An inner waypoint where they are ends one section of the curve and
+            begins the next: it is a knot itself, and neither side depends on the other.
 
     Attributes:
         x: Knot times, the breaks of the curve, shape (m,). For n = 2 without end accelerations
@@ -71,9 +74,10 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         axis: int = 0,
         knots: str | BalancedKnots | ArrayLike = "paper",
         end_acceleration: EndAcceleration = None,
+        acceleration: ArrayLike | None = None,
     ) -> None:
         times = checked_times(_real(x, "x"))
-        values, axis = _along_time(y, times.size, axis, "y")
+        values, own_axis = _along_time(y, times.size, axis, "y")
         derivatives, _ = _along_time(dydx, times.size, axis, "dydx")
         if values.shape != derivatives.shape:
             raise WaypointDataError(
@@ -81,22 +85,37 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
                 f"{values.shape} and {derivatives.shape}"
             )
         trailing = values.shape[1:]
-        ends = end_accelerations(end_acceleration, trailing)
-        placed = place_knots(times, knots, doubled_ends=ends is not None)
-        positions, velocities = (
-            array.reshape(times.size, math.prod(trailing)).T for array in (values, derivatives)
+        given: FloatArray = np.full(values.shape, np.nan)
+        if acceleration is not None:
+            given, _ = _along_time(acceleration, times.size, axis, "acceleration", unknown=True)
+            if given.shape != values.shape:
+                raise WaypointDataError(
+                    f"acceleration must have the shape of y; with the time axis first they have "
+                    f"{given.shape} and {values.shape}"
+                )
+        positions, velocities, given = (
+            array.reshape(times.size, math.prod(trailing)).T
+            for array in (values, derivatives, given)
         )
+        known = _known(given)
+        ends = end_accelerations(end_acceleration, trailing)
+        if ends is not None:
+            given = given.copy()
+            for end, asked in zip((0, -1), ends, strict=True):
+                if not known[end]:
+                    given[:, end], known[end] = asked, True
+        placed = place_knots(times, knots, known)
         data = Waypoints(times, positions, velocities, placed)
         # what overflows is reported below, with the reason
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            a = waypoint_accelerations(data, ends)
+            a = waypoint_accelerations(data, given)
             c = coefficients(data, a)
         _check_range(a, c)
-        self._assign(c.reshape(*c.shape[:2], *trailing), placed.time, axis)
+        self._assign(c.reshape(*c.shape[:2], *trailing), placed.time, own_axis)
         self._waypoint_times = times
-        acceleration = np.moveaxis(a.T.reshape(values.shape), 0, axis)
-        acceleration.setflags(write=False)
-        self._waypoint_acceleration = acceleration
+        found = np.moveaxis(a.T.reshape(values.shape), 0, own_axis)
+        found.setflags(write=False)
+        self._waypoint_acceleration = found
 
     @property
     def waypoint_times(self) -> FloatArray:
@@ -134,7 +153,27 @@ def _real(values: ArrayLike, what: str) -> FloatArray:
     return np.asarray(array, dtype=float)
 
 
-def _along_time(values: ArrayLike, n: int, axis: int, what: str) -> tuple[FloatArray, int]:
+def _known(given: FloatArray) -> NDArray[np.bool_]:
+    """Waypoints where an acceleration is given, from rows of shape (d, n), NaN where it is not.
+
+    Raises:
+        WaypointDataError: It is given for some components only.
+    """
+    missing = np.isnan(given)
+    partly = np.flatnonzero(missing.any(axis=0) & ~missing.all(axis=0))
+    if partly.size:
+        raise WaypointDataError(
+            f"acceleration of waypoint {partly[0]} is given for some components only; give all of "
+            "them, or NaN for all",
+            waypoint=int(partly[0]),
+        )
+    known: NDArray[np.bool_] = ~missing.any(axis=0) & (given.shape[0] > 0)
+    return known
+
+
+def _along_time(
+    values: ArrayLike, n: int, axis: int, what: str, *, unknown: bool = False
+) -> tuple[FloatArray, int]:
     """Check data and move their time axis to the front; return the axis counted from 0."""
     array = _real(values, what)
     if not -array.ndim <= axis < array.ndim:
@@ -145,8 +184,9 @@ def _along_time(values: ArrayLike, n: int, axis: int, what: str) -> tuple[FloatA
             f"{what} has length {array.shape[axis]} along axis {axis}; there are {n} times"
         )
     array = np.moveaxis(array, axis, 0)
-    if not np.isfinite(array).all():
-        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+    wrong = np.isinf(array) if unknown else ~np.isfinite(array)
+    if wrong.any():
+        index = tuple(int(i) for i in np.argwhere(wrong)[0])
         raise WaypointDataError(
             f"{what} of waypoint {index[0]}"
             + (f", component {list(index[1:])}," if index[1:] else "")

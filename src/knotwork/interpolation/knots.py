@@ -2,8 +2,9 @@
 
 Each inner waypoint x[i] lies strictly between its *left* and its *right* knot; the first and the
 last knot are the first and the last waypoint. So an inner interval holds two knots, the first and
-the last interval one each: m = 2n - 2. With end accelerations asked for, the first waypoint gets
-a right knot and the last one a left knot as well: m = 2n, two in every interval.
+the last interval one each: m = 2n - 2. Where the acceleration at an end is given, the interval
+there holds two as well: m = 2n with both. An inner waypoint whose acceleration is given ends one
+section of the curve and begins the next: it is a knot itself, between its left and its right one.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import InputError, KnotError, UnknownNameError
 from knotwork.waypoints import FloatArray
@@ -67,14 +68,16 @@ class PlacedKnots:
     """The left and the right knot of every waypoint.
 
     Attributes:
+        waypoints: Times of the waypoints [s], shape (n,).
+        known: Where the acceleration is given, shape (n,).
         sides: Left and right knot time of each waypoint in turn [s], shape (2n,). The left knot of
             the first waypoint and the right one of the last are these waypoints themselves, and
-            without doubled ends so are the first one's right and the last one's left.
-        doubled_ends: Whether the end intervals hold two knots like all others.
+            where the acceleration isn't given so are the first one's right and the last one's left.
     """
 
+    waypoints: FloatArray
+    known: NDArray[np.bool_]
     sides: FloatArray
-    doubled_ends: bool
 
     @property
     def left(self) -> FloatArray:
@@ -89,11 +92,23 @@ class PlacedKnots:
     @property
     def time(self) -> FloatArray:
         """Every knot once [s], shape (m,)."""
-        return self.sides if self.doubled_ends else self.sides[1:-1]
+        first, last = self.range
+        time = self.sides[first : last + 1]
+        return np.insert(time, 2 * self.cuts + 1 - first, self.waypoints[self.cuts])
+
+    @property
+    def range(self) -> tuple[int, int]:
+        """The first and the last of the sides that are different knots."""
+        return (0 if self.known[0] else 1), self.sides.size - (1 if self.known[-1] else 2)
+
+    @property
+    def cuts(self) -> NDArray[np.intp]:
+        """Inner waypoints that are knots themselves."""
+        return np.flatnonzero(self.known[1:-1]) + 1
 
 
 def place_knots(
-    x: FloatArray, rule: str | BalancedKnots | ArrayLike = "paper", *, doubled_ends: bool = False
+    x: FloatArray, rule: str | BalancedKnots | ArrayLike, known: NDArray[np.bool_]
 ) -> PlacedKnots:
     """Place knots around waypoints.
 
@@ -101,9 +116,9 @@ def place_knots(
         x: Waypoint times [s], shape (n,), n >= 2, strictly increasing.
         rule: `"paper"` for Eq. (39), at 1/4 and 3/4 of an interval with two knots and at 0.618
             from the end in an interval with one; `"balanced"` or a `BalancedKnots`; or the knot
-            times [s] themselves, of shape (m,), the first and the last waypoint included.
-        doubled_ends: Whether the end intervals hold two knots, m = 2n, rather than one,
-            m = 2n - 2.
+            times [s] themselves, the first and the last waypoint included, inner ones left out.
+        known: Where the acceleration is given, shape (n,). An end interval holds two knots there,
+            else one, and an inner waypoint is a knot itself.
 
     Raises:
         KnotError: A knot is not on its side of its waypoint or not before the next knot, or
@@ -115,37 +130,44 @@ def place_knots(
             raise UnknownNameError("knot rule", rule, KNOT_RULES)
         rule = BalancedKnots() if rule == "balanced" else rule
     if isinstance(rule, BalancedKnots):
-        left, right = _balanced(x, rule.c, doubled_ends)
+        left, right = _balanced(x, rule.c, known)
     elif isinstance(rule, str):
-        left, right = _paper(x, doubled_ends)
+        left, right = _paper(x, known)
     else:
-        left, right = _given(x, rule, doubled_ends)
+        left, right = _given(x, rule, known)
     left[0], right[-1] = x[0], x[-1]
-    if not doubled_ends:
-        right[0], left[-1] = x[0], x[-1]
-    _check_order(x, left, right, doubled_ends)
+    if not known[0]:
+        right[0] = x[0]
+    if not known[-1]:
+        left[-1] = x[-1]
+    _check_order(x, left, right, known)
     sides = np.empty(2 * x.size)
     sides[0::2], sides[1::2] = left, right
-    return PlacedKnots(sides, doubled_ends)
+    return PlacedKnots(x, known, sides)
 
 
-def _paper(x: FloatArray, doubled_ends: bool) -> tuple[FloatArray, FloatArray]:
+def _paper(x: FloatArray, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
     h = np.diff(x)
     left, right = x.copy(), x.copy()
     right[:-1] += PAPER_INNER[0] * h
     left[1:] = x[:-1] + PAPER_INNER[1] * h
-    if not doubled_ends:
+    if not known[0]:
         left[1] = x[0] + PAPER_END * h[0]
+    if not known[-1]:
         right[-2] = x[-1] - PAPER_END * h[-1]
     return left, right
 
 
-def _balanced(x: FloatArray, c: float, doubled_ends: bool) -> tuple[FloatArray, FloatArray]:
+def _balanced(x: FloatArray, c: float, known: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
     h = np.diff(x)
-    reach = c * np.minimum(np.append(h, np.inf), np.insert(h, 0, np.inf))
-    meeting = reach[:-1] + reach[1:] >= h
-    if not doubled_ends:
-        meeting[[0, -1]] = False
+    before, after = np.insert(h, 0, np.inf), np.append(h, np.inf)
+    shorter = np.minimum(before, after)
+    # where a section ends, what lies beyond it doesn't count
+    before, after = (c * np.where(known, side, shorter) for side in (before, after))
+    before[0] = after[-1] = 0.0
+    meeting = after[:-1] + before[1:] >= h
+    meeting[0] &= known[0]
+    meeting[-1] &= known[-1]
     if meeting.any():
         i = int(np.flatnonzero(meeting)[0])
         raise KnotError(
@@ -153,12 +175,14 @@ def _balanced(x: FloatArray, c: float, doubled_ends: bool) -> tuple[FloatArray, 
             "neither neighbouring interval is shorter; choose c below 0.5",
             waypoint=i,
         )
-    return x - reach, x + reach
+    return x - before, x + after
 
 
-def _given(x: FloatArray, knots: ArrayLike, doubled_ends: bool) -> tuple[FloatArray, FloatArray]:
+def _given(
+    x: FloatArray, knots: ArrayLike, known: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
     n = x.size
-    expected = 2 * n if doubled_ends else 2 * n - 2
+    expected = 2 * n - 2 + int(known[0]) + int(known[-1])
     try:
         t = np.array(knots, dtype=float)
     except (TypeError, ValueError) as error:
@@ -176,20 +200,22 @@ def _given(x: FloatArray, knots: ArrayLike, doubled_ends: bool) -> tuple[FloatAr
                 waypoint=i,
             )
     if t.size != expected:
-        raise _miscounted(x, t, doubled_ends)
-    if not doubled_ends:
-        t = np.concatenate((t[:1], t, t[-1:]))
+        raise _miscounted(x, t, known)
+    t = np.concatenate((() if known[0] else t[:1], t, () if known[-1] else t[-1:]))
     return t[0::2].copy(), t[1::2].copy()
 
 
-def _miscounted(x: FloatArray, t: FloatArray, doubled_ends: bool) -> KnotError:
+def _miscounted(x: FloatArray, t: FloatArray, known: NDArray[np.bool_]) -> KnotError:
     """Error for too few or too many knots, naming the first interval where they are so."""
     n = x.size
     needed = np.full(n - 1, 2)
-    if not doubled_ends:
-        needed[0] -= 1
-        needed[-1] -= 1
-    rule = "2n, as end accelerations are asked for" if doubled_ends else "2n - 2"
+    needed[0] -= not known[0]
+    needed[-1] -= not known[-1]
+    rule = (
+        "2n - 2",
+        "2n - 1, as one end acceleration is asked for",
+        "2n, as end accelerations are asked for",
+    )[int(known[0]) + int(known[-1])]
     message = f"{n} waypoints need {needed.sum() + 2} knots ({rule}); {t.size} are given"
     inside = np.sort(t)
     found = np.searchsorted(inside, x[1:], side="left") - np.searchsorted(inside, x[:-1], "right")
@@ -206,16 +232,16 @@ def _miscounted(x: FloatArray, t: FloatArray, doubled_ends: bool) -> KnotError:
     )
 
 
-def _check_order(x: FloatArray, left: FloatArray, right: FloatArray, doubled_ends: bool) -> None:
+def _check_order(
+    x: FloatArray, left: FloatArray, right: FloatArray, known: NDArray[np.bool_]
+) -> None:
     """Raise a KnotError for the first knot that is out of its place."""
     # a knot and its waypoint coincide at the ends only
     wrong_left = ~((left[1:] > x[:-1]) & (left[1:] < x[1:]))
     wrong_right = ~((right[:-1] > x[:-1]) & (right[:-1] < x[1:]))
     wrong_order = ~(right[:-1] < left[1:])
-    if not doubled_ends:
-        wrong_left[-1] = wrong_right[0] = False
-        if x.size == 2:
-            return
+    wrong_left[-1] &= known[-1]
+    wrong_right[0] &= known[0]
     wrong = wrong_left | wrong_right | wrong_order
     if not wrong.any():
         return

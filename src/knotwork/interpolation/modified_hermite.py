@@ -11,10 +11,12 @@ from knotwork.waypoints import JointWaypoints
 def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
     """Make a C2 smooth curve of degree three through positions and velocities.
 
-    Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39).
+    Modified cubic Hermite interpolation on rebuilt knots, Eqs. (30), (31), (34), (39). Waypoints
+    whose acceleration is known are met with it, and divide the curve into sections that don't
+    depend on one another.
 
     Args:
-        waypoints: Positions and velocities, n >= 2.
+        waypoints: Positions and velocities, n >= 2, and accelerations where they are known.
         options: Where the knots sit (`knots`) and the accelerations at both ends
             (`end_acceleration`).
 
@@ -28,4 +30,5 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
         waypoints.velocity,
         knots=options.knots,
         end_acceleration=end_accelerations(options.end_acceleration, waypoints.position.shape[1:]),
+        acceleration=waypoints.acceleration,
     )

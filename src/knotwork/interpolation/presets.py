@@ -42,6 +42,8 @@ def estimated_accelerations(waypoints: JointWaypoints) -> FloatArray:
 def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> FloatArray:
     """Accelerations at the waypoints as the options ask for them, zeros by default, shape (n, d).
 
+    Those that the waypoints know beforehand count before what the options ask for.
+
     Raises:
         OptionError: An array has another shape, or end accelerations are given beside one.
     """
@@ -54,14 +56,20 @@ def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> 
                 "gives the accelerations at the ends, and so do the first and last row of option "
                 "accelerations; give one of the two",
             )
-        return preset_rows("accelerations", asked, waypoints)
+        return with_known(preset_rows("accelerations", asked, waypoints), waypoints)
     if asked == "zero":
         accelerations = np.zeros(waypoints.position.shape)
     else:
         accelerations = estimated_accelerations(waypoints)
     if ends is not None:
         accelerations[0], accelerations[-1] = ends
-    return accelerations
+    return with_known(accelerations, waypoints)
+
+
+def with_known(accelerations: FloatArray, waypoints: JointWaypoints) -> FloatArray:
+    """Put those that are known beforehand in place of what an option asks for."""
+    known = waypoints.acceleration
+    return accelerations if known is None else np.where(np.isnan(known), accelerations, known)
 
 
 def preset_rows(

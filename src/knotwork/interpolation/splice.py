@@ -13,7 +13,7 @@ from knotwork.interpolation.hermite import end_accelerations
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import joined, raised, two_point_coefficients
-from knotwork.interpolation.presets import estimated_accelerations, preset_rows
+from knotwork.interpolation.presets import estimated_accelerations, preset_rows, with_known
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -66,6 +66,7 @@ def _accelerations_353(waypoints: JointWaypoints, options: PlannerOptions) -> Fl
             a[middle] = given
     elif asked != "zero" and t.size > 4:
         a[middle] = estimated_accelerations(waypoints)[middle]
+    a = with_known(a, waypoints)
     first, last = t[1] - t[0], t[-1] - t[-2]
     # far ends of the outer cubics: 2 (2 v1 + v0 - 3 s)/h and its mirror image
     a[1] = 2.0 * (2.0 * v[1] + v[0] - 3.0 * (y[1] - y[0]) / first) / first

@@ -1,0 +1,151 @@
+"""Sections: waypoints whose acceleration is known divide the curve, which stays C2 and cubic."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline, make_interp_spline
+
+import knotwork as kw
+from knotwork.errors import WaypointDataError
+from knotwork.interpolation import ModifiedHermiteSpline
+from sweeps import examples
+
+
+def data(n, seed=0, ratio=10.0, d=2):
+    rng = np.random.default_rng([seed, n])
+    x = np.cumsum(ratio ** rng.uniform(0, 1, n))
+    return x, *rng.normal(size=(3, n, d))
+
+
+def with_cuts(a, cuts):
+    known = np.full_like(a, np.nan)
+    known[cuts] = a[cuts]
+    return known
+
+
+def scale(spline, nu):
+    return np.abs(spline(spline.x, nu)).max() + 1e-300
+
+
+def assert_meets_and_is_c2(spline, x, y, v, a):
+    known = ~np.isnan(a).any(axis=1)
+    for nu, wanted in ((0, y), (1, v)):
+        np.testing.assert_allclose(spline(x, nu), wanted, atol=1e-11 * scale(spline, nu))
+    np.testing.assert_allclose(spline(x[known], 2), a[known], atol=1e-11 * scale(spline, 2))
+    for nu in range(3):
+        assert np.abs(spline.jumps(nu)).max(initial=0.0) <= 1e-11 * scale(spline, nu)
+    assert spline.c.shape[0] == 4
+
+
+@pytest.mark.parametrize("rule", ["paper", "balanced"])
+@pytest.mark.parametrize("cuts", [[3], [0], [6], [2, 4], [0, 1, 6], list(range(7))])
+def test_known_accelerations_are_met_and_the_curve_stays_c2(cuts, rule):
+    x, y, v, a = data(7)
+    known = with_cuts(a, cuts)
+    spline = ModifiedHermiteSpline(x, y, v, acceleration=known, knots=rule)
+    assert_meets_and_is_c2(spline, x, y, v, known)
+    inner = [i for i in cuts if 0 < i < 6]
+    assert len(spline.x) == 2 * 7 - 2 + (0 in cuts) + (6 in cuts) + len(inner)
+    assert set(x[inner]) <= set(spline.x)
+
+
+@examples(30)
+@given(
+    n=st.integers(2, 9),
+    seed=st.integers(0, 1000),
+    ratio=st.sampled_from([1.0, 10.0, 1e3]),
+    chosen=st.lists(st.booleans(), min_size=9, max_size=9),
+)
+def test_any_choice_of_known_accelerations_is_met(n, seed, ratio, chosen):
+    x, y, v, a = data(n, seed, ratio)
+    known = with_cuts(a, np.flatnonzero(chosen[:n]))
+    assert_meets_and_is_c2(ModifiedHermiteSpline(x, y, v, acceleration=known), x, y, v, known)
+
+
+@pytest.mark.parametrize("rule", ["paper", "balanced"])
+def test_each_section_is_the_spline_of_its_own_waypoints(rule):
+    x, y, v, a = data(9)
+    whole = ModifiedHermiteSpline(x, y, v, acceleration=with_cuts(a, [0, 3, 8]), knots=rule)
+    for low, high in ((0, 3), (3, 8)):
+        part = slice(low, high + 1)
+        ends = a[low], a[high]
+        alone = ModifiedHermiteSpline(x[part], y[part], v[part], knots=rule, end_acceleration=ends)
+        t = np.linspace(x[low], x[high], 301)
+        for nu in range(3):
+            np.testing.assert_allclose(whole(t, nu), alone(t, nu), atol=1e-10 * scale(whole, nu))
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 8])
+@pytest.mark.parametrize("end", [0, -1])
+def test_a_section_with_one_free_end_equals_b_spline_collocation(n, end):
+    x, y, v, a = data(n)
+    spline = ModifiedHermiteSpline(x, y, v, acceleration=with_cuts(a, [end]))
+    t = spline.x
+    basis = BSpline(np.concatenate(([t[0]] * 3, t, [t[-1]] * 3)), np.eye(len(t) + 2), 3)
+    matrix = np.concatenate((basis(x), basis(x, 1), basis(x[[end]], 2)))
+    assert matrix.shape[0] == matrix.shape[1]  # 2n positions and velocities, one acceleration
+    dense = np.linalg.solve(matrix, np.concatenate((y, v, a[[end]])))
+    at = np.linspace(x[0], x[-1], 200)
+    np.testing.assert_allclose(
+        spline(at), BSpline(basis.t, dense, 3)(at), atol=1e-9 * scale(spline, 0)
+    )
+
+
+def test_an_arm_that_waits_does_not_move_at_all():
+    x = np.array([0.0, 1.0, 1.3, 3.0])
+    y = np.array([[0.0], [0.7], [0.7], [2.0]])
+    v, a = np.zeros((4, 1)), np.full((4, 1), np.nan)
+    moves = ModifiedHermiteSpline(x, y, v, acceleration=a, knots="balanced")
+    a[1:3] = 0.0
+    waits = ModifiedHermiteSpline(x, y, v, acceleration=a, knots="balanced")
+    t = np.linspace(1.0, 1.3, 1001)
+    assert np.ptp(moves(t)) > 1e-3  # without the accelerations it does
+    assert np.ptp(waits(t)) == 0.0
+
+
+def test_no_known_acceleration_is_the_papers_curve_to_the_bit():
+    x, y, v, a = data(6)
+    plain = ModifiedHermiteSpline(x, y, v)
+    same = ModifiedHermiteSpline(x, y, v, acceleration=np.full_like(a, np.nan))
+    np.testing.assert_array_equal(plain.c, same.c)
+    np.testing.assert_array_equal(plain.x, same.x)
+
+
+def test_a_smooth_curve_is_followed_to_fourth_order():
+    curve = make_interp_spline(t := np.linspace(0, 3, 41), np.sin(2 * t) + 0.3 * t**2, k=7)
+    at = np.linspace(0, 3, 4001)
+
+    def error(intervals):
+        x = np.linspace(0, 3, intervals + 1)
+        spline = ModifiedHermiteSpline(x, curve(x), curve(x, 1), acceleration=curve(x, 2))
+        return np.abs(spline(at) - curve(at)).max()
+
+    for few in (6, 12, 24):
+        assert 13.0 < error(few) / error(2 * few) < 19.0
+
+
+@pytest.mark.parametrize("planner", ["modified-hermite", "quintic", "septic", "nonic", "3-5-3"])
+def test_planners_meet_known_accelerations(planner):
+    x, y, v, a = data(8)
+    waypoints = kw.JointWaypoints(("a", "b"), x, y, v, acceleration=with_cuts(a, [3, 4]))
+    motion = kw.get_planner(planner)(waypoints)
+    np.testing.assert_allclose(motion.acceleration(x[3:5]), a[3:5], atol=1e-9)
+    other = kw.get_planner(planner)(kw.JointWaypoints(("a", "b"), x, y, v))
+    assert np.abs(other.acceleration(x[3:5]) - a[3:5]).max() > 1e-3
+
+
+def test_an_acceleration_known_for_some_joints_only_is_refused():
+    x, y, v, a = data(3)
+    a[1, 0] = np.nan
+    with pytest.raises(WaypointDataError, match="acceleration of waypoint 1 is given for some"):
+        ModifiedHermiteSpline(x, y, v, acceleration=a)
+    with pytest.raises(WaypointDataError, match="acceleration at 'on' is known for some joints"):
+        kw.JointWaypoints(("a", "b"), x, y, v, names=("from", "on", "to"), acceleration=a)
+    with pytest.raises(WaypointDataError, match="acceleration must have the shape of y"):
+        ModifiedHermiteSpline(x, y, v, acceleration=a[:, :1])
+    a[1] = np.inf
+    with pytest.raises(WaypointDataError, match="acceleration of waypoint 1"):
+        ModifiedHermiteSpline(x, y, v, acceleration=a)
