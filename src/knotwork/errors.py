@@ -8,14 +8,25 @@ from __future__ import annotations
 import copyreg
 import difflib
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 
 class KnotworkError(Exception):
-    """Base class of all errors that Knotwork raises on purpose."""
+    """Base class of all errors that Knotwork raises on purpose.
+
+    A leaf declares its data as attributes of the class, which are given by keyword.
+    """
+
+    def __init__(self, message: str = "", **data: Any) -> None:
+        for name, value in data.items():
+            if not hasattr(type(self), name):
+                raise TypeError(f"{type(self).__name__} has no attribute {name!r}")
+            setattr(self, name, tuple(value) if isinstance(value, list) else value)
+        super().__init__(message)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # By default a copy would be made with the message as the only argument.
@@ -128,9 +139,11 @@ class RobotError(InputError):
         joint: The joint or frame at fault, or `None`.
     """
 
-    def __init__(self, robot: str, message: str, *, joint: str | None = None) -> None:
-        self.robot, self.joint = robot, joint
-        super().__init__(f"robot {robot!r}: {message}")
+    joint: str | None = None
+
+    def __init__(self, robot: str, message: str, **data: Any) -> None:
+        self.robot = robot
+        super().__init__(f"robot {robot!r}: {message}", **data)
 
 
 class WaypointDataError(InputError):
@@ -141,9 +154,8 @@ class WaypointDataError(InputError):
         value: The value found, or `None`.
     """
 
-    def __init__(self, message: str, *, waypoint: int | None = None, value: Any = None) -> None:
-        self.waypoint, self.value = waypoint, value
-        super().__init__(message)
+    waypoint: int | None = None
+    value: Any = None
 
 
 class OptionError(InputError):
@@ -169,15 +181,8 @@ class KnotError(InputError):
         interval: Open interval of times [s] that would do for the knot, or `None`.
     """
 
-    def __init__(
-        self,
-        message: str,
-        *,
-        waypoint: int | None = None,
-        interval: tuple[float, float] | None = None,
-    ) -> None:
-        self.waypoint, self.interval = waypoint, interval
-        super().__init__(message)
+    waypoint: int | None = None
+    interval: tuple[float, float] | None = None
 
 
 class TimeRangeError(InputError):
@@ -203,11 +208,11 @@ class TaskError(InputError):
         waypoint: Name of the waypoint.
     """
 
-    def __init__(self, waypoint: str, message: str, *, where: str = "") -> None:
+    def __init__(self, waypoint: str, message: str, *, where: str = "", **data: Any) -> None:
         self.waypoint, self.where = waypoint, where
         prefix = f"{where}: " if where else ""
         named = f"waypoint {waypoint!r}: " if waypoint else ""
-        super().__init__(f"{prefix}{named}{message}")
+        super().__init__(f"{prefix}{named}{message}", **data)
 
 
 class OutOfReachError(TaskError):
@@ -224,20 +229,10 @@ class OutOfReachError(TaskError):
             none if the limits make nothing worse.
     """
 
-    def __init__(
-        self,
-        waypoint: str,
-        message: str,
-        *,
-        closest: Sequence[float] = (),
-        closest_distance: float = 0.0,
-        closest_angle: float = 0.0,
-        held: Sequence[str] = (),
-        where: str = "",
-    ) -> None:
-        self.closest, self.held = tuple(closest), tuple(held)
-        self.closest_distance, self.closest_angle = closest_distance, closest_angle
-        super().__init__(waypoint, message, where=where)
+    closest: Sequence[float] = ()
+    closest_distance: float = 0.0
+    closest_angle: float = 0.0
+    held: Sequence[str] = ()
 
 
 class UnreachablePoseError(OutOfReachError):
@@ -254,21 +249,10 @@ class UnreachablePoseError(OutOfReachError):
             there [rad]; `None` if it is out of reach.
     """
 
-    def __init__(
-        self,
-        waypoint: str,
-        message: str,
-        *,
-        position_shortfall: float,
-        orientation_shortfall: float,
-        point_shortfall: float = 0.0,
-        angle_at_point: float | None = None,
-        **closest: Any,
-    ) -> None:
-        self.position_shortfall = position_shortfall
-        self.orientation_shortfall = orientation_shortfall
-        self.point_shortfall, self.angle_at_point = point_shortfall, angle_at_point
-        super().__init__(waypoint, message, **closest)
+    position_shortfall: float = 0.0
+    orientation_shortfall: float = 0.0
+    point_shortfall: float = 0.0
+    angle_at_point: float | None = None
 
 
 class OutsideLimitsError(OutOfReachError):
@@ -278,16 +262,7 @@ class OutsideLimitsError(OutOfReachError):
         joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
     """
 
-    def __init__(
-        self,
-        waypoint: str,
-        message: str,
-        *,
-        joints: Sequence[tuple[str, float, float, float]],
-        **closest: Any,
-    ) -> None:
-        self.joints = tuple(joints)
-        super().__init__(waypoint, message, **closest)
+    joints: Sequence[tuple[str, float, float, float]] = ()
 
 
 class BranchError(TaskError):
@@ -297,11 +272,7 @@ class BranchError(TaskError):
         branches: The branches it is reached in, in words.
     """
 
-    def __init__(
-        self, waypoint: str, message: str, *, branches: Sequence[str], where: str = ""
-    ) -> None:
-        self.branches = tuple(branches)
-        super().__init__(waypoint, message, where=where)
+    branches: Sequence[str] = ()
 
 
 class SingularityError(TaskError):
@@ -313,20 +284,9 @@ class SingularityError(TaskError):
         joint_velocity: The joint speeds that it would take, by joint name [rad/s or m/s].
     """
 
-    def __init__(
-        self,
-        waypoint: str,
-        message: str,
-        *,
-        smallest_singular_value: float,
-        residual: tuple[float, float],
-        joint_velocity: dict[str, float],
-        where: str = "",
-    ) -> None:
-        self.smallest_singular_value = smallest_singular_value
-        self.residual = residual
-        self.joint_velocity = joint_velocity
-        super().__init__(waypoint, message, where=where)
+    smallest_singular_value: float = 0.0
+    residual: tuple[float, float] = (0.0, 0.0)
+    joint_velocity: Mapping[str, float] = MappingProxyType({})
 
 
 class ExportError(InputError):
@@ -338,16 +298,9 @@ class ExportError(InputError):
         time: Where [s], or `None`.
     """
 
-    def __init__(
-        self,
-        message: str,
-        *,
-        joint: str | None = None,
-        error: float | None = None,
-        time: float | None = None,
-    ) -> None:
-        self.joint, self.error, self.time = joint, error, time
-        super().__init__(message)
+    joint: str | None = None
+    error: float | None = None
+    time: float | None = None
 
 
 class CheckFailedError(KnotworkError, AssertionError):

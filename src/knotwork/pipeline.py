@@ -167,20 +167,15 @@ def plan(
     waypoints = solution.waypoints
     try:
         trajectory = interpolate(waypoints, options)
-    except KnotError as error:
-        if error.waypoint is not None:
+    except InputError as error:
+        field: tuple[str, ...] = ("planner",)
+        given_here = planner is not None
+        if isinstance(error, KnotError) and error.waypoint is not None:
             error.locate(f"at waypoint {waypoints.names[error.waypoint]!r}")
-        with _error_context(scenario, "knots", given_here=knots is not None):
-            raise
-    except OptionError as error:
-        with _error_context(
-            scenario,
-            *_FIELDS.get(error.option, ("planner",)),
-            given_here=error.option == "knots" and knots is not None,
-        ):
-            raise
-    except InputError:
-        with _error_context(scenario, "planner", given_here=planner is not None):
+        if isinstance(error, KnotError | OptionError):
+            field = _FIELDS.get(getattr(error, "option", "knots"), ("planner",))
+            given_here = field == ("knots",) and knots is not None
+        with _error_context(scenario, *field, given_here=given_here):
             raise
     known = [_infeasible(one) for one in solution.infeasibilities]
     report = check(trajectory, scenario, space=space, known=known)
@@ -205,14 +200,13 @@ def _infeasible(found: Infeasibility) -> Finding:
     )
 
 
+# Values given for each waypoint have a meaning only for the planner they were chosen for.
+_PRESETS = ("accelerations", "jerks", "snaps")
+
 # Where a file says what the options are.
-_FIELDS = {
-    "knots": ("knots",),
-    "end_acceleration": ("end_acceleration",),
-    "accelerations": ("planner_options", "accelerations"),
-    "jerks": ("planner_options", "jerks"),
-    "snaps": ("planner_options", "snaps"),
-    "transition_time": ("planner_options", "transition_time"),
+_FIELDS: dict[str, tuple[str, ...]] = {
+    **{name: (name,) for name in ("knots", "end_acceleration")},
+    **{name: ("planner_options", name) for name in (*_PRESETS, "transition_time")},
 }
 
 
@@ -264,10 +258,6 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
         velocity_limit=space.limits["velocity"],
         acceleration_limit=space.limits["acceleration"],
     )
-
-
-# Values given for each waypoint have a meaning only for the planner they were chosen for.
-_PRESETS = ("accelerations", "jerks", "snaps")
 
 
 def supported_options(

@@ -6,8 +6,8 @@ import io
 import json
 import os
 import re
+import secrets
 import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -120,11 +120,12 @@ def _write(contents: Mapping[Path, str | bytes]) -> list[Path]:
     try:
         for path, content in contents.items():
             path.parent.mkdir(parents=True, exist_ok=True)
-            handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-            written.append((Path(temporary), path))
-            with os.fdopen(handle, "wb") as file:
+            temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+            with temporary.open("xb") as file:
+                written.append((temporary, path))
+                if path.exists():
+                    shutil.copymode(path, temporary)
                 file.write(content if isinstance(content, bytes) else content.encode())
-            Path(temporary).chmod(_mode(path))
         _replace_all(written)
     finally:
         for temporary_path, _ in written:
@@ -158,20 +159,6 @@ def _replace_all(files: list[tuple[Path, Path]]) -> None:
         for _, old in done:
             if old is not None:
                 old.unlink(missing_ok=True)
-
-
-def _mode(path: Path) -> int:
-    """Permissions of a file that is replaced, or those that a new one gets."""
-    try:
-        return path.stat().st_mode & 0o777
-    except OSError:
-        return 0o666 & ~_umask()
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def to_json(data: Mapping[str, Any]) -> str:
