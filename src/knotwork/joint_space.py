@@ -15,7 +15,7 @@ import numpy as np
 
 from knotwork.errors import UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
-from knotwork.scenario import JointTarget, JointValues, LimitOverrides, Scenario
+from knotwork.scenario import JointTarget, JointValues, Scenario
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -52,8 +52,8 @@ class JointSpace:
         near: Joint positions that solutions are to be near [rad or m], shape (d,), or `None`.
         end_acceleration: Asked for at the start and at the end [rad/s² or m/s²], shape (d,) each,
             or `None`.
-        presets: What the planner is told at the waypoints: `"accelerations"`, `"jerks"` and
-            `"snaps"`, those that are given, each of shape (n, d) in SI.
+        presets: What the planner is told at the waypoints, as `Scenario.presets` has it, joint
+            values as arrays of shape (n, d) in SI.
     """
 
     joint_names: tuple[str, ...]
@@ -66,7 +66,7 @@ class JointSpace:
     targets: tuple[JointState | None, ...] = ()
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
-    presets: Mapping[str, FloatArray] = field(default_factory=dict)
+    presets: Mapping[str, Any] = field(default_factory=dict)
 
     def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Lower and upper limit of a quantity, shape (d,) each; infinite where there is none.
@@ -109,8 +109,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
             robot.require_tool()
     _check_motion_limits(scenario, robot)
     read = _Reader(robot.joint_names, robot.joint_units, robot.configurations)
-    position, magnitudes = read.limits(scenario.limits)
-    robot = robot.with_limits(position, **magnitudes)
+    robot = robot.with_limits(**read.limits(scenario.limits))
     return JointSpace(
         robot.joint_names,
         robot.joint_units,
@@ -144,10 +143,11 @@ def _of_bare_joints(scenario: Scenario) -> JointSpace:
                 raise UnknownNameError("joint", name, names)
     units = tuple(scenario.joint_units.get(name, "rad") for name in names)
     read = _Reader(names, units, {})
-    position, magnitudes = read.limits(scenario.limits)
+    given = read.limits(scenario.limits)
+    position = given.get("position", {})
     lower, upper = np.array([position.get(name, (-np.inf, np.inf)) for name in names]).T
     limits = {
-        kind: np.array([magnitudes.get(kind, {}).get(name, np.inf) for name in names])
+        kind: np.array([given.get(kind, {}).get(name, np.inf) for name in names])
         for kind in MAGNITUDES
     }
     return JointSpace(names, units, lower, upper, limits, **read.task(scenario))
@@ -161,7 +161,7 @@ class _Reader:
     units: tuple[str, ...]
     configurations: Mapping[str, FloatArray]
 
-    def by_joint(self, given: JointValues, *, si: bool = False) -> dict[str, float]:
+    def by_joint(self, given: JointValues, *, si: bool = False) -> dict[str, Any]:
         """Values by joint [rad or m, and per second]; `si` if they are in SI in any file."""
         scales = {"rad": 1.0 if si else given.angle, "m": 1.0 if si else given.length}
         scale = {name: scales[unit] for name, unit in zip(self.names, self.units, strict=True)}
@@ -174,7 +174,8 @@ class _Reader:
                     f"unknown joint {name!r}",
                     did_you_mean(name, self.names),
                 )
-        return {name: float(value) * scale[name] for name, value in given.values.items()}
+        items = given.values.items()
+        return {name: np.multiply(value, scale[name]).tolist() for name, value in items}
 
     def array(self, given: JointValues, *, missing: float | None = None) -> FloatArray:
         """A value for every joint, shape (d,); `missing` for those left out, if any may be."""
@@ -196,20 +197,12 @@ class _Reader:
             )
         return np.array([values.get(name, missing or 0.0) for name in self.names])
 
-    def limits(
-        self, given: LimitOverrides
-    ) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
-        """Position limits by joint, and magnitudes by quantity and joint."""
-        position: dict[str, tuple[float, float]] = {}
-        if given.position_lower is not None and given.position_upper is not None:
-            upper = self.by_joint(given.position_upper)
-            lower = self.by_joint(given.position_lower)
-            position = {name: (lower[name], upper[name]) for name in lower}
-        magnitudes = {
+    def limits(self, given: Mapping[str, JointValues]) -> dict[str, dict[str, Any]]:
+        """Limits by quantity and joint; those of position are pairs."""
+        return {
             kind: self.by_joint(values, si=JOINT_QUANTITIES[kind].order is None)
-            for kind, values in given.magnitudes.items()
+            for kind, values in given.items()
         }
-        return position, magnitudes
 
     def task(self, scenario: Scenario) -> dict[str, Any]:
         """The attributes of a `JointSpace` that say what is asked of the joints."""
@@ -223,8 +216,9 @@ class _Reader:
             "end_acceleration": self._ends(scenario.end_acceleration),
             "presets": {
                 name: np.array([self.array(values) for values in given])
-                for name in ("accelerations", "jerks", "snaps")
-                if isinstance(given := getattr(scenario.presets, name), tuple)
+                if isinstance(given, tuple)
+                else given
+                for name, given in scenario.presets.items()
             },
         }
 

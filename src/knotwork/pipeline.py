@@ -245,18 +245,12 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
         InputError: An option names a joint that does not exist, or is out of range.
     """
     knots, ends = scenario.knots, scenario.end_acceleration
-    accelerations = scenario.presets.accelerations
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
         end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
-        accelerations=accelerations
-        if isinstance(accelerations, str)
-        else space.presets.get("accelerations"),
-        jerks=space.presets.get("jerks"),
-        snaps=space.presets.get("snaps"),
-        transition_time=scenario.presets.transition_time,
         velocity_limit=space.limits["velocity"],
         acceleration_limit=space.limits["acceleration"],
+        **space.presets,
     )
 
 

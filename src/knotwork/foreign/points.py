@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -79,24 +78,36 @@ def read_points(
         return document.error(where, message, accepted)
 
     order = joint_order(given, joint_names, name_error, owner)
-    message = "points" in data
-    cells = (_cells_of_message if message else _cells_of_arrays)(document, data, at)
     units = [(given[i], joint_units[order.index(i)]) for i in range(len(given))]
+    rows, rows_at, stands = _rows(document, data, at)
     for part, where in (*outer, (data, at)):
         check_units(document, part, where, units)
+    keys = [
+        {name: _key(document, row, name, stands(i, "")[:-1]) for name in KEYS}
+        for i, row in enumerate(rows)
+    ]
 
     def place(row: int, quantity: str, joint: int | None) -> Callable[[str, str], DocumentError]:
-        cell = cells[quantity][row] if quantity else None
-        where = (*at, "points" if message else _key(document, data, "time", at) or "")
-        if cell is not None:
-            where = cell.where if joint is None else (*cell.where, order[joint])
+        key = keys[row][quantity] if quantity else None
+        where = rows_at if key is None else stands(row, key)
+        where = where if joint is None else (*where, order[joint])
         return lambda message, accepted: document.error(where, message, accepted)
 
     reader = _Reader(document, len(given), start_time)
-    time = np.array([reader.seconds(cell) for cell in cells["time"] if cell is not None])
-    values = {quantity: reader.table(cells[quantity])[:, order] for quantity in QUANTITIES}
-    has = {name: np.array([cell is not None for cell in cells[name]], bool) for name in values}
-    return PointTable(tuple(joint_names), tuple(joint_units), time, values, has, place)
+    time = np.empty(len(rows))
+    values = {name: np.full((len(rows), len(given)), np.nan) for name in QUANTITIES}
+    for i, (row, names) in enumerate(zip(rows, keys, strict=True)):
+        for name in ("time", "position"):
+            if names[name] is None:
+                raise document.error(stands(i, KEYS[name][0]), "is missing and must be given")
+        for name, key in names.items():
+            if name == "time" and key is not None:
+                time[i] = reader.seconds(row[key], key, stands(i, key))
+            elif key is not None:
+                values[name][i] = reader.numbers(row[key], stands(i, key))
+    has = {name: np.array([one[name] is not None for one in keys], bool) for name in values}
+    ordered = {name: table[:, order] for name, table in values.items()}
+    return PointTable(tuple(joint_names), tuple(joint_units), time, ordered, has, place)
 
 
 Part = tuple[Mapping[str, Any], Location]
@@ -143,60 +154,35 @@ def _names(document: Document, data: Mapping[str, Any], at: Location) -> tuple[l
     return data[key], (*at, key)
 
 
-@dataclass(frozen=True)
-class _Cell:
-    """One quantity in one row of a file: the value, its key and its place."""
-
-    value: Any
-    key: str
-    where: Location
-
-
-_Cells = dict[str, list[_Cell | None]]
-"""The rows of each quantity, `None` where a row lacks it."""
-
-
-def _cells_of_message(document: Document, data: Mapping[str, Any], at: Location) -> _Cells:
-    """Rows of points as ROS 2 has them, one mapping for each."""
-    points, where = data["points"], (*at, "points")
-    if not isinstance(points, list):
-        raise document.error(where, f"is {points!r}", "a list of points")
-    cells: _Cells = {quantity: [] for quantity in KEYS}
-    for i, point in enumerate(points):
-        if not isinstance(point, dict):
-            raise document.error((*where, i), f"is {point!r}", "a mapping")
-        _refuse_unknown(document, point, (*where, i), _ROWS + UNUSED_IN_POINT)
-        for quantity, rows in cells.items():
-            key = _key(document, point, quantity, (*where, i))
-            lacks = key is None or (point[key] == [] and quantity != "time")
-            rows.append(None if lacks else _Cell(point[key], key or "", (*where, i, key or "")))
-        if cells["time"][i] is None:
-            raise document.error((*where, i, "time_from_start"), "is missing")
-        if cells["position"][i] is None:
-            raise document.error((*where, i, "positions"), "is missing and must be given")
-    return cells
-
-
-def _cells_of_arrays(document: Document, data: Mapping[str, Any], at: Location) -> _Cells:
-    """Rows of arrays, each array with a row for each time."""
-    cells: _Cells = {}
-    for quantity, names in KEYS.items():
-        key = _key(document, data, quantity, at)
-        if key is None:
-            if quantity in ("time", "position"):
-                name = names[1] if quantity == "time" else names[0]
-                raise document.error((*at, name), "is missing", "time and positions, or points")
-            cells[quantity] = [None] * len(cells["time"])
-            continue
-        rows, where = data[key], (*at, key)
-        if quantity == "time":
-            if not isinstance(rows, list):
-                raise document.error(where, f"is {rows!r}", "a list of times in s")
-        elif not isinstance(rows, list) or len(rows) != len(cells["time"]):
-            size = len(rows) if isinstance(rows, list) else "no"
-            raise document.error(where, f"has {size} rows", f"{len(cells['time'])}, as times")
-        cells[quantity] = [_Cell(value, key, (*where, i)) for i, value in enumerate(rows)]
-    return cells
+def _rows(
+    document: Document, data: Mapping[str, Any], at: Location
+) -> tuple[list[dict[str, Any]], Location, Callable[[int, str], Location]]:
+    """A mapping for each time, where they all stand, and where a key of one stands."""
+    if "points" in data:
+        points, where = data["points"], (*at, "points")
+        if not isinstance(points, list):
+            raise document.error(where, f"is {points!r}", "a list of points")
+        for i, point in enumerate(points):
+            if not isinstance(point, dict):
+                raise document.error((*where, i), f"is {point!r}", "a mapping")
+            _refuse_unknown(document, point, (*where, i), _ROWS + UNUSED_IN_POINT)
+        given = [{key: value for key, value in one.items() if value != []} for one in points]
+        return given, where, lambda i, key: (*where, i, key)
+    keys = {quantity: _key(document, data, quantity, at) for quantity in KEYS}
+    for quantity, name in (("time", "time"), ("position", "positions")):
+        if keys[quantity] is None:
+            raise document.error((*at, name), "is missing", "time and positions, or points")
+    columns = {key: data[key] for key in keys.values() if key is not None}
+    time = keys["time"] or ""
+    if not isinstance(columns[time], list):
+        raise document.error((*at, time), f"is {columns[time]!r}", "a list of times in s")
+    size = len(columns[time])
+    for key, column in columns.items():
+        if not isinstance(column, list) or len(column) != size:
+            found = len(column) if isinstance(column, list) else "no"
+            raise document.error((*at, key), f"has {found} rows", f"{size}, as times")
+    rows = [{key: column[i] for key, column in columns.items()} for i in range(size)]
+    return rows, (*at, time), lambda i, key: (*at, key, i)
 
 
 def _key(document: Document, data: Mapping[str, Any], quantity: str, at: Location) -> str | None:
@@ -214,17 +200,8 @@ class _Reader:
     def __init__(self, document: Document, joints: int, start_time: float) -> None:
         self.document, self.joints, self.start_time = document, joints, start_time
 
-    def table(self, cells: list[_Cell | None]) -> Any:
-        """Values of all joints, shape (n, d), NaN in the rows that lack them."""
-        values = np.full((len(cells), self.joints), np.nan)
-        for i, cell in enumerate(cells):
-            if cell is not None:
-                values[i] = self.numbers(cell)
-        return values
-
-    def numbers(self, cell: _Cell) -> list[float]:
+    def numbers(self, values: Any, where: Location) -> list[float]:
         """A row of numbers, one a joint."""
-        values, where = cell.value, cell.where
         if not isinstance(values, list):
             raise self.document.error(where, f"is {values!r}", f"a list of {self.joints} numbers")
         if len(values) != self.joints:
@@ -242,14 +219,14 @@ class _Reader:
         except OverflowError:
             raise self.document.error(where, "is beyond the range of numbers") from None
 
-    def seconds(self, cell: _Cell) -> float:
+    def seconds(self, value: Any, key: str, at: Location) -> float:
         """A time [s] from a number or from whole seconds and nanoseconds."""
-        start = self.start_time if cell.key == "time_from_start" else 0.0
-        if not isinstance(cell.value, dict):
-            return start + self.number(cell.value, cell.where)
+        start = self.start_time if key == "time_from_start" else 0.0
+        if not isinstance(value, dict):
+            return start + self.number(value, at)
         parts = {"sec": 0, "nanosec": 0}
-        for field, part in cell.value.items():
-            where = (*cell.where, field)
+        for field, part in value.items():
+            where = (*at, field)
             name = {"secs": "sec", "nsecs": "nanosec", "nsec": "nanosec"}.get(field, field)
             if name not in parts:
                 raise self.document.error(where, "unknown key", "sec and nanosec")

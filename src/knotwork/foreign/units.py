@@ -6,21 +6,13 @@ import math
 import re
 from collections.abc import Sequence
 
-BASES = {
-    "rad": ("rad", 1.0),
-    "radian": ("rad", 1.0),
-    "radians": ("rad", 1.0),
-    "deg": ("rad", math.pi / 180.0),
-    "degree": ("rad", math.pi / 180.0),
-    "degrees": ("rad", math.pi / 180.0),
-    "°": ("rad", math.pi / 180.0),
-    "m": ("m", 1.0),
-    "meter": ("m", 1.0),
-    "meters": ("m", 1.0),
-    "metre": ("m", 1.0),
-    "metres": ("m", 1.0),
-    "mm": ("m", 1e-3),
-}
+_UNITS = (
+    ("rad", 1.0, ("rad", "radian", "radians")),
+    ("rad", math.pi / 180.0, ("deg", "degree", "degrees", "°")),
+    ("m", 1.0, ("m", "meter", "meters", "metre", "metres")),
+    ("m", 1e-3, ("mm",)),
+)
+BASES = {word: (unit, size) for unit, size, names in _UNITS for word in names}
 """Unit of a joint, and its size in it, of each word for a unit of position."""
 
 PER_TIME = {"s": 1, "sec": 1, "second": 1, "s2": 2, "sec2": 2, "s3": 3, "sec3": 3}

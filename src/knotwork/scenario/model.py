@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,14 +26,15 @@ class JointValues:
     Whether a value is an angle or a length depends on the joint: `joint_space` turns them into SI.
 
     Attributes:
-        values: By joint name, or one number for every joint, or the name of a configuration.
+        values: By joint name numbers, or for limits of position pairs; or one number for every
+            joint, or the name of a configuration.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
         document: The file, for errors.
         location: Where the values are in it.
     """
 
-    values: Mapping[str, float] | float | str
+    values: Mapping[str, Any] | float | str
     length: float
     angle: float
     document: Document
@@ -119,39 +120,6 @@ class ToleranceSet:
 
 
 @dataclass(frozen=True)
-class Presets:
-    """Values at the waypoints, beyond positions and velocities, that some planners take.
-
-    Attributes:
-        accelerations: `None`, `"zero"`, `"estimated"`, or joint values for each waypoint that the
-            planner has a choice at.
-        jerks: `None`, or joint values for each waypoint.
-        snaps: Fourth derivatives: `None`, or joint values for each waypoint.
-        transition_time: Of parabolic transitions [s]: for all waypoints, or for each.
-    """
-
-    accelerations: str | tuple[JointValues, ...] | None = None
-    jerks: tuple[JointValues, ...] | None = None
-    snaps: tuple[JointValues, ...] | None = None
-    transition_time: float | tuple[float, ...] | None = None
-
-
-@dataclass(frozen=True)
-class LimitOverrides:
-    """Limits that take the place of the robot's.
-
-    Attributes:
-        position_lower, position_upper: Joint position, or `None` where the robot's hold.
-        magnitudes: By quantity, for example `"velocity"`; those left out are the robot's. Efforts
-            are in SI whatever the file's units [N m or N].
-    """
-
-    position_lower: JointValues | None = None
-    position_upper: JointValues | None = None
-    magnitudes: Mapping[str, JointValues] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class FrameSpeed:
     """A limit on the speed of a link's origin.
 
@@ -207,8 +175,12 @@ class Scenario:
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
         end_acceleration: `None`, `"zero"`, or joint accelerations at the start and at the end.
-        presets: What some planners are told beyond that.
-        limits: Limits that take the place of the robot's.
+        presets: What some planners are told beyond that, by the option's name: `"accelerations"`
+            (`"zero"`, `"estimated"`, or joint values for each waypoint that the planner has a
+            choice at), `"jerks"`, `"snaps"` (joint values for each waypoint), and
+            `"transition_time"` [s], one or shape (n,).
+        limits: Limits that take the place of the robot's, by quantity; of position pairs of a
+            lower and an upper one. Efforts are in SI whatever the file's units [N m or N].
         motion_limits: Limits on the motion of tool and links.
         tolerances: For the check.
         continuity: Order of continuity that the check asks for.
@@ -238,8 +210,8 @@ class Scenario:
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"
     end_acceleration: str | tuple[JointValues, JointValues] | None = None
-    presets: Presets = field(default_factory=Presets)
-    limits: LimitOverrides = field(default_factory=LimitOverrides)
+    presets: Mapping[str, Any] = field(default_factory=dict)
+    limits: Mapping[str, JointValues] = field(default_factory=dict)
     motion_limits: MotionLimits = field(default_factory=MotionLimits)
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)
     continuity: int = 2

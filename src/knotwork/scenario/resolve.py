@@ -12,14 +12,12 @@ import numpy as np
 from knotwork import documents, resources
 from knotwork.documents import Document, Location
 from knotwork.errors import InputError
-from knotwork.joint_quantities import MAGNITUDES
+from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.model import (
     FrameSpeed,
     JointValues,
-    LimitOverrides,
     MotionLimits,
-    Presets,
     Scenario,
     ToleranceSet,
     ToolPlacement,
@@ -220,43 +218,22 @@ class _Resolver:
             )
         return given
 
-    def _presets(self) -> Presets:
-        given = self.file.planner_options
+    def _presets(self) -> dict[str, Any]:
+        presets = {name: value for name, value in self.file.planner_options if value is not None}
+        for name in ("accelerations", "jerks", "snaps"):
+            if isinstance(given := presets.get(name), list):
+                presets[name] = tuple(
+                    self.reader.joint_values(value, ("planner_options", name, i))
+                    for i, value in enumerate(given)
+                )
+        return presets
 
-        def joints(name: str) -> tuple[JointValues, ...] | None:
-            values = getattr(given, name)
-            if values is None:
-                return None
-            return tuple(
-                self.reader.joint_values(value, ("planner_options", name, i))
-                for i, value in enumerate(values)
-            )
-
-        times = given.transition_time
-        return Presets(
-            given.accelerations
-            if isinstance(given.accelerations, str)
-            else joints("accelerations"),
-            joints("jerks"),
-            joints("snaps"),
-            tuple(times) if isinstance(times, list) else times,
-        )
-
-    def _limits(self) -> LimitOverrides:
-        limits, read = self.file.limits, self.reader.joint_values
-        magnitudes = {
-            kind: read(given, ("limits", kind))
-            for kind in MAGNITUDES
-            if (given := getattr(limits, kind)) is not None
+    def _limits(self) -> dict[str, JointValues]:
+        return {
+            kind: self.reader.joint_values(given, ("limits", kind))
+            for kind in JOINT_QUANTITIES
+            if (given := getattr(self.file.limits, kind)) is not None
         }
-        if limits.position is None:
-            return LimitOverrides(magnitudes=magnitudes)
-        place: Location = ("limits", "position")
-        lower, upper = (
-            read({joint: pair[side] for joint, pair in limits.position.items()}, place)
-            for side in (0, 1)
-        )
-        return LimitOverrides(lower, upper, magnitudes)
 
     def _tolerances(self) -> ToleranceSet:
         given = self.file.tolerances

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class WaypointReader:
         self.file, self.document, self.length, self.angle = file, document, length, angle
 
     def joint_values(
-        self, values: Mapping[str, float] | float | str, location: Location
+        self, values: Mapping[str, Any] | float | str, location: Location
     ) -> JointValues:
         """Joint values of the file, to be read once the joints are known."""
         return JointValues(values, self.length, self.angle, self.document, location)
