@@ -90,12 +90,23 @@ def near_singular_solutions(
     found: list[FloatArray] = []
     touching: list[FloatArray] = []  # known less exactly: along the curve the residual is as small
     for curve in _curves(search, starts, most_steps):
-        for a, b in itertools.pairwise(_with_double_zeros(search, curve)):
+        points = _with_double_zeros(search, curve)
+        for a, b in itertools.pairwise(points):
             if a.residual * b.residual <= 0.0:
                 found += _zero(search, a, b)
-            elif max(search.errors(b.q)) <= TOLERANCE:
+        for a, b, c in zip(points, points[1:], points[2:], strict=False):
+            if _touches(a, b, c) and max(search.errors(b.q)) <= TOLERANCE:
                 touching.append(b.q)
     return found + touching
+
+
+def _touches(a: _Point, b: _Point, c: _Point) -> bool:
+    """Whether the residual of the second of three points is the least, all of one sign.
+
+    One as small that is not the least lies on the way to a zero, and is no solution of its own.
+    """
+    sign = 1.0 if b.residual > 0.0 else -1.0
+    return 0.0 < sign * b.residual <= min(sign * a.residual, sign * c.residual)
 
 
 def singular_solutions(search: PoseSearch, starts: Iterable[FloatArray]) -> list[FloatArray]:
@@ -198,11 +209,11 @@ def _double_zero(
     search: PoseSearch, a: _Point, b: _Point, c: _Point
 ) -> tuple[float, _Point] | None:
     """Find where the residual touches zero: from -1 at the first point to 1 at the third."""
+    if not _touches(a, b, c):
+        return None
     sign = 1.0 if b.residual > 0.0 else -1.0
     left, here, right = sign * a.residual, sign * b.residual, sign * c.residual
     bend = left - 2.0 * here + right
-    if not 0.0 < here <= min(left, right):
-        return None
     if here > SMALL and (here - ABOVE_ZERO) * bend > 0.25 * (left - right) ** 2:
         return None
     low, high = -1.0, 1.0
