@@ -173,11 +173,18 @@ def _with_near_singular(
         found = np.vstack([*more, found])
     else:
         near = _near_singular(robot, found)
-        more = near_singular_solutions(search, np.vstack([near, stuck]) if d == 6 else [])
-        found = np.vstack([*more, found])
-        polished = [_polished(search, q) for q in _near_singular(robot, found)]
-        found = distinct(robot, target, np.vstack([*polished, found]))
+        if len(near) or len(stuck):
+            found = _each_once(search, target, found)
+            if d == 6 and not all_branches(robot, found):
+                more = near_singular_solutions(search, np.vstack([near, stuck]))
+                found = _each_once(search, target, np.vstack([*more, found]))
     return difference(found, np.zeros(d), joint_axes(robot).revolute)
+
+
+def _each_once(search: PoseSearch, target: Targets, found: FloatArray) -> FloatArray:
+    """Solutions without those listed twice, those near a singularity polished."""
+    polished = [_polished(search, q) for q in _near_singular(search.robot, found)]
+    return distinct(search.robot, target, np.vstack([*polished, found]))
 
 
 def _near_singular(robot: Robot, q: FloatArray) -> FloatArray:
