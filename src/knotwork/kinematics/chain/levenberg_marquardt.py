@@ -27,8 +27,9 @@ CLOSE = 0.3
 # Searches aim at a little less than the tolerances asked for, so that rounding can't carry an
 # answer across.
 MARGIN = 0.9
-# Once inside the tolerances, go on until the error is this part of them, or `Effort.polish` times.
+# Once inside the tolerances, go on until the error is this part of them, or so many times.
 POLISHED = 1e-4
+POLISH_STEPS = 2
 
 
 class Effort(NamedTuple):
@@ -38,13 +39,11 @@ class Effort(NamedTuple):
         iterations: Steps to try at most.
         patience: Steps in which the error must halve.
         least_factor: Least factor of the damping.
-        polish: Steps within the tolerances at most.
     """
 
     iterations: int = 80
     patience: int = 12
     least_factor: float = 1e-6
-    polish: int = 2
 
 
 # A search that has not halved its error in twelve steps is at a local minimum. Even where the arm
@@ -193,13 +192,20 @@ class PoseSearch:
             J = J[:, np.newaxis]
         return J if self._weights is None else J * self._weights[:, np.newaxis]
 
-    def solve(self, start: FloatArray, limits: Limits, effort: Effort = USUAL) -> LocalSolution:
+    def solve(
+        self,
+        start: FloatArray,
+        limits: Limits,
+        effort: Effort = USUAL,
+        polish: int = POLISH_STEPS,
+    ) -> LocalSolution:
         """Search from a start.
 
         Args:
             start: Joint positions [rad or m], shape (d,); brought inside the limits.
             limits: To stay within.
             effort: How long to go on. With `HASTY` a search from close by goes on as usual.
+            polish: Steps within the tolerances at most.
         """
         # This is the inner loop of all that solves for single poses: no array is made, checked or
         # looked through twice, because for six numbers NumPy's overhead is all there is.
@@ -213,8 +219,8 @@ class PoseSearch:
         if not square < math.inf:
             return LocalSolution(q.copy(), math.inf, math.inf, 0, False)
         if effort.patience == HASTY.patience and square <= CLOSE**2:
-            effort = USUAL._replace(polish=effort.polish)
-        iterations, patience, least_factor, polish = effort
+            effort = USUAL
+        iterations, patience, least_factor = effort
         factor, checkpoint, polished, iteration, accepted = FIRST_FACTOR, square, 0, 0, True
         while iteration < iterations:
             if position <= most_position and orientation <= most_orientation:

@@ -38,7 +38,7 @@ SAME_CURVE = 2.0 * STEP
 # Newton steps back onto the curve, in the directions other than along it, and the size of the last
 # [rad or m]: what is left is its square.
 CORRECTIONS = 6
-CORRECTED = 1e-7
+CORRECTED = 1e-6
 # One singular value is small; where the second is below this, too, curves meet.
 SECOND_SINGULAR = 1e-3
 ROOT_STEPS = 60
@@ -171,10 +171,16 @@ def _one_way(
     search: PoseSearch, first: _Point, sign: float, most_steps: int
 ) -> tuple[list[_Point], bool]:
     """Points along a curve in one direction to its end, or round to the first, and whether so."""
-    curve, here, closed = [first], _Point(first.q, sign * first.along, first.lost, 0.0), False
-    step, length = STEP, 0.0
+    here, turned, closed = (
+        _Point(first.q, sign * first.along, first.lost, 0.0),
+        0.0 * first.q,
+        False,
+    )
+    curve, step, length = [first], STEP, 0.0
     for _ in range(most_steps):
-        there = _corrected(search, here.q + step * here.along, here)
+        # The direction halfway to the next point, if it turns on as it did (Adams and Bashforth).
+        halfway = here.along + 0.5 * step * turned
+        there = _corrected(search, here.q + step * halfway, here)
         if (there is None or not there.follows(here)) and step > SHORTEST_STEP:
             step *= 0.5
             continue
@@ -185,6 +191,7 @@ def _one_way(
             break
         length += step
         closed = length > 4 * STEP and _apart(search, there.q[None], first.q)[0] < 0.75 * STEP
+        turned = (there.along - here.along) / step
         step, here = min(2.0 * step, STEP), there
     return curve, closed
 
