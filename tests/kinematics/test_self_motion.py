@@ -109,12 +109,13 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
     assert (refined >= robot.lower_position_limit).all()
     assert (refined <= robot.upper_position_limit).all()
 
-    def cost(positions: np.ndarray) -> float:
+    def cost(positions: np.ndarray) -> tuple[float, float]:
         speeds = solve_velocities(robot, positions, twists)[0]
         ends = (positions[:-1], speeds[:-1]), (positions[1:], speeds[1:])
         travel = np.linalg.norm(np.diff(positions, axis=0) / robot.velocity_limit, axis=1)
-        mean, most = interval_nearness(robot, *ends, np.diff(times))
-        return float((travel * (1 + mean) + np.diff(times) * most).sum())
+        mean, most, beyond = interval_nearness(robot, *ends, np.diff(times))
+        weighted = travel * (1 + mean) + np.diff(times) * most
+        return round(float(beyond.sum()), 9), float(weighted.sum())
 
     assert cost(refined) < cost(q)
 
@@ -128,11 +129,14 @@ def test_the_nearness_of_a_way_is_that_along_it() -> None:
     basis = np.hstack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])
     near = weights(PANDA, basis @ points) - 1
     interval = (q[:1], v[:1]), (q[1:], v[1:]), np.array([2.0])
-    mean, most = interval_nearness(PANDA, *interval, samples=1999)
+    mean, most, beyond = interval_nearness(PANDA, *interval, samples=1999)
     assert near.max() > 0
     assert mean[0] == pytest.approx(((near[1:] + near[:-1]) / 2).mean(), rel=1e-9)
     assert most[0] == pytest.approx(near.max(), rel=1e-9)
-    ends, worse = interval_nearness(PANDA, *interval, samples=0)
+    low, high = PANDA.lower_position_limit, PANDA.upper_position_limit
+    q_on_way = basis @ points
+    assert beyond[0] == pytest.approx(max(0.0, (low - q_on_way).max(), (q_on_way - high).max()))
+    ends, worse, _ = interval_nearness(PANDA, *interval, samples=0)
     assert ends[0] == pytest.approx((near[0] + near[-1]) / 2)
     assert worse[0] == pytest.approx(max(near[0], near[-1]))
 

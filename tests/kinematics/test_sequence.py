@@ -34,6 +34,7 @@ def layers_of(seed: int, sizes: list[int], spread: float = 4.0) -> list[Layer]:
         Layer(
             q=generator.uniform(-spread, spread, (m, 2)),
             cost=Cost(
+                impossible=generator.choice([0.0, 1.2], m, p=[0.9, 0.1]),
                 infeasible=generator.choice([0.0, 1.5], m, p=[0.9, 0.1]),
                 distance=generator.choice([0.0, 0.7], m),
                 travel=generator.choice([0.0, 0.3], m),
@@ -57,16 +58,17 @@ def cost_of(
     layers: list[Layer], index: tuple[int, ...], durations: np.ndarray, rules: Rules
 ) -> tuple[float, ...]:
     """The cost of one sequence, written out, what counts first before the rest."""
-    total = np.zeros(5)
+    total = dict.fromkeys(Cost._fields, 0.0)
     for layer, k in zip(layers, index, strict=True):
-        total += [float(np.broadcast_to(level, len(layer.q))[k]) for level in layer.cost]
+        for level, cost in layer.cost._asdict().items():
+            total[level] += float(np.broadcast_to(cost, len(layer.q))[k])
     for i in range(len(index) - 1):
         here, there = layers[i], layers[i + 1]
         a, b = index[i], index[i + 1]
         move = np.abs(there.q[b] - here.q[a]) / SPEED
-        total[4] += np.hypot(*move) * (here.weight[a] + there.weight[b]) / 2
+        total["travel"] += np.hypot(*move) * (here.weight[a] + there.weight[b]) / 2
         if move.max() > durations[i]:
-            total[0] += move.max() / durations[i]
+            total["infeasible"] += move.max() / durations[i]
         # The cubic by its Bézier points, and its derivative in the middle by de Casteljau.
         third = durations[i] / 3
         points = [here.q[a], here.q[a] + third * here.velocity[a]]
@@ -74,11 +76,11 @@ def cost_of(
         legs = np.diff(points, axis=0) / third
         halfway = np.abs(legs[0] + 2 * legs[1] + legs[2]) / 4 / SPEED
         if halfway.max() > 1:
-            total[1] += 2 - 1 / halfway.max()
+            total["violation"] += 2 - 1 / halfway.max()
         if (here.flags[a] != there.flags[b]).any():
-            total[0] += np.inf if rules.forbidden else 0.0
-            total[2] += np.broadcast_to(rules.avoided, len(durations))[i]
-    return tuple(total.round(9))
+            total["impossible"] += np.inf if rules.forbidden else 0.0
+            total["changes"] += np.broadcast_to(rules.avoided, len(durations))[i]
+    return tuple(round(level, 9) for level in total.values())
 
 
 @examples(40)
@@ -162,13 +164,15 @@ def test_evaluating_intervals_lazily_is_evaluating_them_all(
         generator.choice([0.0, 1.0, 5.0], (m, n)) * generator.uniform(0.5, 1, (m, n))
         for m, n in itertools.pairwise(sizes)
     ]
+    beyond = [generator.choice([0.0, 0.25, 1.0], cost.shape, p=[0.6, 0.2, 0.2]) for cost in more]
     evaluated = set()
 
-    def interval_cost(interval: Any, start: Any, end: Any) -> np.ndarray:
+    def interval_cost(interval: Any, start: Any, end: Any) -> Cost:
         asked = list(zip(interval.tolist(), start.tolist(), end.tolist(), strict=True))
         assert len(set(asked)) == len(asked) > 0
         evaluated.update(asked)
-        return np.array([more[i][a, b] for i, a, b in asked])
+        levels = np.array([(beyond[i][a, b], more[i][a, b]) for i, a, b in asked])
+        return Cost(beyond=levels[:, 0], travel=levels[:, 1])
 
     durations = np.full(len(sizes) - 1, duration)
     rules = Rules(SPEED, SPEED, BOUNDED)
@@ -183,8 +187,9 @@ def test_evaluating_intervals_lazily_is_evaluating_them_all(
         between = sum(more[i][a, b] for i, (a, b) in enumerate(itertools.pairwise(index)))
         near = [layer.weight[k] - 1 for layer, k in zip(layers, index, strict=True)]
         waits = duration * sum(max(pair) for pair in itertools.pairwise(near))
-        *before, travel = cost_of(lighter, index, durations, rules)
-        return (*before, float(travel + between + waits))
+        outside = sum(beyond[i][a, b] for i, (a, b) in enumerate(itertools.pairwise(index)))
+        *before, _, travel = cost_of(lighter, index, durations, rules)
+        return (*before, float(outside), float(travel + between + waits))
 
     every = itertools.product(*(range(m) for m in sizes))
     assert tuple(chosen.cost) == pytest.approx(min(map(total, every)))

@@ -130,7 +130,7 @@ class Explanation:
     def _reason(self, candidates: Candidates, changed: bool) -> str:
         if len(candidates.q) == 1:
             return "the only solution"
-        feasible = int((candidates.excess == 0.0).sum())
+        feasible = int((candidates.lost + candidates.excess == 0.0).sum())
         wanted = self.scenario.branch
         if isinstance(wanted, str):
             kept = ", branch changed for the speeds" if changed else ", branch kept"
@@ -185,7 +185,7 @@ class Explanation:
             extra = cost.travel - least.travel if same else cost.distance - least.distance
         elif least.infeasible or least.violation:
             hindrance = "breaks limits by more"
-        elif cost.infeasible:
+        elif cost.impossible or cost.infeasible:
             hindrance = self._infeasible(other)
         elif cost.violation:
             hindrance = self._violation(other)

@@ -127,10 +127,10 @@ class Search:
             self.near,
         )
         chosen = free.choose(self.candidates)
-        return bool(chosen.cost.infeasible == 0.0)
+        return not (chosen.cost.impossible or chosen.cost.infeasible)
 
-    def _interval_cost(self, interval: Any, start: Any, end: Any) -> FloatArray:
-        """Extra cost of a step [s]: what its travel and the weights of its ends do not count.
+    def _interval_cost(self, interval: Any, start: Any, end: Any) -> Cost:
+        """Extra cost of a step: what its travel and the weights of its ends do not count.
 
         With travel T, time h, and the mean n and the most m of the nearness to limits and
         singularities on the way, that makes T (1 + n) + h m in all.
@@ -145,10 +145,10 @@ class Search:
         fixed = np.array([layer.fixed for layer in layers])[interval + 1]
         move -= np.where(self.rules.unbounded & ~fixed[:, None], whole_turns(move), 0.0)
         h, here, there = self.durations[interval], (q[a], v[a]), (q[a] + move, v[b])
-        mean, most = interval_nearness(self.robot, here, there, h, self.samples, ends=False)
+        mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples, ends=False)
         most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
         travel = np.linalg.norm(move / self.rules.speed, axis=1)
-        return np.asarray(travel * mean + h * most)
+        return Cost(beyond=beyond, travel=travel * mean + h * most)
 
     @property
     def durations(self) -> FloatArray:
@@ -209,7 +209,8 @@ class Search:
             gap = q - (home(self.space) if self.near is None else self.near)
             turns = np.where(self.rules.unbounded, whole_turns(gap), 0.0)
             q, travel = q - turns, np.linalg.norm((gap - turns) / self.rules.speed, axis=1)
-        cost = Cost(candidates.excess[rows], distance=distance, travel=travel).without_zeros()
+        lost, excess = candidates.lost[rows], candidates.excess[rows]
+        cost = Cost(lost, excess, distance=distance, travel=travel).without_zeros()
         weight, flags = candidates.weight[rows], candidates.flags[rows]
         return Layer(q, cost, weight, flags, velocity=candidates.velocity[rows])
 

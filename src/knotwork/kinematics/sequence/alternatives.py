@@ -111,9 +111,9 @@ def _through(
     found: list[AlternativeSequence | None] = []
     for i, (state, wanted, rest) in enumerate(zip(states, others, onward, strict=True)):
         cost = state.cost.plus(rest)
-        cost = cost._replace(infeasible=np.where(wanted[state.index], cost.infeasible, np.inf))
+        cost = cost._replace(impossible=np.where(wanted[state.index], cost.impossible, np.inf))
         row = int(cost.first_least())
-        if not np.isfinite(cost.infeasible[row]):
+        if not np.isfinite(cost.impossible[row]):
             found.append(None)
             continue
         rows = way_to(states[: i + 1], row)

@@ -27,8 +27,6 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 ANCHOR_EVERY = 8
 # Joint speeds leave this much of a twist over [m/s, rad/s] where the arm can't do it.
 RESIDUAL = 1e-7
-# And that counts as so many times the velocity limits.
-LOST = 1e3
 # Samples of a self-motion.
 SPREAD = 24
 # As near the pose solutions are brought [m, rad].
@@ -43,11 +41,12 @@ class Candidates:
         q: Joint positions inside the limits, all turns, shape (m, d).
         branch: Index of the branch of each, shape (m,).
         flags: Configuration flags, shape (m, k).
-        excess: 0 where the twist can be had within the velocity limits, otherwise how many times
-            the limits it takes; a thousand and more where it can't be had at all. Shape (m,).
+        lost: 0 where joint velocities give the twist, otherwise 1 and what they leave of it
+            [m/s, rad/s], shape (m,).
+        excess: 0 where these are within the velocity limits, otherwise how many times the limits
+            they are, shape (m,).
         weight: Factor of the travel from and to each, shape (m,).
         velocity: Joint velocities that give the twist [rad/s or m/s], shape (m, d).
-        lost: Where no joint velocities give it, shape (m,).
         branches: Number of branches inside the limits.
         free: The arm moves freely at the pose, and the candidates are samples of its self-motion.
     """
@@ -55,10 +54,10 @@ class Candidates:
     q: FloatArray
     branch: Any
     flags: FloatArray
+    lost: FloatArray
     excess: FloatArray
     weight: FloatArray
     velocity: FloatArray
-    lost: Any
     branches: int
     free: bool
 
@@ -156,18 +155,17 @@ def _valued(
     v, left, smallest = solve_velocities(robot, first, twist)
     fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
     excess = np.where(fastest > AT_LIMIT, fastest, 0.0)
-    bad = left > RESIDUAL * max(1.0, float(np.abs(twist).max()))
-    excess[bad] = LOST * (1.0 + left[bad])
+    lost = np.where(left > RESIDUAL * max(1.0, float(np.abs(twist).max())), 1.0 + left, 0.0)
     owner = np.repeat(np.arange(len(copies)), [len(turns) for turns in copies])
     q = np.concatenate(copies)
     return Candidates(
         q=q,
         branch=owner,
         flags=configuration_flags(robot, first)[owner],
+        lost=lost[owner],
         excess=excess[owner],
         weight=1.0 + limit_nearness(robot, q) + singular_nearness(smallest)[owner],
         velocity=v[owner],
-        lost=bad[owner],
         branches=len(copies),
         free=free,
     )

@@ -83,7 +83,7 @@ def reach(
         came = total.first_least()
         step = steps.take((came, np.arange(len(came))))
         cost = state.cost.take(came).plus(step).plus(layer.cost)
-        inside = cost.plus(onward[i + 1]).within(bound) & np.isfinite(cost.infeasible)
+        inside = cost.plus(onward[i + 1]).within(bound) & np.isfinite(cost.impossible)
         kept = np.flatnonzero(inside)
         if not kept.size:
             break

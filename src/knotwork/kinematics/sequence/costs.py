@@ -28,19 +28,24 @@ class Cost(NamedTuple):
     Each attribute is an array over the choices; or a number, if it is the same for all.
 
     Attributes:
+        impossible: Waypoints where no joint velocities give the twist: for each 1 and what they
+            leave of it; infinite for a change of branch that is forbidden.
         infeasible: Joint speeds beyond their limits, on average over an interval or at a waypoint:
-            the sum of how many times the limit; infinite for a change of branch that is forbidden.
+            the sum of how many times the limit.
         violation: Mid-interval velocity violations: intervals where a joint is within its limit on
             average, but a cubic is beyond it halfway. Each counts 2 − 1/u at u times the limit.
         changes: Changes of branch where they are to be avoided.
         distance: From the configuration to be near [s].
+        beyond: How far joints are beyond position limits between waypoints [rad or m].
         travel: Weighted travel [s].
     """
 
+    impossible: Any = 0.0
     infeasible: Any = 0.0
     violation: Any = 0.0
     changes: Any = 0.0
     distance: Any = 0.0
+    beyond: Any = 0.0
     travel: Any = 0.0
 
     def plus(self, other: Cost) -> Cost:
@@ -82,11 +87,11 @@ class Cost(NamedTuple):
 
     def worse_than(self, other: Cost) -> bool:
         """Of single costs: whether this is worse in what counts before distance and travel."""
-        gaps = (a - b for a, b in zip(self[:3], other[:3], strict=True))
+        gaps = (a - b for a, b in zip(self[:4], other[:4], strict=True))
         return next((gap > 0 for gap in gaps if abs(gap) > WIDER), False)
 
 
-UNBOUNDED = Cost(*[np.inf] * 5)
+UNBOUNDED = Cost(*[np.inf] * len(Cost._fields))
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,12 +216,12 @@ def step_costs(
     if (beyond := halfway > AT_LIMIT).any():
         violation = np.where(beyond, 2.0 - 1.0 / np.maximum(halfway, 1.0), 0.0)
     avoided = bool(np.ravel(rules.avoided)[interval if np.ndim(rules.avoided) else 0])
-    cost = Cost(infeasible, violation, travel=travel)
+    cost = Cost(infeasible=infeasible, violation=violation, travel=travel)
     if avoided or rules.forbidden:
         product = state.flags[:, None, :] * layer.flags[None, :, :]
         changed = (product < 0).any(axis=2)
         if changed.any() and rules.forbidden:
-            cost = cost._replace(infeasible=np.where(changed, np.inf, infeasible))
+            cost = cost._replace(impossible=np.where(changed, np.inf, 0.0))
         elif changed.any():
             cost = cost._replace(changes=changed.astype(float))
     return cost, turns

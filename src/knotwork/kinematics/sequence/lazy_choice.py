@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence, positions_of, reach
 from knotwork.kinematics.sequence.costs import TIE, Cost, Layer, Reached, Rules, step_costs
@@ -17,9 +18,16 @@ from knotwork.waypoints import FloatArray
 # twice as many in each round after it.
 EVALUATED = 16
 
+# How far motions are beyond limits is rounded to multiples of this [rad or m], so that sums of it
+# are exact.
+GRAIN = 2.0**-30
+
 # Interval and candidates at its two ends, each of shape (k,), in; what the way there costs beyond
-# what its ends alone make certain [s], at least 0, shape (k,), out.
-IntervalCost = Callable[[Any, Any, Any], FloatArray]
+# what its ends alone make certain, in `beyond` and `travel`, at least 0, shape (k,) each, out.
+IntervalCost = Callable[[Any, Any, Any], Cost]
+# What is beyond limits and travel, the first to count before the other, as real and imaginary part:
+# so NumPy adds and compares pairs.
+Pairs: TypeAlias = NDArray[np.complex128]
 
 
 def choose_with_intervals(
@@ -53,33 +61,35 @@ def choose_with_intervals(
     more = interval_cost(np.arange(len(durations)), index[:-1], index[1:])
     own = np.array([one[k] for one, k in zip(near, index, strict=True)])
     waits = durations * np.maximum(own[1:], own[:-1])
-    bound = first.cost.plus(Cost(travel=float((more + waits).sum())))
-    states = reach(least, durations, rules, bound)
+    extra = Cost(beyond=float(more.beyond.sum()), travel=float((more.travel + waits).sum()))
+    states = reach(least, durations, rules, first.cost.plus(extra))
     start, steps = _travel(least, states, durations, rules)
     for i, (step, duration) in enumerate(zip(steps, durations, strict=True)):
         a, b = near[i][states[i].index], near[i + 1][states[i + 1].index]
-        step += duration * np.maximum.outer(a, b)
+        step.imag += duration * np.maximum.outer(a, b)
     unknown = [np.ones(step.shape, dtype=bool) for step in steps]
     count = EVALUATED
     while True:
-        ways, rows = _ways(start, steps)
+        ways, onward = _ways(start, steps)
+        rows = _best(start, steps, onward)
         pairs = itertools.pairwise(rows)
         if not any(new[pair] for new, pair in zip(unknown, pairs, strict=True)):
             break
         _evaluate(states, steps, unknown, ways, interval_cost, count)
         count *= 2
     best = tuple(int(state.index[row]) for state, row in zip(states, rows, strict=True))
-    cost = first.cost._replace(travel=float(ways[0].min()))
+    total = ways[0].min()
+    cost = first.cost._replace(beyond=float(total.real), travel=float(total.imag))
     return Sequence(best, positions_of(layers, best, rules), cost)
 
 
 def _travel(
     layers: list[Layer], states: list[Reached], durations: FloatArray, rules: Rules
-) -> tuple[FloatArray, list[FloatArray]]:
+) -> tuple[Pairs, list[Pairs]]:
     """Travel of the first candidates and of each step [s], infinite off the best sequences.
 
-    The way between waypoints adds to the travel alone. So only sequences matter that are best in
-    all that counts before it.
+    The way between waypoints adds to what counts last alone. So only sequences matter that are best
+    in all that counts before it.
     """
     costs = []
     for i, duration in enumerate(durations):
@@ -89,7 +99,7 @@ def _travel(
     shapes = [cost.travel.shape for cost in costs]
     allowed = [np.ones(shape, dtype=bool) for shape in shapes]
     start = states[0].cost
-    for level in range(len(start) - 1):
+    for level in range(len(start) - 2):
         if not (np.ndim(start[level]) or any(np.ndim(cost[level]) for cost in costs)):
             continue
         steps = [
@@ -100,30 +110,39 @@ def _travel(
         most = ways[0].min() * (1.0 + TIE) + TIE
         allowed = [way <= most for way in ways]
     travel = [
-        np.where(open_, cost.travel, np.inf) for cost, open_ in zip(costs, allowed, strict=True)
+        np.where(open_, 1j * cost.travel, np.inf)
+        for cost, open_ in zip(costs, allowed, strict=True)
     ]
-    return start.travel, travel
+    return 1j * start.travel, travel
 
 
-def _ways(start: FloatArray, steps: list[FloatArray]) -> tuple[list[FloatArray], list[int]]:
-    """Cost of the best sequence by each step, and the rows of the best of all."""
+def _ways(start: Any, steps: list[Any]) -> tuple[list[Any], list[Any]]:
+    """Cost of the best sequence by each step, and of the best way on from each candidate."""
     onward = [np.zeros(steps[-1].shape[1])]
     for step in reversed(steps):
         onward.insert(0, (step + onward[0]).min(axis=1))
     ways, cost = [], start
-    rows = [int(Cost(travel=start + onward[0]).first_least())]
     for step, after in zip(steps, onward[1:], strict=True):
-        ways.append(cost[:, None] + step + after)
-        cost = (cost[:, None] + step).min(axis=0)
-        rows.append(int(Cost(travel=step[rows[-1]] + after).first_least()))
-    return ways, rows
+        there = cost[:, None] + step
+        ways.append(there + after)
+        cost = there.min(axis=0)
+    return ways, onward
+
+
+def _best(start: Pairs, steps: list[Pairs], onward: list[Pairs]) -> list[int]:
+    """The rows of the best sequence of all."""
+    rows: list[int] = []
+    for i, after in enumerate(onward):
+        cost = (steps[i - 1][rows[-1]] if rows else start) + after
+        rows.append(int(Cost(beyond=cost.real, travel=cost.imag).first_least()))
+    return rows
 
 
 def _evaluate(
     states: list[Reached],
-    steps: list[FloatArray],
+    steps: list[Pairs],
     unknown: list[Any],
-    ways: list[FloatArray],
+    ways: list[Pairs],
     interval_cost: IntervalCost,
     count: int,
 ) -> None:
@@ -145,7 +164,8 @@ def _evaluate(
         np.array([states[i].index[row] for i, row in zip(interval, a, strict=True)]),
         np.array([states[i + 1].index[row] for i, row in zip(interval, b, strict=True)]),
     )
+    pairs = GRAIN * np.rint(more.beyond / GRAIN) + 1j * more.travel
     for i, (step, new) in enumerate(zip(steps, unknown, strict=True)):
         here = interval == i
-        step[a[here], b[here]] += more[here]
+        step[a[here], b[here]] += pairs[here]
         new[a[here], b[here]] = False

@@ -12,8 +12,6 @@ from knotwork.waypoints import FloatArray
 # to twice as much on a limit, and likewise on a singularity.
 LIMIT_MARGIN = 0.2
 SINGULAR_MARGIN = 0.05
-# A motion beyond a limit is chosen only where there is no other.
-BEYOND = 1e3
 # Times between two waypoints at which an interval is sampled, evenly spread.
 SAMPLES = 4
 
@@ -21,12 +19,15 @@ SAMPLES = 4
 def limit_nearness(robot: Robot, q: FloatArray) -> FloatArray:
     """How near configurations (n, d) are to position limits, shape (n,).
 
-    0 far, 1 on one: the square of how much of `LIMIT_MARGIN` is used up. Beyond one, where nothing
-    may go, the more.
+    0 far, 1 on or beyond one: the square of how much of `LIMIT_MARGIN` is used up.
     """
-    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q).min(axis=1)
-    near = np.maximum(0.0, 1.0 - np.maximum(room, 0.0) / LIMIT_MARGIN) ** 2
-    return np.asarray(near + BEYOND * np.maximum(0.0, -room) / LIMIT_MARGIN)
+    return np.asarray(np.clip(1.0 - _room(robot, q) / LIMIT_MARGIN, 0.0, 1.0) ** 2)
+
+
+def _room(robot: Robot, q: FloatArray) -> FloatArray:
+    """Distance of the joint that is nearest a limit from it, negative beyond [rad or m]."""
+    room = np.minimum(q - robot.lower_position_limit, robot.upper_position_limit - q)
+    return np.asarray(room.min(axis=1))
 
 
 def singular_nearness(smallest: FloatArray) -> FloatArray:
@@ -51,8 +52,8 @@ def interval_nearness(
     samples: int = SAMPLES,
     *,
     ends: bool = True,
-) -> tuple[FloatArray, FloatArray]:
-    """How near limits and singularities cubics between configurations come.
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """How near limits and singularities cubics between configurations come, and how far beyond.
 
     Each joint moves as the cubic Hermite polynomial with these positions and velocities, which is
     near what any planner makes of them.
@@ -66,19 +67,22 @@ def interval_nearness(
         ends: Count the ends, too.
 
     Returns:
-        Of `weights` beyond 1 the mean by the trapezoidal rule, shape (n,), and the most, (n,).
-        Without the ends their share of the mean is left out.
+        Of `weights` beyond 1 the mean by the trapezoidal rule, shape (n,), and the most, (n,);
+        without the ends their share of the mean is left out. And how far a joint is beyond a
+        position limit on the way [rad or m], shape (n,).
     """
     (q0, v0), (q1, v1) = start, end
-    mean, most = np.zeros(len(q0)), np.zeros(len(q0))
+    mean, most, beyond = np.zeros((3, len(q0)))
     if samples:
         s = np.linspace(0.0, 1.0, samples + 2)[1:-1, None, None]
         q = (1 + 2 * s) * (1 - s) ** 2 * q0 + s**2 * (3 - 2 * s) * q1
         q = q + durations[:, None] * s * (1 - s) * ((1 - s) * v0 - s * v1)
-        near = weights(robot, q.reshape(-1, robot.dof)).reshape(samples, -1) - 1.0
+        q = q.reshape(-1, robot.dof)
+        near = weights(robot, q).reshape(samples, -1) - 1.0
+        beyond = np.maximum(0.0, -_room(robot, q).reshape(samples, -1).min(axis=0))
         mean, most = near.sum(axis=0) / (samples + 1), near.max(axis=0)
     if ends:
         at_ends = np.array([weights(robot, q0), weights(robot, q1)]) - 1.0
         mean = mean + at_ends.mean(axis=0) / (samples + 1)
         most = np.maximum(most, at_ends.max(axis=0))
-    return mean, most
+    return mean, most, beyond

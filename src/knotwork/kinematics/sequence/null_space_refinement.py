@@ -53,7 +53,8 @@ def refine_sequence(
     towards its neighbours, and takes the best. The cubics to and from the neighbours, evaluated at
     `samples` times each, tell what is best: with travel T, time h, and the mean n and the most m of
     the nearness to limits and singularities on the way, T (1 + n) + h m. As in the choice of the
-    sequence, joint speeds beyond their limits count before that, and violations halfway next.
+    sequence, joint speeds beyond their limits count before that, then violations halfway, then
+    positions beyond limits.
 
     Args:
         robot: The robot.
@@ -142,22 +143,20 @@ class _Refinement:
             beside.append(self.given.origin)
         return np.asarray(np.mean(beside, axis=0))
 
-    def _costs(
-        self, owner: Any, q: FloatArray, v: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _costs(self, owner: Any, q: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
         """What each candidate costs, its neighbours as they are.
 
         Returns:
-            How much is infeasible, mid-interval violations and weighted travel [s], shape (n,)
-            each, the first to count before the others.
+            How much is infeasible, mid-interval violations, positions beyond limits [rad or m] and
+            weighted travel [s], shape (n,) each, the first to count before the others.
         """
         at_waypoint = (np.abs(v) / self.limit).max(axis=1)
         infeasible = np.where(at_waypoint > AT_LIMIT, at_waypoint, 0.0)
-        violation, travel = np.zeros(len(q)), np.zeros(len(q))
+        violation, outside, travel = np.zeros((3, len(q)))
         nearness = 0.5 * (1.0 + weights(self.robot, q))
         if self.given.near is not None:
             away = np.linalg.norm((q - self.given.near) / self.speed, axis=1)
-            return infeasible, violation, away * nearness
+            return infeasible, violation, outside, away * nearness
         if self.given.origin is not None:
             away = np.linalg.norm((q - self.given.origin) / self.speed, axis=1)
             travel += np.where(owner == 0, away * nearness, 0.0)
@@ -171,11 +170,12 @@ class _Refinement:
             here, there = (q[rows], v[rows]), (self.q[other], self.v[other])
             start, end = (here, there) if side > 0 else (there, here)
             move = end[0] - start[0]
-            mean, most = interval_nearness(self.robot, start, end, h, self.given.samples)
+            mean, most, off = interval_nearness(self.robot, start, end, h, self.given.samples)
+            outside[rows] += off
             travel[rows] += np.linalg.norm(move / self.speed, axis=1) * (1.0 + mean) + h * most
             fastest = (np.abs(move) / self.limit).max(axis=1) / h
             middle = 1.5 * move / h[:, None] - 0.25 * (start[1] + end[1])
             halfway = (np.abs(middle) / self.limit).max(axis=1)
             infeasible[rows] += np.where(fastest > AT_LIMIT, fastest, 0.0)
             violation[rows] += np.where(halfway > AT_LIMIT, halfway, 0.0)
-        return infeasible, violation, travel
+        return infeasible, violation, outside, travel
