@@ -316,7 +316,7 @@ def test_what_can_not_be_drawn_is_an_error(
 def test_motions_that_do_not_belong_together_are_an_error(
     deburring: Plan, paper_case: Plan
 ) -> None:
-    with pytest.raises(InputError, match="same joints"):
+    with pytest.raises(InputError, match="the joints of the first motion of the picture are"):
         plot_joints([deburring, paper_case])
     with pytest.raises(InputError, match="at least one"):
         plot_joints([])

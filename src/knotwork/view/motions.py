@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.joint_quantities import DERIVATIVES
-from knotwork.joint_space import JointSpace, joint_space
+from knotwork.joint_space import JointSpace, JointState, joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
@@ -64,14 +64,11 @@ class Marks:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """One motion of a picture, all arrays in the order of its own joints.
+    """One motion of a picture, its joints in the order of the space if there is one.
 
     Attributes:
         label: What tells it from others in the picture.
-        joint_names: Names, length d.
-        joint_units: `"rad"` or `"m"` for each.
-        curve: Joint positions over time, trailing shape (d,).
-        curve_in_space: The same, with the joints in the order of the space.
+        trajectory: The motion.
         space: The joints' limits and robot, or `None`.
         marks: The waypoints, or `None`.
         scenario: What was asked for, or `None`.
@@ -80,15 +77,17 @@ class Motion:
     """
 
     label: str
-    joint_names: tuple[str, ...]
-    joint_units: tuple[str, ...]
-    curve: PiecewisePolynomial
-    curve_in_space: PiecewisePolynomial
+    trajectory: JointTrajectory
     space: JointSpace | None
     marks: Marks | None
     scenario: Scenario | None
     ok: bool | None
     uses: dict[tuple[str, str], Finding]
+
+    @property
+    def curve(self) -> PiecewisePolynomial:
+        """Joint positions over time."""
+        return self.trajectory.polynomial
 
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
         """Lower and upper limit of a quantity of a joint, infinite where none is given."""
@@ -103,7 +102,6 @@ def motions_of(
     given: Drawable | Sequence[Drawable],
     *,
     scenario: Scenario | None = None,
-    space: JointSpace | None = None,
     labels: Sequence[str] | None = None,
 ) -> list[Motion]:
     """Collect the motions of a picture.
@@ -115,20 +113,12 @@ def motions_of(
     things: list[Any] = list(given) if isinstance(given, Sequence) else [given]
     if not things:
         raise InputError("a picture needs at least one plan or trajectory")
-    if scenario is not None and space is None:
-        space = joint_space(scenario)
+    space = joint_space(scenario) if scenario is not None else None
     motions = [_motion(thing, scenario, space) for thing in things]
-    first = motions[0]
-    for motion in motions[1:]:
-        if set(motion.joint_names) != set(first.joint_names):
-            raise InputError(
-                f"motions in one picture must be of the same joints; one is of "
-                f"{', '.join(first.joint_names)}, another of {', '.join(motion.joint_names)}"
-            )
-        if dict(zip(motion.joint_names, motion.joint_units, strict=True)) != dict(
-            zip(first.joint_names, first.joint_units, strict=True)
-        ):
-            raise InputError("motions in one picture must give their joints in the same units")
+    first = motions[0].trajectory
+    for motion in motions[1:]:  # raises unless they are of the same joints
+        owner = "the first motion of the picture"
+        motion.trajectory.reordered(first.joint_names, first.joint_units, owner=owner)
     names = _distinct([motion.label for motion in motions]) if labels is None else list(labels)
     if len(names) != len(motions) or len(set(names)) != len(names):
         raise InputError(f"labels are {names}; give one for each of {len(motions)} motions")
@@ -144,65 +134,50 @@ def _distinct(labels: list[str]) -> list[str]:
 
 
 def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> Motion:
-    ok: bool | None = None
-    marks: Marks | None = None
-    if isinstance(thing, JointTrajectory):
-        trajectory = thing
-    elif isinstance(getattr(thing, "trajectory", None), JointTrajectory):
-        trajectory, scenario, space = thing.trajectory, thing.scenario, thing.space
-        ok = bool(thing.report.ok)
-        if thing.joint_waypoints is not None:
-            marks = _marks_of_plan(thing.joint_waypoints, trajectory)
-    else:
+    plan = None if isinstance(thing, JointTrajectory) else thing
+    trajectory = getattr(plan, "trajectory", None) if plan is not None else thing
+    if not isinstance(trajectory, JointTrajectory):
         raise InputError(f"can't draw {type(thing).__name__}; give a Plan or a JointTrajectory")
-    names, units = trajectory.joint_names, trajectory.joint_units
-    found: Iterable[Finding] = thing.report.findings if thing is not trajectory else ()
-    ordered = trajectory
+    found: Iterable[Finding] = ()
+    if plan is not None:
+        scenario, space, found = plan.scenario, plan.space, plan.report.findings
     if space is not None:
-        ordered = trajectory.reordered(space.joint_names, space.joint_units)
-        found = found or derivative_limits(space, ordered.polynomial)
+        trajectory = trajectory.reordered(space.joint_names, space.joint_units)
+        found = found or derivative_limits(space, trajectory.polynomial)
     uses = {
         (one.name, one.quantity): one
         for one in found
         if one.subject == "joint" and one.quantity in DERIVATIVES and one.limit is not None
     }
-    if marks is None and scenario is not None and space is not None:
-        marks = _marks_of_scenario(scenario, space, trajectory)
-    if marks is None and trajectory.waypoint_times is not None:
-        times = np.asarray(trajectory.waypoint_times)
-        nothing = np.full((len(times), len(names)), np.nan)
-        marks = Marks(times, tuple(map(str, range(len(times)))), (nothing, nothing))
+    marks = _marks(trajectory, scenario, space, plan.joint_waypoints if plan else None)
     label = trajectory.planner or "trajectory"
-    return Motion(
-        label,
-        names,
-        units,
-        trajectory.polynomial,
-        ordered.polynomial,
-        space,
-        marks,
-        scenario,
-        ok,
-        uses,
-    )
+    ok = bool(plan.report.ok) if plan else None
+    return Motion(label, trajectory, space, marks, scenario, ok, uses)
 
 
-def _marks_of_plan(waypoints: JointWaypoints, trajectory: JointTrajectory) -> Marks:
-    order = [waypoints.joint_names.index(name) for name in trajectory.joint_names]
-    asked = waypoints.position[:, order], waypoints.velocity[:, order]
-    return Marks(waypoints.time, waypoints.names, asked)
-
-
-def _marks_of_scenario(scenario: Scenario, space: JointSpace, trajectory: JointTrajectory) -> Marks:
-    """Waypoints of a scenario; joint values only of those that are given by joint values."""
-    shape = (len(scenario.waypoints), len(space.joint_names))
-    position, velocity = np.full(shape, np.nan), np.full(shape, np.nan)
-    for i, state in enumerate(space.targets):
-        if state is not None:
-            position[i], velocity[i] = state.position, state.velocity
-    order = [space.joint_names.index(name) for name in trajectory.joint_names]
-    names = tuple(waypoint.name for waypoint in scenario.waypoints)
-    return Marks(scenario.times, names, (position[:, order], velocity[:, order]))
+def _marks(
+    trajectory: JointTrajectory,
+    scenario: Scenario | None,
+    space: JointSpace | None,
+    waypoints: JointWaypoints | None,
+) -> Marks | None:
+    """What is known of the waypoints; without a plan no joint values of those given by poses."""
+    if waypoints is not None:
+        order = [waypoints.joint_names.index(name) for name in trajectory.joint_names]
+        asked = waypoints.position[:, order], waypoints.velocity[:, order]
+        return Marks(waypoints.time, waypoints.names, asked)
+    nothing = np.full(len(trajectory.joint_names), np.nan)
+    if scenario is not None and space is not None:
+        states = [target or JointState(nothing, nothing) for target in space.targets]
+        position = np.array([state.position for state in states])
+        velocity = np.array([state.velocity for state in states])
+        names = tuple(waypoint.name for waypoint in scenario.waypoints)
+        return Marks(scenario.times, names, (position, velocity))
+    if trajectory.waypoint_times is None:
+        return None
+    times = np.asarray(trajectory.waypoint_times)
+    unknown = np.tile(nothing, (len(times), 1))
+    return Marks(times, tuple(map(str, range(len(times)))), (unknown, unknown))
 
 
 def chosen(kind: str, given: Sequence[str] | None, available: Sequence[str]) -> list[str]:

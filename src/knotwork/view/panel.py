@@ -36,12 +36,12 @@ class Series:
     @property
     def component(self) -> int:
         """Index of the joint in the motion."""
-        return self.motion.joint_names.index(self.joint)
+        return self.motion.trajectory.joint_names.index(self.joint)
 
     @property
     def unit(self) -> str:
         """Unit of the joint, `"rad"` or `"m"`."""
-        return self.motion.joint_units[self.component]
+        return self.motion.trajectory.joint_units[self.component]
 
 
 @dataclass

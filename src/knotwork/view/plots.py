@@ -78,7 +78,7 @@ def plot_joints(
             different joints, or not of the scenario's.
     """
     found = motions_of(motions, scenario=scenario, labels=labels)
-    names = chosen("joint", joints, found[0].joint_names)
+    names = chosen("joint", joints, found[0].trajectory.joint_names)
     kinds = chosen_quantities(quantities)
     with settings():
         rows = _layout(found, names, kinds)
@@ -127,7 +127,7 @@ def _layout(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_
 
 def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
     """A column a motion; where both angles and lengths occur, they have rows of their own."""
-    first = motions[0]
+    first = motions[0].trajectory
     units = dict(zip(first.joint_names, first.joint_units, strict=True))
     groups = [[name for name in names if units[name] == unit] for unit in ("rad", "m")]
     short = dict(zip(names, shortened(names, MOST_LEGEND_LETTERS), strict=True))

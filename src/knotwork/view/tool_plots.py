@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.errors import InputError
+from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.tool_path import deviation_from_line
-from knotwork.view.curves import jump_breaks, piecewise_values
+from knotwork.view.curves import piecewise_values
 from knotwork.view.heads import curve_legend, explain_marks, frame_times, picture_title, settle
 from knotwork.view.motions import Drawable, Motion, motions_of
 from knotwork.view.style import (
@@ -38,15 +38,6 @@ POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
 MILLIMETRES = 1e3
 # Room above and below the curves, in parts of their range.
 ROOM = 0.07
-
-
-@dataclass(frozen=True, eq=False)
-class _Row:
-    """One panel: its label, its factor from SI, and what waypoints ask for, if anything."""
-
-    label: str
-    factor: float
-    asked: str = ""
 
 
 def plot_tool(
@@ -89,18 +80,14 @@ def plot_tool(
     for motion in found:
         _robot(motion)  # that there is one is said before anything is drawn
     angle, factor = shown_unit("rad", degrees)
-    rows = [
-        _Row("tool speed [mm/s]", MILLIMETRES, "linear"),
-        _Row(f"turning speed [{angle}/s]", factor, "angular"),
-    ]
-    straight = any(_has_straight_path(motion) for motion in found)
-    if straight:
-        rows.append(_Row("off straight path [mm]", MILLIMETRES))
-        rows.append(_Row(f"turned from it [{angle}]", factor))
+    rows = [("tool speed [mm/s]", MILLIMETRES), (f"turning speed [{angle}/s]", factor)]
+    if any(_straight_legs(motion) for motion in found):
+        rows += [("off straight path [mm]", MILLIMETRES), (f"turned from it [{angle}]", factor)]
     with settings():
         figure = new_figure(len(rows), 1)
         axes: list[Axes] = list(figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0])
-        _draw_curves(axes, rows, found, straight=straight)
+        for index, motion in enumerate(found):
+            _draw_curves(axes, rows, motion, index)
         _dress(axes, rows, found[0])
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
@@ -113,22 +100,19 @@ def plot_tool(
 
 
 def _draw_curves(
-    axes: list[Axes], rows: list[_Row], motions: list[Motion], *, straight: bool
+    axes: list[Axes], rows: list[tuple[str, float]], motion: Motion, index: int
 ) -> None:
-    for index, motion in enumerate(motions):
-        robot = _robot(motion)
-        curves = [_speeds(motion, robot), *([_deviations(motion, robot)] if straight else [])]
-        for pair, (time, values) in enumerate(curves):
-            for k in (0, 1):
-                row = rows[2 * pair + k]
-                axes[2 * pair + k].plot(
-                    time,
-                    row.factor * values[:, k],
-                    color=colour(index),
-                    linestyle=dashes(index),
-                    linewidth=2.0,
-                    gid=f"tool:{motion.label}:{row.label.partition(' [')[0]}",
-                )
+    speeds, deviations = (made(motion, _robot(motion)) for made in (_speeds, _deviations))
+    for i, (axis, (label, factor)) in enumerate(zip(axes, rows, strict=True)):
+        time, values = speeds if i < 2 else deviations
+        axis.plot(
+            time,
+            factor * values[:, i % 2],
+            color=colour(index),
+            linestyle=dashes(index),
+            linewidth=2.0,
+            gid=f"tool:{motion.label}:{label.partition(' [')[0]}",
+        )
 
 
 def _robot(motion: Motion) -> Robot:
@@ -144,73 +128,57 @@ def _robot(motion: Motion) -> Robot:
 
 def _speeds(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Times, and linear [m/s] and angular [rad/s] speed of the tool, shape (n, 2)."""
-    curve = motion.curve_in_space
+    curve = motion.curve
     count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
     time, q = piecewise_values(curve, 0, count)
     _, v = piecewise_values(curve, 1, count)
     twists = [robot.twist(*state) for state in zip(q, v, strict=True)]
     speeds = np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
-    jumps = {
-        int(at)
-        for order in (0, 1)
-        for component in range(curve.c.shape[2])
-        for at in jump_breaks(curve, component, order)
-    }
-    places = np.array(sorted(jumps), dtype=int)
-    return np.insert(time, places * count, curve.x[places]), np.insert(
-        speeds, places * count, np.nan, axis=0
-    )
+    jumps = [measured_jumps(curve, order) for order in (0, 1)]
+    places = np.flatnonzero(sum((sizes > allowed).any(axis=1) for sizes, allowed in jumps)) + 1
+    time = np.insert(time, places * count, curve.x[places])
+    return time, np.insert(speeds, places * count, np.nan, axis=0)
 
 
-def _has_straight_path(motion: Motion) -> bool:
+def _straight_legs(motion: Motion) -> list[tuple[CartesianWaypoint, CartesianWaypoint]]:
+    """Poses that follow each other."""
     waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
-    return any(
-        isinstance(before, CartesianWaypoint) and isinstance(after, CartesianWaypoint)
+    return [
+        (before, after)
         for before, after in pairwise(waypoints)
-    )
+        if isinstance(before, CartesianWaypoint) and isinstance(after, CartesianWaypoint)
+    ]
 
 
 def _deviations(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Times, and distance [m] and angle [rad] from the straight path, shape (n, 2), with NaN."""
-    curve = motion.curve_in_space
-    times: list[FloatArray] = []
-    values: list[FloatArray] = []
-    waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
-    for before, after in pairwise(waypoints):
-        inside = curve.x[0] <= before.time and after.time <= curve.x[-1]
-        if (
-            not isinstance(before, CartesianWaypoint)
-            or not isinstance(after, CartesianWaypoint)
-            or not inside
-        ):
-            times.append(np.array([before.time]))
-            values.append(np.full((1, 2), np.nan))
-            continue
-        time = np.linspace(before.time, after.time, BETWEEN + 1)
-        times.append(time)
-        values.append(
-            np.array(
-                [
-                    deviation_from_line(robot.forward(q), before.pose, after.pose)
-                    for q in curve(time)
-                ]
-            )
-        )
+    curve = motion.curve
+    times, values = [np.empty(0)], [np.empty((0, 2))]
+    for before, after in _straight_legs(motion):
+        if curve.x[0] <= before.time and after.time <= curve.x[-1]:
+            time = np.linspace(before.time, after.time, BETWEEN + 1)
+            poses = map(robot.forward, curve(time))
+            off = [deviation_from_line(pose, before.pose, after.pose) for pose in poses]
+            if len(times[-1]) and times[-1][-1] < before.time:  # no straight path in between
+                times.append(np.array([before.time]))
+                values.append(np.full((1, 2), np.nan))
+            times.append(time)
+            values.append(np.array(off))
     return np.concatenate(times), np.concatenate(values)
 
 
-def _dress(axes: list[Axes], rows: list[_Row], first: Motion) -> None:
+def _dress(axes: list[Axes], rows: list[tuple[str, float]], first: Motion) -> None:
     """Labels, scales from zero, and the waypoints with what they ask for."""
     waypoints = first.scenario.waypoints if first.scenario is not None else ()
     poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
-    for axis, row in zip(axes, rows, strict=True):
+    for axis, (label, factor), kind in zip(axes, rows, ("linear", "angular", "", ""), strict=False):
         dress(axis)
-        axis.set_ylabel(row.label)
+        axis.set_ylabel(label)
         mark_waypoints(axis, np.array([one.time for one in waypoints]))
-        if row.asked and poses:
-            asked = [row.factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
+        if kind and poses:
+            asked = [factor * float(np.linalg.norm(getattr(one, kind))) for one in poses]
             times = [one.time for one in poses]
-            axis.plot(times, asked, gid=f"asked:{row.asked}", zorder=4, **LOOKS["asked"])
+            axis.plot(times, asked, gid=f"asked:{kind}", zorder=4, **LOOKS["asked"])
         drawn = np.concatenate(
             [
                 np.asarray(line.get_ydata(), float)
