@@ -1,4 +1,4 @@
-"""What scenes are made of, without a browser: meshes, frames, pages."""
+"""What scenes are made of, as it stands on their pages, without a browser."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import coal
 import numpy as np
@@ -17,76 +18,112 @@ from PIL import Image
 
 import knotwork as kw
 from knotwork.errors import InputError
-from knotwork.meshes.finding import find_mesh
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.view import images
-from knotwork.view.animation import LEAST_RATE, frames, joint_tree
-from knotwork.view.links import link_shapes
-from knotwork.view.mesh import Mesh
-from knotwork.view.page import Page, json_in_html
-from knotwork.view.path import tool_path
+from knotwork.view.page import Page
 from knotwork.view.show import view_plan, view_trajectory
-from knotwork.view.solids import box, capsule, cylinder, frame_along, sphere
-from knotwork.view.speed_arrows import round_arrows
-from knotwork.view.targets import Target, targets
+from knotwork.waypoints import FloatArray
+from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
+LEAST_RATE = 60.0  # frames a second
 
 
-def volume_and_area(mesh: Mesh) -> tuple[float, float]:
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
-    return float(volume), float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+def scene(page: Page) -> Any:
+    """The data that a page draws."""
+    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page.html)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def numbers(text: str, kind: str, width: int = 3) -> Any:
+    return np.frombuffer(base64.b64decode(text), kind).reshape(-1, width)
+
+
+def vertices(mesh: Any) -> FloatArray:
+    return np.asarray(numbers(mesh["vertices"], "<f4"), dtype=float)
+
+
+def faces(mesh: Any) -> Any:
+    return numbers(mesh["faces"], "<u4" if mesh["wide"] else "<u2").astype(int)
+
+
+def thing(data: Any, name: str) -> Any:
+    """The mesh of something drawn beside the arm."""
+    return next(one["mesh"] for one in data["things"] if one["name"] == name)
+
+
+def at_rest(robot: kw.Robot, q: Any = None) -> Page:
+    """A page on which an arm stands still."""
+    start = np.zeros(robot.dof) if q is None else q
+    still = np.zeros((2, robot.dof))
+    motion = kw.JointTrajectory.from_knots(
+        robot.joint_names, [0, 1], [start, start], still, joint_units=robot.joint_units
+    )
+    return view_trajectory(robot, motion)
+
+
+def shape_warnings(page: Page) -> list[str]:
+    """What a page warns of but the tool, which a motion alone does not name."""
+    return [said for said in page.warnings if "does not say which tool" not in said]
+
+
+ONE_SHAPE = """<robot name="one">
+  <link name="base"><visual><geometry>{shape}</geometry></visual></link>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/>
+    <origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+  <link name="arm"/>
+</robot>"""
 
 
 @pytest.mark.parametrize(
-    ("mesh", "volume", "area"),
+    ("shape", "volume", "area"),
     [
-        (box([1, 2, 3], (1, 0, 0, 1)), 6.0, 22.0),
-        (cylinder(1, 2, (1, 0, 0, 1)), 2 * np.pi, 6 * np.pi),
-        (sphere(1, (1, 0, 0, 1), 96), 4 / 3 * np.pi, 4 * np.pi),
-        (capsule(1, 2, (1, 0, 0, 1)), (2 + 4 / 3) * np.pi, 8 * np.pi),
+        ('<box size="1 2 3"/>', 6.0, 22.0),
+        ('<cylinder radius="1" length="2"/>', 2 * np.pi, 6 * np.pi),
+        ('<sphere radius="1"/>', 4 / 3 * np.pi, 4 * np.pi),
+        ('<capsule radius="1" length="2"/>', (2 + 4 / 3) * np.pi, 8 * np.pi),
     ],
 )
 def test_plain_shapes_have_their_volume_and_face_outwards(
-    mesh: Mesh, volume: float, area: float
+    tmp_path: Path, shape: str, volume: float, area: float
 ) -> None:
-    assert volume_and_area(mesh) == pytest.approx((volume, area), rel=0.02)
-    corners = mesh.vertices[mesh.faces]
-    outwards = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert (np.einsum("ij,ij->i", outwards, mesh.normals[mesh.faces].mean(axis=1)) > 0).all()
+    path = tmp_path / "one.urdf"
+    path.write_text(ONE_SHAPE.format(shape=shape), encoding="utf-8")
+    (mesh,) = scene(at_rest(kw.load_robot(path).with_tool("arm")))["shapes"][0]
+    a, b, c = np.moveaxis(vertices(mesh)[faces(mesh)], 1, 0)
+    outwards = np.cross(b - a, c - a)
+    found = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6, np.linalg.norm(outwards, axis=1)
+    assert (found[0], found[1].sum() / 2) == pytest.approx((volume, area), rel=0.03)
+    normals = numbers(mesh["normals"], "i1")[faces(mesh)].mean(axis=1)
+    assert (np.einsum("ij,ij->i", outwards, normals) > 0).all()
 
 
 @pytest.mark.parametrize("name", ["ur5", "kinova", "xarm7"])
 def test_meshes_are_those_that_pinocchio_reads(name: str) -> None:
     """The outline of the whole arm, from Pinocchio's own geometry model and mesh reader."""
     robot = kw.load_robot(name)
-    shown = link_shapes(robot)
-    assert not shown.warnings
-    text = robot.urdf.read_text(encoding="utf-8")
+    page = at_rest(robot)
+    shown = scene(page)["shapes"]
+    assert not shape_warnings(page)
+    text = robot.urdf.read_text(encoding="utf-8").replace('type="continuous"', 'type="fixed"')
     data = next(folder for folder in robot.urdf.parents if folder.name == "example-robot-data")
-    full = pin.buildModelFromXML(text.replace('type="continuous"', 'type="fixed"'))
     visual = pin.buildGeomFromUrdfString(
-        full,
-        text.replace('type="continuous"', 'type="fixed"'),
-        pin.VISUAL,
-        package_dirs=[str(data.parent)],
+        pin.buildModelFromXML(text), text, pin.VISUAL, package_dirs=[str(data.parent)]
     )
     triangles = sum(
         shape.geometry.num_tris
         for shape in visual.geometryObjects
         if isinstance(shape.geometry, coal.BVHModelBase)
     )
-    drawn = sum(len(mesh.faces) for mesh in shown.shapes if mesh is not None)
+    drawn = sum(len(faces(mesh)) for parts in shown for mesh in parts)
     assert drawn == pytest.approx(triangles, rel=0.01)
     fixed = visual.geometryObjects[0]
     points = np.array(fixed.geometry.vertices())
     placed = points @ fixed.placement.rotation.T + fixed.placement.translation
-    base = shown.shapes[0]
-    assert base is not None
+    base = np.concatenate([vertices(mesh) for mesh in shown[0]])
     if fixed.parentJoint == 0:
-        assert base.vertices.min(axis=0) == pytest.approx(placed.min(axis=0), abs=1e-6)
-        assert base.vertices.max(axis=0) == pytest.approx(placed.max(axis=0), abs=1e-6)
+        assert base.min(axis=0) == pytest.approx(placed.min(axis=0), abs=1e-6)
+        assert base.max(axis=0) == pytest.approx(placed.max(axis=0), abs=1e-6)
 
 
 URDF = """<robot name="one">
@@ -111,12 +148,13 @@ def test_a_missing_mesh_is_a_warning(
 ) -> None:
     path = tmp_path / "one.urdf"
     path.write_text(URDF.format(collision=collision), encoding="utf-8")
-    shown = link_shapes(kw.load_robot(path).with_tool("arm"))
-    (warning,) = shown.warnings
+    page = at_rest(kw.load_robot(path).with_tool("arm"))
+    warning, *grey = shape_warnings(page)
     assert "package://lost/base.stl" in warning
     assert said in warning
-    assert shown.shapes[0] is not None
-    assert shown.shapes[0].vertices[:, 2].max() == pytest.approx(height, abs=1e-6)
+    assert all("drawn grey" in line for line in grey)
+    (base,) = scene(page)["shapes"][0]
+    assert vertices(base)[:, 2].max() == pytest.approx(height, abs=1e-6)
 
 
 def test_a_broken_mesh_is_a_warning(tmp_path: Path) -> None:
@@ -124,7 +162,14 @@ def test_a_broken_mesh_is_a_warning(tmp_path: Path) -> None:
     path = tmp_path / "one.urdf"
     text = URDF.format(collision="").replace("package://lost/base.stl", "base.dae")
     path.write_text(text, encoding="utf-8")
-    assert "can't be read" in link_shapes(kw.load_robot(path).with_tool("arm")).warnings[0]
+    assert "can't be read" in at_rest(kw.load_robot(path).with_tool("arm")).warnings[1]
+
+
+def stl(path: Path) -> None:
+    """Write a mesh of one triangle."""
+    record = np.zeros(1, [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
+    record["c"] = [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]
+    path.write_bytes(bytes(80) + (1).to_bytes(4, "little") + record.tobytes())
 
 
 def test_meshes_are_found_as_ros_finds_them(
@@ -133,40 +178,42 @@ def test_meshes_are_found_as_ros_finds_them(
     package = tmp_path / "share" / "arm_description"
     (package / "meshes").mkdir(parents=True)
     (package / "urdf").mkdir()
-    mesh = package / "meshes" / "a.stl"
-    mesh.touch()
+    (tmp_path / "other").mkdir()
+    stl(package / "meshes" / "a.stl")
+
+    def is_found(name: str, folder: Path) -> bool:
+        path = folder / "arm.urdf"
+        text = URDF.format(collision="").replace("package://lost/base.stl", name)
+        path.write_text(text, encoding="utf-8")
+        said = at_rest(kw.load_robot(path).with_tool("arm")).warnings
+        return not any(f"there is no mesh {name}" in line for line in said)
+
     name = "package://arm_description/meshes/a.stl"
-    assert find_mesh(name, package / "urdf" / "arm.urdf") == mesh
-    assert find_mesh("../meshes/a.stl", package / "urdf" / "arm.urdf") is not None
-    elsewhere = tmp_path / "other" / "arm.urdf"
-    assert find_mesh("package://lost/a.stl", elsewhere) is None
+    assert is_found(name, package / "urdf")
+    assert is_found("../meshes/a.stl", package / "urdf")
+    assert not is_found(name, tmp_path / "other")
+    assert not is_found("package://lost/a.stl", tmp_path / "other")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "share"))
-    assert find_mesh(name, Path("/nowhere/arm.urdf")) == mesh
-
-
-@pytest.mark.parametrize("name", ["ur5_deburring", "kinova_dispense"])
-def test_frames_are_samples_of_the_curve_and_its_end(name: str) -> None:
-    plan = kw.plan(name)
-    shown = frames(plan.trajectory.polynomial)
-    assert np.diff(shown.time).max() <= 1 / LEAST_RATE
-    assert shown.time[0] == plan.trajectory.start_time
-    assert shown.time[-1] == plan.trajectory.end_time
-    assert (shown.position == plan.trajectory.position(shown.time)).all()
+    assert is_found(name, tmp_path / "other")
 
 
 def test_a_motion_too_long_for_a_page_is_refused() -> None:
-    curve = PiecewisePolynomial(np.zeros((2, 1, 1)), np.array([0.0, 1e5]))
+    still = np.zeros((2, 2))
+    robot = kw.load_robot("planar2")
+    motion = kw.JointTrajectory.from_knots(robot.joint_names, [0, 1e5], still, still)
     with pytest.raises(InputError, match="can last 4000 s"):
-        frames(curve)
+        view_trajectory(robot, motion)
 
 
-@pytest.mark.parametrize("name", kw.robot_names())
-def test_the_joint_tree_is_the_robot(name: str) -> None:
-    """Chained by hand, it puts the last joint where Pinocchio's forward kinematics does."""
+@pytest.mark.parametrize(
+    "name", mostly_exhaustive(kw.robot_names(), "planar2", "panda", "kinova", "z1")
+)
+def test_the_joints_on_a_page_are_the_robot_s(name: str) -> None:
+    """Chained by hand, they put the last joint where Pinocchio's forward kinematics does."""
     robot = kw.load_robot(name)
     q = np.random.default_rng(1).uniform(-1, 1, robot.dof)
     places = [pin.SE3.Identity()]
-    for joint, value in zip(joint_tree(robot), q, strict=True):
+    for joint, value in zip(scene(at_rest(robot))["joints"], q, strict=True):
         own = pin.SE3(pin.Quaternion(np.array(joint["quaternion"])), np.array(joint["origin"]))
         axis = np.array(joint["axis"])
         moved = pin.SE3(np.eye(3), value * axis) if joint["slides"] else pin.SE3.Identity()
@@ -179,19 +226,24 @@ def test_the_joint_tree_is_the_robot(name: str) -> None:
         assert place.isApprox(true, 1e-9)
 
 
-def test_the_path_is_broken_where_a_limit_is() -> None:
+def test_the_path_is_red_where_a_limit_is_broken() -> None:
     plan = kw.plan(FAILING / "velocity_limit_broken.yaml")
     robot = plan.space.robot
     assert robot is not None
-    path = tool_path(
-        robot, plan.trajectory.reordered(robot.joint_names).polynomial, plan.space, plan.report
-    )
-    beyond = np.abs(plan.trajectory.velocity(path.time)) > plan.space.limits["velocity"]
-    assert path.broken.any()
-    assert not path.broken.all()
-    assert (path.broken == beyond.any(axis=1)).all()
+    data = scene(plan.view())
+    assert data["legend"]["broken"]
+    red = vertices(thing(data, "limits broken"))
+    time = np.linspace(plan.trajectory.start_time, plan.trajectory.end_time, 801)
+    beyond = (np.abs(plan.trajectory.velocity(time)) > plan.space.limits["velocity"]).any(axis=1)
+    placed = (robot.base_placement * robot.forward(q) for q in plan.trajectory.position(time))
+    tool = np.array([pose.translation for pose in placed])
+    near = np.linalg.norm(tool[:, np.newaxis] - red, axis=2).min(axis=1) < 0.01 * data["size"]
+    assert beyond.any()
+    assert near[beyond].all()
+    # elsewhere only next to where it is broken, as wide as the line
+    assert (near != beyond).sum() < 0.03 * len(time)
     (worst,) = plan.report.failures
-    assert path.broken[path.time == worst.time].all()
+    assert near[np.abs(time - (worst.time or 0.0)).argmin()]
 
 
 def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) -> None:
@@ -206,9 +258,10 @@ def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) 
     inline = page._repr_html_()
     assert inline.startswith("<iframe")
     assert inline.count("<") == 2
-    text = json_in_html({"a": name, "b": "\u2028"})
-    assert "<" not in text
-    assert json.loads(text) == {"a": name, "b": "\u2028"}
+    name = "</script>\u2028"
+    assert (
+        scene(view_plan(replace(plan, scenario=replace(plan.scenario, name=name))))["title"] == name
+    )
 
 
 def test_a_page_makes_its_folder_and_is_never_one(tmp_path: Path) -> None:
@@ -240,17 +293,17 @@ def test_a_trajectory_of_other_joints_is_refused() -> None:
         view_trajectory(kw.load_robot("panda"), trajectory)
 
 
-def test_numbers_on_the_page_are_those_of_the_trajectory() -> None:
-    plan = kw.plan("planar2_closed_form")
-    page = plan.view()
-    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page.html)
-    assert found is not None
-    arm = json.loads(found[1])["arms"][0]
-    time = np.frombuffer(base64.b64decode(arm["time"]), "<f4")
-    position = np.frombuffer(base64.b64decode(arm["position"]), "<f4").reshape(len(time), -1)
+@pytest.mark.parametrize("name", ["planar2_closed_form", "kinova_dispense"])
+def test_frames_are_samples_of_the_curve_and_its_end(name: str) -> None:
+    plan = kw.plan(name)
+    arm = scene(plan.view())["arms"][0]
+    time = numbers(arm["time"], "<f4", 1)[:, 0] + arm["start"]
+    position = numbers(arm["position"], "<f4", len(plan.trajectory.joint_names))
     true = plan.trajectory.sample(120)
     assert position == pytest.approx(true.position, abs=1e-6)
     assert time == pytest.approx(true.time, abs=1e-6)
+    assert np.diff(time).max() <= 1 / LEAST_RATE
+    assert true.time[[0, -1]].tolist() == [plan.trajectory.start_time, plan.trajectory.end_time]
 
 
 def test_a_stored_trajectory_leaves_the_tool_unsaid() -> None:
@@ -266,105 +319,123 @@ def test_a_stored_trajectory_leaves_the_tool_unsaid() -> None:
 def test_a_turn_asked_for_goes_as_far_as_the_tool_turns() -> None:
     """The arrow's points: on a circle about the axis, right-handed, up to the angle."""
     turn = np.array([0.0, 0.3, 0.4])
-    pose = pin.SE3(np.eye(3), np.array([1.0, 2.0, 3.0]))
-    still = Target("b", 1.0, pose, np.zeros(3), np.zeros(3))
-    arrows = round_arrows([Target("a", 0.0, pose, np.zeros(3), turn), still], radius=0.1)
-    assert arrows is not None
-    assert arrows.seconds == 10.0  # 5 rad; in 20 s it would be more than a round
-    axes = frame_along(turn / 0.5)
-    local = (arrows.mesh.vertices - pose.translation) @ axes
-    assert np.linalg.norm(local[:, :2], axis=1) == pytest.approx(0.1, abs=0.03)
-    assert np.abs(local[:, 2]).max() < 0.03
-    angle = np.arctan2(local[:, 1], local[:, 0]) % (2 * np.pi)
-    angle = angle[angle < 2 * np.pi - 0.3]  # the foot is as thick as the rod
-    assert angle.max() == pytest.approx(5.0, abs=0.1)
-    assert round_arrows([still], radius=0.1) is None
+    turning = {
+        "pose": {"position": [0.4, 0.2, 0.4], "rpy": [0, 3.0, 0]},
+        "velocity": {"linear": [0, 0, 0], "angular": turn.tolist()},
+        "after": 4,
+    }
+    ends = {"joints": "home"}, {"joints": "home", "after": 4}
+    page = kw.plan({"robot": "ur5", "waypoints": [ends[0], turning, ends[1]]}).view()
+    data = scene(page)
+    assert data["legend"]["turn_seconds"] == 10.0  # 5 rad; in 20 s it would be more than a round
+    label = next(one for one in data["labels"] if one["kind"] == "waypoint" and "2" in one["text"])
+    axis = turn / 0.5
+    local = vertices(thing(data, "turning asked for")) - label["at"]
+    x = np.array([1.0, 0.0, 0.0])
+    across = np.stack([local @ x, local @ np.cross(axis, x)], axis=1)
+    distance, along = np.linalg.norm(across, axis=1), local @ axis
+    radius = float(np.median(distance))
+    assert distance == pytest.approx(radius, rel=0.3)
+    assert np.abs(along).max() < 0.3 * radius
+    angle = np.arctan2(across[:, 1], across[:, 0])
+    ordered = np.sort(angle)
+    gaps = np.diff([*ordered, ordered[0] + 2 * np.pi])
+    assert gaps.max() == pytest.approx(2 * np.pi - 5.0, abs=0.15)
+    end = ordered[gaps.argmax()]  # from here to the foot there is nothing
+    broadest = angle[np.hypot(distance - radius, along).argmax()]  # of the head
+    assert 0.0 < (end - broadest) % (2 * np.pi) < 0.6
 
 
-def test_targets_turn_with_the_robots_base() -> None:
+def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> None:
     plan = kw.plan("kinova_dispense")
     robot = plan.space.robot
     assert robot is not None
-    for target, waypoint in zip(
-        targets(plan.scenario, plan.space, robot), plan.scenario.waypoints, strict=True
-    ):
-        twist = robot.twist(
-            plan.trajectory.position(target.time), plan.trajectory.velocity(target.time)
-        )
-        turn = robot.base_placement.rotation
-        assert target.name == waypoint.name
-        assert target.angular == pytest.approx(turn @ twist.angular, abs=1e-6)
-        assert target.linear == pytest.approx(turn @ twist.linear, abs=1e-6)
+    data = scene(plan.view())
+    seconds = data["legend"]["arrow_seconds"]
+    arrows = vertices(thing(data, "speeds asked for"))
+    turn = robot.base_placement.rotation
+    found = 0
+    for waypoint in plan.scenario.waypoints:
+        q, v = plan.trajectory.position(waypoint.time), plan.trajectory.velocity(waypoint.time)
+        twist = robot.twist(q, v)
+        foot = (robot.base_placement * robot.forward(q)).translation
+        if np.linalg.norm(twist.linear) > 1e-6:
+            tip = foot + seconds * turn @ twist.linear
+            assert np.linalg.norm(arrows - tip, axis=1).min() < 1e-5
+            found += 1
+    per_arrow = len(arrows) / found
+    assert found > 2
+    assert per_arrow == round(per_arrow)  # and none else
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])
 def test_colours_are_those_of_the_meshes_materials(name: str) -> None:
     robot = kw.load_robot(name)
-    names = re.findall(r'<mesh filename="([^"]*\.dae)"', robot.urdf.read_text(encoding="utf-8"))
+    names = re.findall(r'<mesh filename="package://([^"]*\.dae)"', robot.urdf.read_text("utf-8"))
+    root = next(folder for folder in robot.urdf.parents if folder.name == "example-robot-data")
     given = set()
     for mesh in names:
-        path = find_mesh(mesh, robot.urdf)
-        assert path is not None
-        text = path.read_text(encoding="utf-8")
-        for numbers in re.findall(r"<diffuse>\s*<color[^>]*>([^<]*)<", text):
-            given.add(tuple(float(number) for number in numbers.split()[:3]))
-    shown = link_shapes(robot)
-    assert not shown.warnings
-    drawn = {tuple(row) for mesh in shown.shapes if mesh for row in np.unique(mesh.colours, axis=0)}
+        text = (root.parent / mesh).read_text(encoding="utf-8")
+        for part in re.findall(r"<diffuse>\s*<color[^>]*>([^<]*)<", text):
+            given.add(tuple(round(255 * float(number)) for number in part.split()[:3]))
+    page = at_rest(robot)
+    assert not shape_warnings(page)
+    drawn = {tuple(mesh["colours"]) for parts in scene(page)["shapes"] for mesh in parts}
     assert drawn <= given
     assert len(drawn) > 2
 
 
 def test_a_mesh_without_colours_is_said(tmp_path: Path) -> None:
-    corners = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]], dtype="<f4")
-    record = np.zeros(1, [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
-    record["c"] = corners
-    (tmp_path / "base.stl").write_bytes(bytes(80) + (1).to_bytes(4, "little") + record.tobytes())
+    stl(tmp_path / "base.stl")
     path = tmp_path / "one.urdf"
     text = URDF.format(collision="").replace("package://lost/base.stl", "base.stl")
     path.write_text(text, encoding="utf-8")
-    (warning,) = link_shapes(kw.load_robot(path).with_tool("arm")).warnings
+    (warning,) = shape_warnings(at_rest(kw.load_robot(path).with_tool("arm")))
     assert warning == "no colour is given for parts of base; they are drawn grey"
     red = text.replace("</geometry>", '</geometry><material name="r"><color rgba="1 0 0 1"/>', 1)
     path.write_text(red.replace('1"/></visual>', '1"/></material></visual>', 1), encoding="utf-8")
-    shown = link_shapes(kw.load_robot(path).with_tool("arm"))
-    assert not shown.warnings
-    assert shown.shapes[0] is not None
-    assert (shown.shapes[0].colours == [1, 0, 0]).all()
+    page = at_rest(kw.load_robot(path).with_tool("arm"))
+    assert not shape_warnings(page)
+    (base,) = scene(page)["shapes"][0]
+    assert base["colours"] == [255, 0, 0]
 
 
-def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot, tmp_path: Path) -> None:
-    trajectory = kw.JointTrajectory.from_knots(["turn"], [0, 1], [[0], [0.5]], [[0], [0]])
-    shown = link_shapes(textured_robot)
-    assert not shown.warnings
-    (skin,) = shown.shapes[0].skins if shown.shapes[0] is not None else ()
-    assert (skin.start, skin.count, skin.image.name) == (0, 12, "two colours.png")
-    page = view_trajectory(textured_robot, trajectory)
-    assert "data:image/jpeg;base64," in page.html
+def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot) -> None:
+    page = at_rest(textured_robot)
+    assert not shape_warnings(page)
+    data = scene(page)
+    (base,) = data["shapes"][0]
+    assert (len(faces(base)), base["image"]) == (12, 0)
+    assert data["images"][0].startswith("data:image/jpeg;base64,")
     # a picture that is none is a warning, and one that is missing leaves the mesh without colour
-    skin.image.write_bytes(b"no picture")
-    assert any(
-        "can't be read" in said for said in view_trajectory(textured_robot, trajectory).warnings
-    )
-    skin.image.unlink()
-    assert link_shapes(textured_robot).warnings == (
-        "no colour is given for parts of base; they are drawn grey",
-    )
+    picture = textured_robot.urdf.parent / "two colours.png"
+    picture.write_bytes(b"no picture")
+    assert any("can't be read" in said for said in at_rest(textured_robot).warnings)
+    picture.unlink()
+    assert shape_warnings(at_rest(textured_robot)) == [
+        "no colour is given for parts of base; they are drawn grey"
+    ]
 
 
-def test_images_are_made_small_enough_together(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    noise = np.random.default_rng(0).integers(0, 256, (300, 600, 3), dtype=np.uint8)
-    Image.fromarray(noise).save(tmp_path / "noise.bmp")
+def test_images_are_made_small_enough_together(textured_robot: kw.Robot) -> None:
+    """Noise, which can't be packed: one image stays as it is, of eight each is made smaller."""
+    folder = textured_robot.urdf.parent
+    noise = np.random.default_rng(0).integers(0, 256, (900, 1000, 3), dtype=np.uint8)
 
-    def widths(most: int) -> set[tuple[int, int]]:
-        monkeypatch.setattr(images, "MOST_BYTES", most)
-        addresses, warnings = images.image_addresses([tmp_path / "noise.bmp"] * 3)
-        assert not warnings
-        assert sum(len(address or "") for address in addresses) <= most
-        data = (base64.b64decode((address or "").partition(",")[2]) for address in addresses)
-        return {Image.open(io.BytesIO(one)).size for one in data}
+    def sizes(count: int) -> list[tuple[int, int]]:
+        links, mesh = "", (folder / "cube.dae").read_text(encoding="utf-8")
+        for i in range(count):
+            Image.fromarray(noise).save(folder / f"noise{i}.bmp")
+            text = mesh.replace("two%20colours.png", f"noise{i}.bmp")
+            (folder / f"cube{i}.dae").write_text(text, encoding="utf-8")
+            links += f'<visual><geometry><mesh filename="cube{i}.dae"/></geometry></visual>'
+        shape = '<mesh filename="cube.dae"/></geometry></visual>' + links + "<visual><geometry>"
+        path = folder / "many.urdf"
+        path.write_text(ONE_SHAPE.format(shape=shape), encoding="utf-8")
+        images = scene(at_rest(kw.load_robot(path).with_tool("arm")))["images"]
+        assert sum(map(len, images)) <= 6_000_000
+        noisy = (base64.b64decode(address.partition(",")[2]) for address in images[1:])
+        return [Image.open(io.BytesIO(one)).size for one in noisy]
 
-    assert widths(images.MOST_BYTES) == {(600, 300)}
-    assert widths(200_000) == {(256, 128)}
+    assert sizes(1) == [(1000, 900)]
+    assert sizes(12) == [(512, 461)] * 12

@@ -1,8 +1,7 @@
-"""A trajectory as frames of an animation: samples of the curve itself, and its end exactly."""
+"""A trajectory as an animation: times of its frames, and the joints that move."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,21 +20,10 @@ RATE = 120.0
 MOST_FRAMES = 240_000
 
 
-@dataclass(frozen=True, eq=False)
-class Frames:
-    """Frames of an animation; between two of them the first is shown, and none is made up.
+def frame_times(curve: PiecewisePolynomial) -> FloatArray:
+    """Times of an animation's frames [s], `RATE` a second or, if it is long, `LEAST_RATE`.
 
-    Attributes:
-        time: [s], shape (n,); the first is the start and the last the end of the trajectory.
-        position: Joint positions [rad or m], shape (n, d).
-    """
-
-    time: FloatArray
-    position: FloatArray
-
-
-def frames(curve: PiecewisePolynomial) -> Frames:
-    """Sample a motion for an animation, `RATE` times a second or, if it is long, `LEAST_RATE`.
+    Between two frames the first is shown, and none is made up. The last is the end of the motion.
 
     Raises:
         InputError: It lasts so long that no page could hold it.
@@ -48,8 +36,7 @@ def frames(curve: PiecewisePolynomial) -> Frames:
             f"the motion lasts {duration:g} s; an animation of {LEAST_RATE:g} frames a second can "
             f"last {MOST_FRAMES / LEAST_RATE:g} s at most: view a part of it"
         )
-    time = sample_times(start, end, rate)
-    return Frames(time, curve(time))
+    return sample_times(start, end, rate)
 
 
 def joint_tree(robot: Robot) -> list[dict[str, Any]]:

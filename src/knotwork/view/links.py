@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from xml.dom import expatbuilder
 from xml.dom.minidom import Element
@@ -28,14 +29,18 @@ class LinkShapes:
     """What a robot looks like.
 
     Attributes:
-        shapes: For each joint of the chain the mesh that it carries, in the joint's axes, and
-            first what does not move, in the axes of the URDF's root; length d + 1, `None` for
-            what carries nothing.
+        parts: For each joint of the chain the meshes that it carries, in the joint's axes, and
+            first what does not move, in the axes of the URDF's root; length d + 1.
         warnings: What could not be drawn as described.
     """
 
-    shapes: tuple[Mesh | None, ...]
+    parts: list[list[Mesh]]
     warnings: tuple[str, ...]
+
+    @cached_property
+    def shapes(self) -> list[Mesh | None]:
+        """The parts in one for each joint, without images; `None` for what carries nothing."""
+        return [merged(parts) if parts else None for parts in self.parts]
 
 
 def link_shapes(robot: Robot) -> LinkShapes:
@@ -72,7 +77,7 @@ def link_shapes(robot: Robot) -> LinkShapes:
     if not any(carried):
         warnings.append(f"robot {robot.name!r} has no shapes to draw; its links are drawn as lines")
         carried = _skeleton(robot)
-    return LinkShapes(tuple(merged(parts) if parts else None for parts in carried), tuple(warnings))
+    return LinkShapes(carried, tuple(warnings))
 
 
 def _lines(origins: Sequence[FloatArray]) -> list[Mesh]:
@@ -118,7 +123,7 @@ class _Shapes:
             for parent in child_elements(joint, "parent"):
                 origins = self.carried.setdefault(parent.getAttribute("link"), [])
                 origins.append(_origin(joint)[1])
-        self._read: dict[Path, Mesh] = {}
+        self._read: dict[Path, list[Mesh]] = {}
 
     def shapes(self, element: Element, kind: str) -> tuple[list[Mesh], list[str]]:
         """Shapes of a link in its axes, and what is missing of them."""
@@ -126,15 +131,13 @@ class _Shapes:
         missing: list[str] = []
         for item in child_elements(element, kind):
             try:
-                mesh = self._shape(item)
+                meshes = [mesh for mesh in self._shape(item) if len(mesh.faces)]
+                found += [mesh.moved(*_origin(item)) for mesh in meshes]
             except InputError as error:
                 missing.append(str(error))
-                continue
-            if mesh is not None:
-                found.append(mesh.moved(*_origin(item)))
         return found, missing
 
-    def _shape(self, item: Element) -> Mesh | None:
+    def _shape(self, item: Element) -> list[Mesh]:
         colour = None
         for material in child_elements(item, "material"):
             colour = _colour(material) or self.materials.get(material.getAttribute("name"))
@@ -144,25 +147,26 @@ class _Shapes:
             if shape.tagName == "mesh":
                 return self._mesh(shape, colour)
             if shape.tagName == "box":
-                return box(_numbers(shape.getAttribute("size")), plain)
+                return [box(_numbers(shape.getAttribute("size")), plain)]
             radius = float(shape.getAttribute("radius"))
             if shape.tagName == "sphere":
-                return sphere(radius, plain)
+                return [sphere(radius, plain)]
             make = capsule if shape.tagName == "capsule" else cylinder
-            return make(radius, float(shape.getAttribute("length")), plain)
-        return None
+            return [make(radius, float(shape.getAttribute("length")), plain)]
+        return []
 
-    def _mesh(self, shape: Element, colour: Colour | None) -> Mesh:
+    def _mesh(self, shape: Element, colour: Colour | None) -> list[Mesh]:
         name = shape.getAttribute("filename")
         path = find_mesh(name, self.path)
         if path is None:
             raise InputError(f"there is no mesh {name}")
         if path not in self._read:
-            self._read[path] = drawable(read_mesh(path))
-        mesh = self._read[path]
+            self._read[path] = [drawable(part) for part in read_mesh(path)]
+        meshes = self._read[path]
         if shape.hasAttribute("scale"):
-            mesh = mesh.scaled(_numbers(shape.getAttribute("scale")))
-        return mesh.painted(colour) if colour is not None else mesh
+            scale = _numbers(shape.getAttribute("scale"))
+            meshes = [mesh.scaled(scale) for mesh in meshes]
+        return [mesh.painted(colour) for mesh in meshes] if colour is not None else meshes
 
 
 def _numbers(text: str) -> Sequence[float]:

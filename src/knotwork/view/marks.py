@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -16,6 +16,7 @@ from knotwork.view.mesh import Mesh, merged
 from knotwork.view.solids import rod, sphere, triad
 from knotwork.view.speed_arrows import round_arrows, straight_arrows
 from knotwork.view.targets import Target, spacings
+from knotwork.waypoints import FloatArray
 
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
@@ -30,38 +31,9 @@ _PICTURED = {
 }
 
 
-@dataclass(frozen=True)
-class Label:
-    """Words at a point.
-
-    Attributes:
-        text: What is said there.
-        kind: `"waypoint"`, `"frame"` or `"miss"`.
-        position: [m].
-        detail: More of it, to be shown on demand.
-    """
-
-    text: str
-    kind: str
-    position: tuple[float, ...]
-    detail: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class SceneMarks:
-    """What is drawn of a task: by kind a mesh, and labels.
-
-    Attributes:
-        meshes: Kind to mesh; only what there is.
-        labels: Words beside them.
-        arrow_seconds: An arrow is as long as the tool goes in this time at the speed asked for.
-        turn_seconds: A round arrow goes as far as the tool turns in this time.
-    """
-
-    meshes: dict[str, Mesh]
-    labels: tuple[Label, ...]
-    arrow_seconds: float | None
-    turn_seconds: float | None
+def _label(text: str, kind: str, at: FloatArray, detail: str) -> dict[str, Any]:
+    """Words at a point [m], and more of them on demand; of a waypoint, a frame or a miss."""
+    return {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
 
 
 def marks(
@@ -71,7 +43,7 @@ def marks(
     scenario: Scenario | None,
     report: Report | None,
     size: float,
-) -> SceneMarks:
+) -> tuple[dict[str, Mesh], list[dict[str, Any]], dict[str, float]]:
     """Draw a task and what the check found.
 
     Args:
@@ -81,19 +53,24 @@ def marks(
         scenario: The task, for its named frames.
         report: What the check found.
         size: Extent of the scene [m].
+
+    Returns:
+        What is drawn, by kind; labels; and for the legend, in which time the tool goes as far as
+        straight arrows are long, `arrow_seconds`, and turns as far as round ones, `turn_seconds`.
     """
     axis = _axis_length(asked, size)
     meshes: dict[str, Mesh] = {}
-    labels: list[Label] = []
+    labels: list[dict[str, Any]] = []
+    seconds: dict[str, float] = {}
     if asked:
         meshes["waypoints"] = _triads([target.pose for target in asked], axis, 0.045)
         missed = {found.name for found in report.failures} if report else ()
         labels += [_waypoint_label(target) for target in asked if target.name not in missed]
     straight, turning = straight_arrows(asked, size), round_arrows(asked, 0.75 * axis)
     if straight is not None:
-        meshes["speeds asked for"] = straight.mesh
+        meshes["speeds asked for"], seconds["arrow_seconds"] = straight
     if turning is not None:
-        meshes["turning asked for"] = turning.mesh
+        meshes["turning asked for"], seconds["turn_seconds"] = turning
     base = robot.base_placement
     if len(curve.x) <= MOST_KNOTS:
         points = [(base * robot.forward(q)).translation for q in curve(curve.x)]
@@ -103,17 +80,12 @@ def marks(
         frames = {name: base * frame for name, frame in scenario.frames.items()}
         meshes["frames"] = _triads(list(frames.values()), 0.075 * size, 0.05)
         labels += [
-            Label(name, "frame", tuple(frame.translation.tolist()), f"frame {name!r}")
+            _label(name, "frame", frame.translation, f"frame {name!r}")
             for name, frame in frames.items()
         ]
     if report is not None:
         _add_failures(meshes, labels, asked, curve, robot, report, size)
-    return SceneMarks(
-        meshes,
-        tuple(labels),
-        straight.seconds if straight is not None else None,
-        turning.seconds if turning is not None else None,
-    )
+    return meshes, labels, seconds
 
 
 def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
@@ -121,13 +93,13 @@ def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
     return merged([axes.moved(pose.rotation, pose.translation) for pose in poses])
 
 
-def _waypoint_label(target: Target) -> Label:
+def _waypoint_label(target: Target) -> dict[str, Any]:
     speed = float(np.linalg.norm(target.linear))
     turning = float(np.degrees(np.linalg.norm(target.angular)))
     detail = f"{target.name}: at {target.time:g} s, {1000 * speed:.4g} mm/s"
     if turning > 1e-6:
         detail += f", turning at {turning:.4g} deg/s"
-    return Label(target.name, "waypoint", tuple(target.pose.translation.tolist()), detail)
+    return _label(target.name, "waypoint", target.pose.translation, detail)
 
 
 def _axis_length(asked: Sequence[Target], size: float) -> float:
@@ -138,7 +110,7 @@ def _axis_length(asked: Sequence[Target], size: float) -> float:
 
 def _add_failures(
     meshes: dict[str, Mesh],
-    labels: list[Label],
+    labels: list[dict[str, Any]],
     asked: Sequence[Target],
     curve: PiecewisePolynomial,
     robot: Robot,
@@ -163,7 +135,7 @@ def _add_failures(
             if np.linalg.norm(reached - point) > 1e-9:
                 wrong.append(rod(point, reached, 0.004 * size, RED))
         text = f"{name}: {', '.join(map(_said, findings))}" if name else _said(findings[0])
-        labels.append(Label(text, "miss", tuple(at.tolist()), "\n".join(map(str, findings))))
+        labels.append(_label(text, "miss", at, "\n".join(map(str, findings))))
     if wrong:
         meshes["failures"] = merged(wrong)
 

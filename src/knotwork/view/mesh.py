@@ -24,20 +24,6 @@ MOST_CORNERS = 0.6
 CREASE = np.cos(np.radians(35.0))
 
 
-@dataclass(frozen=True)
-class Skin:
-    """Faces that an image gives their colours.
-
-    Attributes:
-        start, count: The first of the faces, and how many there are.
-        image: File of the image.
-    """
-
-    start: int
-    count: int
-    image: Path
-
-
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """Triangles with a normal at each corner.
@@ -50,7 +36,7 @@ class Mesh:
         opacity: From 0, not seen, to 1, opaque.
         coloured: Whether its colours were given; else it is grey.
         uv: Place in its image of each vertex, from the lower left corner, shape (n, 2), or `None`.
-        skins: Which faces have images.
+        image: File of the image that gives it its colours, or `None`.
     """
 
     vertices: FloatArray
@@ -60,7 +46,7 @@ class Mesh:
     opacity: float = 1.0
     coloured: bool = True
     uv: FloatArray | None = None
-    skins: tuple[Skin, ...] = ()
+    image: Path | None = None
 
     def moved(self, rotation: ArrayLike, translation: ArrayLike) -> Mesh:
         """Turn, then shift the mesh.
@@ -95,17 +81,8 @@ def normalised(vectors: FloatArray) -> FloatArray:
 
 
 def merged(meshes: Sequence[Mesh]) -> Mesh:
-    """Put meshes into one; it is as opaque as the first."""
+    """Put meshes into one, without their images; it is as opaque as the first."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    starts = np.cumsum([0, *(len(mesh.faces) for mesh in meshes)]).tolist()
-    skins = tuple(
-        replace(skin, start=skin.start + start)
-        for mesh, start in zip(meshes, starts, strict=False)
-        for skin in mesh.skins
-    )
-    places = [
-        mesh.uv if mesh.uv is not None else np.zeros((len(mesh.vertices), 2)) for mesh in meshes
-    ]
     return Mesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
         np.concatenate([mesh.normals for mesh in meshes]),
@@ -114,22 +91,14 @@ def merged(meshes: Sequence[Mesh]) -> Mesh:
         ),
         np.concatenate([mesh.colours for mesh in meshes]),
         meshes[0].opacity,
-        all(mesh.coloured for mesh in meshes),
-        np.concatenate(places) if skins else None,
-        skins,
     )
 
 
-def drawable(parts: Sequence[MeshPart]) -> Mesh:
-    """Make one mesh of a file's parts, with normals, grey where no colour is given."""
-    return merged([_drawable(part) for part in parts])
-
-
-def _drawable(part: MeshPart) -> Mesh:
+def drawable(part: MeshPart) -> Mesh:
+    """Give a part of a mesh file normals, and grey where it has no colour."""
     corners = part.points[part.triangles]
     if part.image is not None and part.uv is not None:
-        mesh = from_triangles(corners, WHITE, part.uv)
-        return replace(mesh, skins=(Skin(0, len(mesh.faces), part.image),))
+        return replace(from_triangles(corners, WHITE, part.uv), image=part.image)
     mesh = _with_own_normals(part) or from_triangles(corners, part.colour or GREY)
     return replace(mesh, coloured=part.colour is not None)
 

@@ -37,9 +37,9 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
         "colours": colours[0].tolist() if plain else packed_numbers(colours),
         "opacity": mesh.opacity,
     }
-    if mesh.skins and mesh.uv is not None:
+    if mesh.image is not None and mesh.uv is not None:
         data["uv"] = packed_numbers(mesh.uv.astype("<f4"))
-        data["skins"] = [[one.start, one.count, images.index(one.image)] for one in mesh.skins]
+        data["image"] = images.index(mesh.image)
     return data
 
 

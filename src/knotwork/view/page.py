@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from knotwork.errors import InputError
 from knotwork.storage import write_file
 from knotwork.view.files import checked_page_path
-from knotwork.view.scene import Scene
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -65,12 +64,12 @@ def frame(text: str, *, height: str, name: str = "") -> str:
 
 
 def scene_page(
-    scene: Scene, *, embedded: bool = False, autoplay: bool = True, ghosts: bool = True
+    scene: Mapping[str, Any], *, embedded: bool = False, autoplay: bool = True, ghosts: bool = True
 ) -> Page:
     """Put a scene on a page.
 
     Args:
-        scene: What to show.
+        scene: What to show, from `make_scene`.
         embedded: The page is a part of another, which has the title and the verdict.
         autoplay: The motion starts by itself.
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
@@ -85,17 +84,17 @@ def scene_page(
         environment()
         .get_template("scene.html")
         .render(
-            data=scene.data,
+            data=scene,
             options=options,
             options_json=Markup(json_in_html(options)),
-            json=Markup(json_in_html(scene.data)),
+            json=Markup(json_in_html(scene)),
             meshcat=Markup(meshcat_viewer()),
             script=Markup("\n".join(asset(f"scene/{name}.js") for name in SCRIPTS)),
             style=Markup(asset("scene.css")),
             version=version(),
         )
     )
-    return Page(scene.title, text, scene.warnings)
+    return Page(scene["title"], text, tuple(scene["warnings"]))
 
 
 def json_in_html(data: Mapping[str, Any]) -> str:

@@ -18,7 +18,7 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
-from knotwork.view.animation import frames, joint_tree
+from knotwork.view.animation import frame_times, joint_tree
 from knotwork.view.camera import first_view
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
@@ -38,21 +38,6 @@ MOST_HIDING = 5
 MOST_SPEEDS = 30_000
 # Drawn in their own colours, whatever the light.
 UNLIT = ("path", "limits broken", "failures")
-
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """A scene, ready to be put on a page.
-
-    Attributes:
-        title: What it shows.
-        data: Plain data, ready for JSON.
-        warnings: What could not be drawn as described.
-    """
-
-    title: str
-    data: Mapping[str, Any]
-    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +76,8 @@ def make_scene(
     report: Report | None = None,
     others: Mapping[str, JointTrajectory] | None = None,
     warnings: Sequence[str] = (),
-) -> Scene:
-    """Compose the scene of a motion.
+) -> dict[str, Any]:
+    """Compose the scene of a motion, as plain data that is ready for JSON.
 
     Args:
         robot: The arm; its meshes are opened.
@@ -108,12 +93,11 @@ def make_scene(
     """
     others = others or {}
     shown = _gathered(robot, trajectory, scenario, space, report, others)
-    images = list(dict.fromkeys(skin.image for s in shown.shapes.shapes if s for skin in s.skins))
+    parts = [mesh for meshes in shown.shapes.parts for mesh in meshes]
+    images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
     addresses, unread = image_addresses(images)
-    warnings = (*warnings, *shown.shapes.warnings, *unread)
-    title = scenario.name if scenario is not None else f"{robot.name}: stored trajectory"
-    data = {
-        "title": title,
+    return {
+        "title": scenario.name if scenario is not None else f"{robot.name}: stored trajectory",
         **_arm_data(shown, trajectory.planner or "trajectory", images),
         "images": addresses,
         "ok": report.ok if report is not None else None,
@@ -122,12 +106,11 @@ def make_scene(
             {"name": name, "failures": _failures(other, scenario, space)}
             for name, other in others.items()
         ],
-        "warnings": list(warnings),
+        "warnings": [*warnings, *shown.shapes.warnings, *unread],
         "robot": robot.name,
         "planner": trajectory.planner,
         "description": scenario.description.strip() if scenario is not None else "",
     }
-    return Scene(title, data, warnings)
 
 
 def _gathered(
@@ -175,7 +158,7 @@ def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, 
     tip = robot.model.frames[robot.tcp_frame_id].placement if path is not None else None
     return {
         "joints": joint_tree(robot),
-        "shapes": [packed(shape, images) if shape else None for shape in shapes],
+        "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
         "coarse": [packed(coarse(s, GHOST_DETAIL * size)) if s else None for s in shapes],
         "arms": [_motion(name, motion, robot) for name, motion in moved.items()],
         "ghosts": copies.tolist(),
@@ -203,22 +186,19 @@ def _task_data(
         line = other_path_mesh(tool_path(robot, motion), size)
         if line is not None:
             meshes[f"path of {name}"] = line
-    drawn = marks(shown.asked, shown.curve, robot, shown.scenario, shown.report, size)
-    meshes |= {**drawn.meshes, "tool": tool_mesh(robot, size)}
+    drawn, labels, seconds = marks(
+        shown.asked, shown.curve, robot, shown.scenario, shown.report, size
+    )
+    meshes |= {**drawn, "tool": tool_mesh(robot, size)}
     things: list[dict[str, Any]] = [
         {"name": name, "mesh": packed(mesh), "lit": not name.startswith(UNLIT)}
         for name, mesh in meshes.items()
     ]
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
-    labels = [
-        {"text": one.text, "kind": one.kind, "at": list(one.position), "detail": one.detail}
-        for one in drawn.labels
-    ]
     legend = {
         "high": float(path.speed.max()),
         "colours": [hexadecimal(colour) for colour in SPEED_COLOURS],
-        "arrow_seconds": drawn.arrow_seconds,
-        "turn_seconds": drawn.turn_seconds,
+        **seconds,
         "broken": bool(path.broken.any()),
     }
     return things, labels, legend
@@ -226,15 +206,16 @@ def _task_data(
 
 def _motion(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, Any]:
     """A motion's frames, and the tool's speed at each."""
-    shown = frames(curve)
+    time = frame_times(curve)
+    position = curve(time)
     arm: dict[str, Any] = {
         "name": name,
-        "start": float(shown.time[0]),
-        "time": packed_numbers((shown.time - shown.time[0]).astype("<f4")),
-        "position": packed_numbers(shown.position.astype("<f4")),
+        "start": float(time[0]),
+        "time": packed_numbers((time - time[0]).astype("<f4")),
+        "position": packed_numbers(position.astype("<f4")),
     }
-    if robot.tcp_frame_id is not None and len(shown.time) <= MOST_SPEEDS:
-        speed = tool_speed(robot, shown.position, curve(shown.time, 1))
+    if robot.tcp_frame_id is not None and len(time) <= MOST_SPEEDS:
+        speed = tool_speed(robot, position, curve(time, 1))
         arm["speed"] = packed_numbers(speed.astype("<f4"))
     return arm
 

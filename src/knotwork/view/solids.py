@@ -55,19 +55,16 @@ def cylinder(radius: float, length: float, colour: Sequence[float]) -> Mesh:
 
 def sphere(radius: float, colour: Sequence[float], sides: int = 24) -> Mesh:
     """Make a sphere about the origin; radius [m]."""
-    angle = np.linspace(-np.pi / 2, np.pi / 2, sides // 2 + 1)
-    profile = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    profile[[0, -1], 0] = 0.0
-    return turned(radius * profile, colour, sides)
+    return capsule(radius, 0.0, colour, sides)
 
 
-def capsule(radius: float, length: float, colour: Sequence[float]) -> Mesh:
+def capsule(radius: float, length: float, colour: Sequence[float], sides: int = 32) -> Mesh:
     """Make a cylinder along z with half spheres at both ends; its radius and length [m]."""
-    angle = np.linspace(-np.pi / 2, np.pi / 2, 18)
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 2 * (sides // 4) + 2)
     profile = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     profile[[0, -1], 0] = 0.0
     profile[:, 1] += np.where(angle < 0, -length / 2, length / 2)
-    return turned(profile, colour)
+    return turned(profile, colour, sides)
 
 
 def rod(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]) -> Mesh:

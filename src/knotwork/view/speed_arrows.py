@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,23 +21,13 @@ MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
 STILL = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class SpeedArrows:
-    """Arrows of one kind.
-
-    Attributes:
-        mesh: All of them.
-        seconds: An arrow reaches as far as the tool goes or turns in this time.
-    """
-
-    mesh: Mesh
-    seconds: float
-
-
-def straight_arrows(asked: Sequence[Target], size: float) -> SpeedArrows | None:
+def straight_arrows(asked: Sequence[Target], size: float) -> tuple[Mesh, float] | None:
     """Draw the speeds asked for; `None` if the tool is to stand still at all waypoints.
 
     The longest arrow is at most a sixth of the scene, and about as long as waypoints are apart.
+
+    Returns:
+        The arrows, and the time in which the tool goes as far as they are long [s].
     """
     moving = [target for target in asked if np.linalg.norm(target.linear) > STILL]
     if not moving:
@@ -52,17 +41,21 @@ def straight_arrows(asked: Sequence[Target], size: float) -> SpeedArrows | None:
     for target in moving:
         foot = target.pose.translation
         arrows.append(arrow(foot, foot + seconds * target.linear, 0.0035 * size, STRAIGHT))
-    return SpeedArrows(merged(arrows), seconds)
+    return merged(arrows), seconds
 
 
-def round_arrows(asked: Sequence[Target], radius: float) -> SpeedArrows | None:
-    """Draw the turning speeds asked for, about their axes; `None` if there are none."""
+def round_arrows(asked: Sequence[Target], radius: float) -> tuple[Mesh, float] | None:
+    """Draw the turning speeds asked for, about their axes; `None` if there are none.
+
+    Returns:
+        The arrows, and the time in which the tool turns as far as they go [s].
+    """
     turning = [target for target in asked if np.linalg.norm(target.angular) > STILL]
     if not turning:
         return None
     seconds = _seconds(max(float(np.linalg.norm(one.angular)) for one in turning), MOST_TURN)
     arrows = [_round_arrow(one.pose.translation, seconds * one.angular, radius) for one in turning]
-    return SpeedArrows(merged(arrows), seconds)
+    return merged(arrows), seconds
 
 
 def _seconds(fastest: float, most: float) -> float:

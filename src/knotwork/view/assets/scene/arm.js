@@ -22,20 +22,23 @@ function pathOf(joints, name, joint) {
 }
 
 function addArms(viewer, data, images) {
-  const shapes = data.shapes.map((mesh) => mesh && { mesh, geometry: geometry(mesh) });
-  data.arms.forEach((arm, number) => shapes.forEach((shape, joint) => {
+  const shapes = data.shapes.map((parts) => parts.map((mesh) => ({ mesh, geometry: geometry(mesh) })));
+  data.arms.forEach((arm, number) => shapes.forEach((parts, joint) => {
     const path = pathOf(data.joints, armName(arm, number), joint);
     const node = viewer.scene_tree.find(path);
     if (joint > 0) placeJoint(node.object, data.joints[joint - 1], 0);
-    if (!shape) return;
-    const object = number > 0
-      ? translucent(shape, 0.45, TINTS[(number - 1) % TINTS.length], 100 + 2 * number)
-      : dressed(shape, images);
-    for (const paint of number > 0 ? [] : [object.material].flat()) {
+    const group = new THREE.Group();
+    for (const part of parts) {
+      const object = number > 0
+        ? translucent(part, 0.45, TINTS[(number - 1) % TINTS.length], 100 + 2 * number)
+        : dressed(part, images);
       // Copies in front of the arm must not veil it: they are drawn only where this is not.
-      Object.assign(paint, { stencilWrite: true, stencilRef: 1, stencilZPass: THREE.ReplaceStencilOp });
+      if (number === 0) {
+        Object.assign(object.material, { stencilWrite: true, stencilRef: 1, stencilZPass: THREE.ReplaceStencilOp });
+      }
+      group.add(object);
     }
-    viewer.set_object(path, object);
+    viewer.set_object(path, group);
   }));
 }
 

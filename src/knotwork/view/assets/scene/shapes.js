@@ -11,7 +11,7 @@ function geometry(mesh) {
   made.setAttribute("normal", new THREE.BufferAttribute(normals, 3, true));
   const faces = bytes(mesh.faces).buffer;
   made.setIndex(new THREE.BufferAttribute(mesh.wide ? new Uint32Array(faces) : new Uint16Array(faces), 1));
-  if (mesh.skins) made.setAttribute("uv", new THREE.BufferAttribute(floats(mesh.uv), 2));
+  if (mesh.uv) made.setAttribute("uv", new THREE.BufferAttribute(floats(mesh.uv), 2));
   if (typeof mesh.colours === "string") {
     made.setAttribute("color", new THREE.BufferAttribute(bytes(mesh.colours), 3, true));
   }
@@ -54,25 +54,14 @@ function textures(addresses) {
   return { images, ready: Promise.all(pending) };
 }
 
-// A mesh in its colours; faces that have an image are shown with it instead.
+// A mesh in its colours or with its image; grey if that can't be shown
 function dressed({ mesh, geometry: form }, images) {
-  const plain = material(mesh);
-  if (!mesh.skins) return new THREE.Mesh(form, plain);
-  const materials = [plain];
-  let next = 0;
-  const upTo = (end) => { if (end > next) form.addGroup(next, end - next, 0); };
-  for (const [start, count, number] of [...mesh.skins].sort((a, b) => a[0] - b[0])) {
-    upTo(3 * start);
-    form.addGroup(3 * start, 3 * count, materials.length);
-    next = 3 * (start + count);
-    const skin = plain.clone();
-    skin.vertexColors = false;
-    skin.color = images[number] ? new THREE.Color(1, 1, 1) : new THREE.Color(0.75, 0.75, 0.75);
-    skin.map = images[number];
-    materials.push(skin);
+  const paint = material(mesh);
+  if ("image" in mesh) {
+    paint.map = images[mesh.image];
+    if (!paint.map) paint.color.setRGB(0.75, 0.75, 0.75);
   }
-  upTo(form.index.count);
-  return new THREE.Mesh(form, materials);
+  return new THREE.Mesh(form, paint);
 }
 
 // The nearest surface alone, and behind the arm's where the two coincide
