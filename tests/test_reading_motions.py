@@ -241,6 +241,16 @@ def test_a_robot_is_said_to_be_no_scenario(suffix: str, run: Command) -> None:
     assert ran.err.startswith(f"error: arm.{suffix} is a robot, not a scenario; ")
 
 
+@pytest.mark.parametrize("command", ["check", "plot"])
+def test_a_file_of_another_kind_is_told_which_are_read(command: str, run: Command) -> None:
+    Path("arm.urdf").write_text("<robot name='a'/>", encoding="utf-8")
+    ran = run(command, "arm.urdf", "-s", SCENARIO)
+    assert ran.code == 2
+    assert "arm.urdf: is no trajectory" in ran.err
+    assert ".json, .csv, .tsv, .txt, .yaml, .yml" in ran.err
+    assert "valid JSON" not in ran.err
+
+
 @pytest.mark.parametrize("kind", ["planned", "samples.json"])
 def test_files_without_a_suffix_are_read_by_every_command(kind: str, run: Command) -> None:
     source = Path(written(kind, run))

@@ -12,6 +12,7 @@ from knotwork.arguments import flag
 from knotwork.errors import InputError
 from knotwork.export.lossless import Points, motion_points
 from knotwork.joint_quantities import DERIVATIVES
+from knotwork.sampling import sample_times
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -133,9 +134,10 @@ def motion_table(
         rate = DEFAULT_RATE if rate is None else rate
         columns = 1 + len(DERIVATIVES) * len(trajectory.joint_names)
         columns += sum(len(part) for _, part, _ in TOOL.values()) if robot is not None else 0
-        samples = trajectory.sample(rate, most=MOST_VALUES // columns)
-        joints = {name: getattr(samples, name) for name in DERIVATIVES}
-        time, note = samples.time, f"{samples.time.size} samples at {rate:g} Hz"
+        start, end = trajectory.start_time, trajectory.end_time
+        time = sample_times(start, end, rate, most=MOST_VALUES // columns)
+        joints = {name: trajectory(time, order) for order, name in enumerate(DERIVATIVES)}
+        note = f"{time.size} samples at {rate:g} Hz"
     tool = {} if robot is None else _tool(trajectory, robot, time)
     return MotionTable(
         trajectory.joint_names,

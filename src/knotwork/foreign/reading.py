@@ -10,7 +10,7 @@ import numpy as np
 
 from knotwork import documents, storage
 from knotwork.documents import Document
-from knotwork.errors import DocumentError
+from knotwork.errors import DocumentError, Problem
 from knotwork.foreign.csv_file import read_csv
 from knotwork.foreign.points import read_points
 from knotwork.foreign.table import to_trajectory
@@ -107,7 +107,13 @@ def _suffix(path: Path) -> str:
 def _document(path: Path) -> Document:
     """Plain data from YAML or JSON."""
     if _suffix(path) not in YAML:
-        return storage.read_trajectory_document(path)
+        try:
+            return storage.read_trajectory_document(path)
+        except DocumentError:
+            if _suffix(path) in ("folder", ".json", "") or not path.is_file():
+                raise
+            kinds = f"read are {', '.join(('.json', *CSV, *YAML))}, or JSON of any name"
+            raise DocumentError(path, [Problem(None, "", f"is no trajectory; {kinds}")]) from None
     # `ros2 topic echo` ends a message with `---`
     return documents.parse(documents.read_text(path).rstrip().removesuffix("\n---"), path)
 
