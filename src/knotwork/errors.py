@@ -303,6 +303,43 @@ class ExportError(InputError):
     time: float | None = None
 
 
+class PathError(InputError):
+    """A tool path, or a part of one, that can't be made as asked."""
+
+
+class CornerError(PathError):
+    """A tool path that changes its direction suddenly where the tool is to go on.
+
+    Attributes:
+        junction: Index of the curve before the corner.
+        angle: How much the direction changes [rad].
+        point: Where [m].
+    """
+
+    junction: int = 0
+    angle: float = 0.0
+    point: tuple[float, ...] = ()
+
+
+class RampError(PathError):
+    """A stretch of a tool path that is too short for its changes of speed.
+
+    Attributes:
+        stretch: Index of the stretch.
+        length: Its length [m].
+        needed: The length that its changes of speed take [m].
+        highest_speed: The highest speed that would fit, its neighbours unchanged [m/s]; `None` if
+            none does.
+        lowest_acceleration: The least acceleration with which it would fit [m/s²].
+    """
+
+    stretch: int = 0
+    length: float = 0.0
+    needed: float = 0.0
+    highest_speed: float | None = None
+    lowest_acceleration: float = 0.0
+
+
 class CheckFailedError(KnotworkError, AssertionError):
     """A trajectory does not keep what its scenario asks for.
 

@@ -1,0 +1,278 @@
+"""`Arc`: part of a circle, a full circle or several turns."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import PathError
+from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, shown, unit
+from knotwork.waypoints import FloatArray, read_only
+
+STRAIGHT = 1e-6
+"""Sine of the angle between two directions up to which they count as parallel."""
+
+SQUARE = 1e-3
+"""How far a normal may be from a right angle to what it must be square to [rad]."""
+
+RADII = 1e-6
+"""How much the radii at both ends may differ, relative to the greater."""
+
+
+class Arc(Curve):
+    """A circular arc of any angle, also of more than one turn.
+
+    It is made by `Arc.through` a point on the way, `Arc.about` a centre or `Arc.of_radius`; or from
+    its start, centre, normal and angle.
+
+    Attributes:
+        start, end: Its ends [m], shape (3,).
+        centre: Centre of the circle [m], shape (3,).
+        radius: Radius of the circle [m].
+        normal: Axis about which it turns in the positive sense, of length one, shape (3,).
+        angle: How far it turns, > 0 [rad].
+    """
+
+    def __init__(
+        self, start: ArrayLike, centre: ArrayLike, normal: ArrayLike, angle: float
+    ) -> None:
+        self.start = read_only(start, (3,), "start")
+        self.centre = read_only(centre, (3,), "centre")
+        spoke = self.start - self.centre
+        self.radius = float(np.linalg.norm(spoke))
+        if self.radius <= REPEATED:
+            raise PathError(f"the arc's start {shown(self.start)} is its centre; they must differ")
+        self._outward: FloatArray = spoke / self.radius
+        self.normal = _square(normal, self._outward, "the radius at the start")
+        self._forward: FloatArray = np.cross(self.normal, self._outward)
+        self.angle = float(angle)
+        if not (math.isfinite(self.angle) and self.angle * self.radius > REPEATED):
+            raise PathError(
+                f"the arc's angle is {angle!r} rad; it must be greater than 0 "
+                "(turn the normal round for the other sense)"
+            )
+        self.length = self.radius * self.angle
+        self.end: FloatArray = self.position(np.array([self.length]))[0]
+
+    @classmethod
+    def through(cls, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Arc:
+        """Arc from start to end through a point on the way.
+
+        Raises:
+            WaypointDataError: A point is not three finite numbers.
+            PathError: Two of the points are the same, or all three are on a line.
+
+        >>> arc = kw.tool_paths.Arc.through([1, 0, 0], [0, 1, 0], [0, -1, 0])
+        >>> round(arc.radius, 12), round(arc.angle / np.pi, 12)
+        (1.0, 1.5)
+        """
+        a, b, c = (
+            read_only(point, (3,), name)
+            for point, name in ((start, "start"), (through, "through"), (end, "end"))
+        )
+        if np.linalg.norm(c - a) <= REPEATED:
+            raise PathError(
+                f"the arc starts and ends at {shown(a)}: one more point does not say which circle; "
+                "give its centre and, as a full circle needs, its normal"
+            )
+        for point, name in ((a, "start"), (c, "end")):
+            if np.linalg.norm(b - point) <= REPEATED:
+                raise PathError(
+                    f"the point to pass through, {shown(b)}, is the arc's {name}; "
+                    "it must lie between both ends"
+                )
+        u, v = b - a, c - a
+        normal = np.cross(u, v)
+        if np.linalg.norm(normal) <= STRAIGHT * np.linalg.norm(u) * np.linalg.norm(c - b):
+            raise PathError(
+                f"{shown(a)}, {shown(b)} and {shown(c)} are on a line, and no arc goes through "
+                "them; use a line or move the point to pass through aside"
+            )
+        return cls._between(a, a + _circumcentre(u, v, normal), c, normal)
+
+    @classmethod
+    def about(
+        cls,
+        start: ArrayLike,
+        centre: ArrayLike,
+        end: ArrayLike,
+        normal: ArrayLike | None = None,
+        turns: int = 0,
+    ) -> Arc:
+        """Arc from start to end about a centre.
+
+        A centre that rounding has put a little off is moved to be equally far from both ends.
+
+        Args:
+            start: Where it starts [m], shape (3,).
+            centre: Centre of the circle [m], shape (3,).
+            end: Where it ends [m], shape (3,).
+            normal: The axis about which it turns in the positive sense, by up to a full turn;
+                without it the arc is the shorter one. A full circle (start and end the same) and
+                half a circle need it.
+            turns: Full turns in addition.
+
+        Raises:
+            WaypointDataError: A point is not three finite numbers.
+            PathError: The radius differs at both ends, the normal is missing or not square to the
+                radius, or `turns` is negative.
+
+        >>> circle = kw.tool_paths.Arc.about([1, 0, 0], [0, 0, 0], [1, 0, 0], normal=[0, 0, 1])
+        >>> circle.angle / np.pi
+        2.0
+        """
+        a, m, c = (
+            read_only(point, (3,), name)
+            for point, name in ((start, "start"), (centre, "centre"), (end, "end"))
+        )
+        if turns != int(turns) or turns < 0:
+            raise PathError(f"turns is {turns!r}; it must be a whole number, 0 or greater")
+        from_a, from_c = a - m, c - m
+        radii = float(np.linalg.norm(from_a)), float(np.linalg.norm(from_c))
+        if abs(radii[0] - radii[1]) > RADII * max(radii) or min(radii) <= REPEATED:
+            raise PathError(
+                f"the centre {shown(m)} is {radii[0]:.9g} m from the start and {radii[1]:.9g} m "
+                f"from the end; both must be the radius, greater than 0, within {RADII:g} of it"
+            )
+        plane = np.cross(from_a, from_c)
+        chord = c - a
+        flat = np.linalg.norm(plane) <= STRAIGHT * radii[0] * radii[1]
+        if normal is None:
+            if flat:
+                case = "a full circle" if from_a @ from_c > 0.0 else "half a circle"
+                raise PathError(
+                    f"start, centre and end are on a line ({case}), so that they name no plane; "
+                    "give the arc's normal"
+                )
+            axis = plane
+        else:
+            axis = unit(normal, "normal")
+            if not flat:
+                axis = _square_to_plane(axis, plane)
+        if np.linalg.norm(chord) > REPEATED:
+            m = m + chord * ((0.5 * (a + c) - m) @ chord) / (chord @ chord)
+            return cls._between(a, m, c, axis, int(turns))
+        return cls(a, m, axis, 2.0 * math.pi * (1 + int(turns)))
+
+    @classmethod
+    def of_radius(
+        cls,
+        start: ArrayLike,
+        end: ArrayLike,
+        radius: float,
+        normal: ArrayLike,
+        large: bool = False,
+    ) -> Arc:
+        """Arc from start to end that turns in the positive sense about a normal.
+
+        Args:
+            start: Where it starts [m], shape (3,).
+            end: Where it ends [m], shape (3,).
+            radius: Radius [m].
+            normal: Axis of the turn, at a right angle to the way from start to end.
+            large: Whether to take the arc of more than half a turn.
+
+        Raises:
+            WaypointDataError: A point is not three finite numbers.
+            PathError: Both points are the same, the radius is too small for them, or the normal is
+                not square to the way between them.
+        """
+        a, c = read_only(start, (3,), "start"), read_only(end, (3,), "end")
+        chord = c - a
+        distance = float(np.linalg.norm(chord))
+        if distance <= REPEATED:
+            raise PathError(
+                f"the arc starts and ends at {shown(a)}: its radius does not say which circle; "
+                "give its centre and normal"
+            )
+        r = float(radius)
+        if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADII)):
+            raise PathError(
+                f"radius is {radius:.9g} m, but start and end are {distance:.9g} m apart; "
+                f"it must be at least {0.5 * distance:.9g} m"
+            )
+        axis = _square(normal, chord / distance, "the way from start to end")
+        height = math.sqrt(max(r**2 - 0.25 * distance**2, 0.0)) * (-1.0 if large else 1.0)
+        centre = 0.5 * (a + c) + height * np.cross(axis, chord / distance)
+        return cls._between(a, centre, c, axis)
+
+    @classmethod
+    def _between(
+        cls,
+        start: FloatArray,
+        centre: FloatArray,
+        end: FloatArray,
+        axis: FloatArray,
+        turns: int = 0,
+    ) -> Arc:
+        """Arc between two different points of a circle, by up to a full turn and more turns."""
+        arc = cls(start, centre, axis, 1.0 / RADII)
+        angle = float(arc._angle_of((end - centre)[None])[0]) % (2.0 * math.pi)
+        return cls(start, centre, axis, angle + 2.0 * math.pi * turns)
+
+    def _angle_of(self, spokes: FloatArray) -> FloatArray:
+        """Angles from the start about the normal, in (-pi, pi], of vectors from the centre."""
+        return np.asarray(np.arctan2(spokes @ self._forward, spokes @ self._outward))
+
+    def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
+        """Points of the arc, or their derivatives: see `Curve.position`."""
+        angle = np.asarray(s, dtype=float)[:, None] / self.radius
+        if checked_order(order) == 0:  # from the start, so that great radii lose no digits
+            inward = -2.0 * self.radius * np.sin(0.5 * angle) ** 2
+            onward = self.radius * np.sin(angle)
+            return np.asarray(self.start + onward * self._forward + inward * self._outward)
+        angle = angle + 0.5 * math.pi * order
+        direction = np.cos(angle) * self._outward + np.sin(angle) * self._forward
+        return np.asarray(direction * self.radius ** (1 - order))
+
+    def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
+        """Arc lengths of the nearest points; the guess chooses the turn."""
+        angle = self._angle_of(np.asarray(points, dtype=float) - self.centre)
+        turns = np.round((np.asarray(guess, dtype=float) / self.radius - angle) / (2.0 * math.pi))
+        s = self.radius * (angle + 2.0 * math.pi * turns)
+        return np.asarray(np.clip(s, 0.0, self.length))
+
+    def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
+        """One over the radius [1/m], shape (k,)."""
+        return np.full(np.shape(s0), 1.0 / self.radius)
+
+
+def _circumcentre(u: FloatArray, v: FloatArray, normal: FloatArray) -> FloatArray:
+    """Centre of the circle through 0, u and v, whose cross product is the normal."""
+    spoke = np.cross((u @ u) * v - (v @ v) * u, normal)
+    return np.asarray(spoke / (2.0 * (normal @ normal)))
+
+
+def _square(normal: ArrayLike, direction: FloatArray, what: str) -> FloatArray:
+    """Return the normal without its part along a direction, of length one.
+
+    Raises:
+        PathError: That part is more than rounding of the numbers given.
+    """
+    axis = unit(normal, "normal")
+    along = float(axis @ direction)
+    if abs(along) > SQUARE:
+        raise PathError(
+            f"the arc's normal makes an angle of {math.degrees(math.acos(abs(along))):.6g} deg "
+            f"with {what}; it must be 90 deg within {math.degrees(SQUARE):.2g}"
+        )
+    return unit(axis - along * direction, "normal")
+
+
+def _square_to_plane(axis: FloatArray, plane: FloatArray) -> FloatArray:
+    """Return the normal of the plane of start, centre and end, on the side of the given axis.
+
+    Raises:
+        PathError: The given axis is not normal to that plane.
+    """
+    plane = unit(plane, "normal")
+    along = float(axis @ plane)
+    if np.linalg.norm(axis - along * plane) > SQUARE:
+        raise PathError(
+            f"the arc's normal is {math.degrees(math.acos(min(abs(along), 1.0))):.6g} deg off that "
+            "of the plane of start, centre and end; it may differ by "
+            f"{math.degrees(SQUARE):.2g} deg at most"
+        )
+    return np.asarray(plane * math.copysign(1.0, along))

@@ -1,0 +1,56 @@
+"""Bernstein polynomials: their values, and their coefficients on parts of [0, 1].
+
+A polynomial is a mean of its Bernstein coefficients, so the largest of them is a bound of it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from knotwork.waypoints import FloatArray
+
+
+def basis(degree: int, u: FloatArray) -> FloatArray:
+    """Values of the Bernstein polynomials of a degree, shape (degree + 1, *u.shape)."""
+    v = 1.0 - u
+    return np.array([math.comb(degree, i) * u**i * v ** (degree - i) for i in range(degree + 1)])
+
+
+def on_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> FloatArray:
+    """Bernstein coefficients of polynomials on [u0, u1] instead of [0, 1].
+
+    By the algorithm of de Casteljau: coefficient j of degree n takes n - j steps at u0, j at u1.
+
+    Args:
+        coefficients: Those on [0, 1], shape (n + 1, k).
+        u0: Where the intervals start, shape (k,).
+        u1: Where they end, shape (k,).
+
+    Returns:
+        Coefficients, shape (n + 1, k).
+    """
+
+    def step(values: FloatArray, u: FloatArray) -> FloatArray:
+        return values[:-1] + u * (values[1:] - values[:-1])
+
+    found = []
+    values = coefficients
+    for layer in range(coefficients.shape[0]):
+        value = values
+        for _ in range(coefficients.shape[0] - 1 - layer):
+            value = step(value, u1)
+        found.append(value[0])
+        if len(values) > 1:
+            values = step(values, u0)
+    return np.array(found[::-1])
+
+
+def power_to_bernstein(degree: int) -> FloatArray:
+    """Matrix that turns coefficients, highest power first, into Bernstein coefficients."""
+    matrix = np.zeros((degree + 1, degree + 1))
+    for i in range(degree + 1):
+        for power in range(i + 1):
+            matrix[i, degree - power] = math.comb(i, power) / math.comb(degree, power)
+    return matrix

@@ -1,0 +1,98 @@
+"""`Curve`: what every kind of curve in space can be asked, by arc length."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import PathError
+from knotwork.waypoints import FloatArray, read_only
+
+REPEATED = 1e-9
+"""Points as near to each other as this count as one [m]."""
+
+
+class Curve(ABC):
+    """A smooth curve in space as a function of its arc length s, 0 <= s <= length [m].
+
+    Attributes:
+        length: Length of the curve [m].
+    """
+
+    length: float
+
+    @abstractmethod
+    def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
+        """Points of the curve, or their derivatives with respect to arc length.
+
+        The formulas hold beyond both ends, too: the curve goes on smoothly there.
+
+        Args:
+            s: Arc lengths [m], shape (k,).
+            order: Order of the derivative, 0 to 3.
+
+        Returns:
+            Points [m], or derivatives [m^(1 - order)], shape (k, 3).
+        """
+
+    @abstractmethod
+    def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
+        """Arc lengths of the nearest points of the curve, in the surroundings of a guess.
+
+        Args:
+            points: Points in space [m], shape (k, 3).
+            guess: Arc lengths to start from [m], shape (k,).
+
+        Returns:
+            Arc lengths in [0, length] [m], shape (k,).
+        """
+
+    @abstractmethod
+    def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
+        """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,)."""
+
+    def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
+        """Upper bounds of |d²P/dτ²| as arc length goes evenly from s0 to s1, τ from 0 to 1.
+
+        A point moving so is off the chord by an eighth of this at most.
+
+        Args:
+            s0: Arc lengths at the start [m], shape (k,).
+            s1: Arc lengths at the end, greater or less [m], shape (k,).
+
+        Returns:
+            (s1 - s0)² times the largest curvature [m], shape (k,).
+        """
+        step = np.asarray(s1, dtype=float) - np.asarray(s0, dtype=float)
+        return np.asarray(step**2 * self.curvature_bound(s0, s1))
+
+
+def checked_order(order: int, most: int = 3) -> int:
+    """Return the order of a derivative.
+
+    Raises:
+        PathError: It is not one of 0 to `most`.
+    """
+    if order not in range(most + 1):
+        raise PathError(f"derivative order is {order!r}; accepted: 0 to {most}")
+    return int(order)
+
+
+def unit(direction: ArrayLike, what: str) -> FloatArray:
+    """Return a direction scaled to length one, shape (3,).
+
+    Raises:
+        PathError: It is zero.
+    """
+    vector = read_only(direction, (3,), what)
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        raise PathError(f"{what} is zero; it must be a direction")
+    return np.asarray(vector / size)
+
+
+def shown(point: FloatArray) -> str:
+    """Write a point for a message: `(0.1, 0.2, 0.3) m`."""
+    return f"({', '.join(f'{value:.9g}' for value in point)}) m"

@@ -1,0 +1,388 @@
+"""`OrientationCurve`: how the tool turns along a path, twice continuously differentiable.
+
+Between two breaks the rotation is a cumulative quintic Bézier curve (Kim, Kim and Shin, "A general
+construction scheme for unit quaternion curves with simple high order derivatives", 1995):
+
+    R(u) = R0 exp(v1 f1) exp(v2 f2) exp(v3 f3) exp(v4 f4) exp(v5 f5),    0 <= u <= 1
+
+with fi the sum of the quintic Bernstein polynomials i to 5. It is a chain of five joints that turn
+about the axes vi. At u = 0 only f1 has a first derivative (5), and f1, f2 second ones (-20, 20):
+with a, α the turn per unit of u and its change in the axes of R0, v1 = a/5 and v2 = a/5 + α/20.
+Likewise v5 = b/5 and v4 = b/5 - exp(v5) β/20 at u = 1, with b and β in the axes of R1; v3 turns
+what is left. As f1 + … + f5 = 5 u, axes that all agree turn evenly.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knotwork.errors import PathError
+from knotwork.tool_paths.bernstein import basis, on_interval
+from knotwork.tool_paths.curve import checked_order, unit
+from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm
+from knotwork.waypoints import FloatArray, read_only
+
+HALF_TURN = math.pi - 1e-6
+"""Turns between neighbouring rotations must be less [rad]; beyond, their sense is not certain."""
+
+LARGEST_PART = 0.5 * math.pi
+"""A turn about one axis is divided into parts of at most this angle [rad]."""
+
+TRANSITION = 0.25
+"""Part of a stretch in which its rate passes to that at a junction."""
+
+SAME = 1e-12
+"""Rotation vectors and rates that differ by less, relative to their size, are the same."""
+
+EQUAL = 1e-9
+"""Rates of two stretches that differ by less, relative to their size, need no transition."""
+
+APART = 1e-6
+"""Rotations of two stretches that meet may differ by this [rad]."""
+
+
+class OrientationCurve:
+    """Rotation of the tool as a function of arc length.
+
+    Beside the constructor there are `constant`, `even_turning`, `turning` and `joined`.
+
+    Args:
+        s: Arc lengths at which rotations are given [m], shape (m,), m >= 2, increasing from 0.
+        rotations: Rotation matrices of the tool in base axes, shape (m, 3, 3).
+        rates: Angular velocity per unit length in base axes there [rad/m], shape (m, 3); or
+            (m, 2, 3), before and after, where it jumps (which it may where the tool stops).
+        changes: Its derivative with respect to arc length [rad/m²], of the same shapes; by default
+            zero.
+
+    Attributes:
+        s, rotations: As given.
+        rates, changes: As given, shape (m, 2, 3).
+        length: The last arc length [m].
+
+    Raises:
+        WaypointDataError: Arrays are not finite or of another shape.
+        PathError: Arc lengths do not increase from 0, a matrix is no rotation, or neighbours are
+            half a turn apart.
+    """
+
+    def __init__(
+        self, s: ArrayLike, rotations: ArrayLike, rates: ArrayLike, changes: ArrayLike | None = None
+    ) -> None:
+        count = len(np.atleast_1d(np.asarray(s)))
+        self.s = read_only(s, (count,), "s")
+        if count < 2 or self.s[0] != 0.0 or not (np.diff(self.s) > 0.0).all():
+            raise PathError(
+                f"the orientation's arc lengths are {self.s.tolist()} m; "
+                "two or more are needed, increasing from 0"
+            )
+        self.length = float(self.s[-1])
+        self.rotations = checked_rotations(rotations, (count, 3, 3), "rotations")
+        self.rates = _two_sided(rates, count, "rates")
+        self.changes = _two_sided(
+            0.0 * self.rates if changes is None else changes, count, "changes"
+        )
+        self._steps: FloatArray = np.diff(self.s)
+        # Vectors v of each piece, shape (m - 1, 5, 3).
+        self._v = np.array([self._vectors(i) for i in range(count - 1)])
+        self._bounds = _BoundsOfPieces(self._v)
+
+    def _vectors(self, i: int) -> FloatArray:
+        """Rotation vectors v1 to v5 of piece i, shape (5, 3)."""
+        R0, R1, h = self.rotations[i], self.rotations[i + 1], self._steps[i]
+        angle = float(np.linalg.norm(logarithm(R0.T @ R1)))
+        a, b = h * R0.T @ self.rates[i, 1], h * R1.T @ self.rates[i + 1, 0]
+        change_a = h**2 * R0.T @ self.changes[i, 1]
+        change_b = h**2 * R1.T @ self.changes[i + 1, 0]
+        v = np.zeros((5, 3))
+        v[0], v[1] = a / 5.0, a / 5.0 + change_a / 20.0
+        v[4] = b / 5.0
+        v[3] = v[4] - exponentials(v[4:])[0] @ change_b / 20.0
+        E = exponentials(v)
+        v[2] = logarithm((E[0] @ E[1]).T @ (R0.T @ R1) @ (E[3] @ E[4]).T)
+        if max(angle, float(np.linalg.norm(v[2]))) > HALF_TURN:
+            raise PathError(
+                f"the tool turns by {math.degrees(angle):.6g} deg between arc lengths "
+                f"{self.s[i]:.6g} m and {self.s[i + 1]:.6g} m; it must be less than 180 deg from "
+                "one given rotation to the next: give one between"
+            )
+        return v
+
+    @classmethod
+    def constant(cls, rotation: ArrayLike, length: float) -> OrientationCurve:
+        """A tool that does not turn on a stretch of a length [m]."""
+        R = checked_rotations(rotation, (3, 3), "rotation")
+        return cls([0.0, length], np.array([R, R]), np.zeros((2, 3)))
+
+    @classmethod
+    def even_turning(cls, start: ArrayLike, end: ArrayLike, length: float) -> OrientationCurve:
+        """The shortest turn from one rotation to another, evenly along a stretch (slerp).
+
+        Raises:
+            PathError: A matrix is no rotation, or they are half a turn apart.
+
+        >>> half = kw.tool_paths.OrientationCurve.even_turning(
+        ...     np.eye(3), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], 0.2)
+        >>> half.rate([0.1]).round(6)  # a quarter turn on 0.2 m
+        array([[0.      , 0.      , 7.853982]])
+        """
+        R0 = checked_rotations(start, (3, 3), "start")
+        R1 = checked_rotations(end, (3, 3), "end")
+        vector = logarithm(R0.T @ R1)
+        if np.linalg.norm(vector) > HALF_TURN:
+            raise PathError(
+                "the tool turns by 180 deg from one pose to the next, so that neither way round is "
+                "the shorter one; give a pose between"
+            )
+        return cls([0.0, length], np.array([R0, R1]), np.tile(R0 @ vector / length, (2, 1)))
+
+    @classmethod
+    def turning(
+        cls, rotation: ArrayLike, axis: ArrayLike, angle: float, length: float
+    ) -> OrientationCurve:
+        """An even turn about an axis in base axes by any angle [rad], along a stretch.
+
+        A tool that keeps its direction to an arc's tangent turns so, about the arc's normal by the
+        arc's angle.
+        """
+        R0 = checked_rotations(rotation, (3, 3), "rotation")
+        direction = unit(axis, "axis")
+        parts = max(1, math.ceil(abs(angle) / LARGEST_PART - SAME))
+        share = np.linspace(0.0, 1.0, parts + 1)
+        rotations = exponentials(share[:, None] * angle * direction) @ R0
+        rate = np.tile(direction * angle / length, (parts + 1, 1))
+        return cls(share * length, rotations, rate)
+
+    @classmethod
+    def joined(
+        cls, stretches: Sequence[OrientationCurve], stops: Collection[int] = ()
+    ) -> OrientationCurve:
+        """Join stretches into one curve whose rate has no jumps but at stops.
+
+        Where the rates of two stretches that meet differ, the rate at the junction is the mean of
+        both, each weighted by the length of the other. In the last part of the one and the first
+        of the other, a quarter of the stretch at most, the rate passes smoothly to it; elsewhere
+        each turns as it does alone.
+
+        Args:
+            stretches: One after another.
+            stops: Indices of the stretches that end at a stop: there both sides keep their rate.
+
+        Raises:
+            PathError: There is no stretch, or one does not begin where the one before ends.
+        """
+        if not stretches:
+            raise PathError("no stretches are given; an orientation needs at least one")
+        parts = [_Stretch(stretch) for stretch in stretches]
+        for i, (before, after) in enumerate(itertools.pairwise(parts)):
+            angle = float(np.linalg.norm(logarithm(before.rotations[-1].T @ after.rotations[0])))
+            if angle > APART:
+                raise PathError(
+                    f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
+                    f"stretch {i} and the start of stretch {i + 1}; they must meet"
+                )
+            if i not in stops:
+                _meet(before, after)
+        start = 0.0
+        arrays: list[list[FloatArray]] = [[], [], [], []]
+        for i, part in enumerate(parts):
+            last = i + 1 == len(parts)
+            ends = (part.rates[-1, 0], part.changes[-1, 0])
+            if not last:  # a junction is held by the stretch that begins there
+                parts[i + 1].rates[0, 0], parts[i + 1].changes[0, 0] = ends
+            values = (start + part.s, part.rotations, part.rates, part.changes)
+            for array, value in zip(arrays, values, strict=True):
+                array.append(value if last else value[:-1])
+            start += float(part.s[-1])
+        return cls(*(np.concatenate(array) for array in arrays))
+
+    @property
+    def jumps(self) -> FloatArray:
+        """Arc lengths at which the rate or its derivative jumps, as it may at stops [m]."""
+        inner = slice(1, -1)
+        jump = np.zeros(len(self.s) - 2, dtype=bool)
+        for values in (self.rates[inner], self.changes[inner]):
+            size = np.abs(values).max(axis=(1, 2), initial=0.0)
+            jump |= np.abs(values[:, 1] - values[:, 0]).max(axis=1, initial=0.0) > SAME * size
+        return np.asarray(self.s[inner][jump])
+
+    def _pieces(
+        self, s: ArrayLike, at: ArrayLike | None, side: str
+    ) -> tuple[NDArray[np.intp], FloatArray]:
+        """Index of the piece of each arc length, and the place in it as u."""
+        s = np.asarray(s, dtype=float)
+        chosen = s if at is None else np.asarray(at, dtype=float)
+        piece = np.searchsorted(self.s, chosen, side="left" if side == "left" else "right") - 1
+        piece = np.clip(piece, 0, len(self.s) - 2)
+        return piece, (s - self.s[piece]) / self._steps[piece]
+
+    def rotation(
+        self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
+    ) -> FloatArray:
+        """Rotation matrices of the tool, shape (k, 3, 3).
+
+        Args:
+            s: Arc lengths [m], shape (k,).
+            at: Arc lengths that choose the pieces to evaluate, if other than s [m], shape (k,).
+            side: Which piece is chosen at a break: `"right"` or `"left"`.
+        """
+        piece, u = self._pieces(s, at, side)
+        f = _sums_of_basis(basis(5, u))
+        R = self.rotations[piece]
+        for i in range(5):
+            R = R @ exponentials(f[i][:, None] * self._v[piece, i])
+        return np.asarray(R)
+
+    def rate(
+        self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
+    ) -> FloatArray:
+        """Angular velocity per unit length in base axes, or its derivative, shape (k, 3).
+
+        Args:
+            s: Arc lengths [m], shape (k,).
+            order: 0 for the rate [rad/m], 1 for its derivative with respect to s [rad/m²].
+            at: Arc lengths that choose the pieces to evaluate, if other than s [m], shape (k,).
+            side: Which piece is chosen at a break: `"right"` or `"left"`.
+        """
+        checked_order(order, 1)
+        piece, u = self._pieces(s, at, side)
+        f = _sums_of_basis(basis(5, u))
+        slope = 5.0 * basis(4, u)
+        bent = -20.0 * np.diff(basis(3, u), axis=0, prepend=0.0, append=0.0)
+        R = self.rotations[piece]
+        rate, change = np.zeros((len(u), 3)), np.zeros((len(u), 3))
+        for i in range(5):
+            vector = self._v[piece, i]
+            axis = np.einsum("kij,kj->ki", R, vector)
+            turn = slope[i][:, None] * axis
+            if order:
+                # An axis turns with the joints before it.
+                change += bent[i][:, None] * axis + np.cross(rate, turn)
+            rate += turn
+            if i < 4:
+                R = R @ exponentials(f[i][:, None] * vector)
+        step = self._steps[piece][:, None]
+        return np.asarray(change / step**2 if order else rate / step)
+
+    def rate_bounds(self, s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Upper bounds of |rate| [rad/m] and |d rate/ds| [rad/m²] from arc length s0 to s1.
+
+        Where the rate jumps, the bound of its derivative leaves out the jump.
+
+        Args:
+            s0: Arc lengths at the start, in [0, length] [m], shape (k,).
+            s1: Arc lengths at the end, greater or less [m], shape (k,).
+
+        Returns:
+            Two arrays, shape (k,).
+        """
+        ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
+        low, high = np.minimum(*ends), np.maximum(*ends)
+        first = np.clip(np.searchsorted(self.s, low, "right") - 1, 0, len(self.s) - 2)
+        last = np.maximum(np.clip(np.searchsorted(self.s, high, "left") - 1, 0, None), first)
+        last = np.minimum(last, len(self.s) - 2)
+        # One row for each interval and piece that it meets.
+        row = np.repeat(np.arange(low.size), last - first + 1)
+        offset = np.arange(row.size) - np.searchsorted(row, row)
+        piece = first[row] + offset
+        step = self._steps[piece]
+        u0, u1 = (np.clip((bound[row] - self.s[piece]) / step, 0.0, 1.0) for bound in (low, high))
+        rate, change = self._bounds(piece, u0, u1)
+        found = np.zeros(low.size), np.zeros(low.size)
+        np.maximum.at(found[0], row, rate / step)
+        np.maximum.at(found[1], row, change / step**2)
+        return found
+
+
+class _BoundsOfPieces:
+    """Bounds of |ω| and |dω/du| on parts of pieces, ω the turn per unit of u.
+
+    With ai the axes vi in base axes, fi' = 5 B(i-1) of degree 4 and fi'' the difference of two
+    cubic ones:
+
+        ω = Σ fi' ai              dω/du = 20 Σ Bk (a(k+2) - a(k+1)) + Σ(j<i) fj' fi' aj × ai
+
+    with k = 0…3. Joint i does not turn its own axis: |a(i+1) - ai| = |v(i+1) - vi| and, for
+    neighbours, |aj × ai| = |vj × vi|. Beyond neighbours each joint between turns vi by at most
+    |vk × vi|, so that |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. Where all axes agree, the
+    bounds are what they bound.
+    """
+
+    def __init__(self, v: FloatArray) -> None:
+        size = np.linalg.norm(v, axis=2).T
+        cross = np.linalg.norm(np.cross(v[:, :, None], v[:, None]), axis=3)
+        self.rate = 5.0 * size
+        self.steps = 20.0 * np.linalg.norm(np.diff(v, axis=1), axis=2).T
+        self.products = np.zeros((9, len(v)))
+        for j, i in itertools.combinations(range(5), 2):
+            aside = cross[:, j, i] + size[j] * cross[:, j + 1 : i, i].sum(axis=1)
+            weight = 25.0 * math.comb(4, i) * math.comb(4, j) / math.comb(8, i + j)
+            self.products[i + j] += weight * np.minimum(aside, size[i] * size[j])
+
+    def __call__(
+        self, piece: NDArray[np.intp], u0: FloatArray, u1: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Bounds of |ω| and |dω/du| on [u0, u1] of pieces, shape (k,)."""
+        rate, steps, products = (
+            on_interval(coefficients[:, piece], u0, u1).max(axis=0)
+            for coefficients in (self.rate, self.steps, self.products)
+        )
+        return rate, steps + products
+
+
+class _Stretch:
+    """Arrays of a curve, to be changed at its two ends."""
+
+    def __init__(self, curve: OrientationCurve) -> None:
+        self.curve = curve
+        self.s = np.array(curve.s)
+        self.rotations = np.array(curve.rotations)
+        self.rates, self.changes = np.array(curve.rates), np.array(curve.changes)
+
+    def divide(self, at_end: bool) -> None:
+        """Insert a break where the transition to a junction ends, if its piece turns evenly."""
+        curve, piece = self.curve, -1 if at_end else 0
+        v = curve._v[piece]
+        if np.abs(np.diff(v, axis=0)).max() > SAME * max(1.0, np.abs(v).max()):
+            return
+        length = curve.length
+        s = (1.0 - TRANSITION) * length if at_end else TRANSITION * length
+        if not curve.s[-2] < s if at_end else not s < curve.s[1]:
+            return
+        index = len(self.s) - 1 if at_end else 1
+        at = np.array([s])
+        self.s = np.insert(self.s, index, s)
+        self.rotations = np.insert(self.rotations, index, curve.rotation(at), axis=0)
+        for name, order in (("rates", 0), ("changes", 1)):
+            value = np.repeat(curve.rate(at, order)[:, None], 2, axis=1)
+            setattr(self, name, np.insert(getattr(self, name), index, value, axis=0))
+
+
+def _meet(before: _Stretch, after: _Stretch) -> None:
+    """Give two stretches the same rate where they meet."""
+    ends = [(before.rates[-1, 0], after.rates[0, 1]), (before.changes[-1, 0], after.changes[0, 1])]
+    if any(np.abs(a - b).max() > EQUAL * max(np.abs(a).max(), np.abs(b).max()) for a, b in ends):
+        before.divide(at_end=True)
+        after.divide(at_end=False)
+    weight = before.curve.length / (before.curve.length + after.curve.length)
+    for name, (a, b) in zip(("rates", "changes"), ends, strict=True):
+        mean = (1.0 - weight) * a + weight * b
+        getattr(before, name)[-1, :] = getattr(after, name)[0, :] = mean
+
+
+def _sums_of_basis(values: FloatArray) -> FloatArray:
+    """Functions f1 to f5: sums of the Bernstein polynomials i to 5, shape (5, k)."""
+    return np.asarray(np.cumsum(values[:0:-1], axis=0)[::-1])
+
+
+def _two_sided(values: ArrayLike, count: int, what: str) -> FloatArray:
+    """Copy values before and after each break into shape (m, 2, 3)."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim == 3:
+        return read_only(array, (count, 2, 3), what)
+    array = read_only(array, (count, 3), what)
+    return np.repeat(array[:, None], 2, axis=1)

@@ -1,0 +1,261 @@
+"""`ToolPath`: curves one after another, and how the tool turns along them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from knotwork.errors import CornerError, PathError
+from knotwork.tool_paths.curve import Curve, shown
+from knotwork.tool_paths.orientation import OrientationCurve
+from knotwork.waypoints import FloatArray
+
+GAP = 1e-9
+"""How far a curve may begin from the end of the one before [m]."""
+
+SHARP = 1e-6
+"""How much its direction may differ there [rad]."""
+
+LENGTHS = 1e-9
+"""How much the lengths of curves and orientation may differ, relative to the path's."""
+
+
+class ToolPath:
+    """A path of the tool: position and rotation as functions of arc length.
+
+    The path may end one curve and begin another with a different curvature. It may change its
+    direction, or how fast it turns, only where the tool stops.
+
+    Args:
+        curves: One after another; each begins where the one before ends, in its direction.
+        orientation: Rotation of the tool along all of them; its length is theirs.
+        stops: Indices of the curves that end at a stop.
+
+    Attributes:
+        curves, orientation, stops: As given.
+        length: Length of the path [m].
+        starts: Arc lengths at which the curves begin [m], shape (n,).
+        breaks: Arc lengths at which a curve or a part of the orientation begins, and both ends of
+            the path [m]; between them everything is smooth, but the knots of a curve through
+            points, where the third derivative jumps.
+
+    Raises:
+        CornerError: The direction changes suddenly where there is no stop.
+        PathError: There is no curve, a gap between two, the orientation is of another length, or
+            its rate jumps where there is no stop.
+
+    >>> line = kw.tool_paths.Line([0, 0, 0], [0.3, 0, 0])
+    >>> still = kw.tool_paths.OrientationCurve.constant(np.eye(3), line.length)
+    >>> path = kw.tool_paths.ToolPath([line], still)
+    >>> path.pose(0.1).translation
+    array([0.1, 0. , 0. ])
+    """
+
+    def __init__(
+        self,
+        curves: Sequence[Curve],
+        orientation: OrientationCurve,
+        stops: Collection[int] = (),
+    ) -> None:
+        if not curves:
+            raise PathError("no curves are given; a path needs at least one")
+        self.curves, self.orientation = tuple(curves), orientation
+        self.stops = frozenset(stops)
+        ends = np.cumsum([curve.length for curve in curves])
+        self.length = float(ends[-1])
+        self.starts: FloatArray = np.concatenate(([0.0], ends[:-1]))
+        self._check_junctions()
+        off = orientation.length - self.length
+        if abs(off) > LENGTHS * self.length:
+            raise PathError(
+                f"the orientation is {orientation.length:.12g} m long and the path "
+                f"{self.length:.12g} m; both must be the same"
+            )
+        stops_at = self.starts[[i + 1 for i in sorted(self.stops) if i + 1 < len(self.curves)]]
+        self._stops_at: FloatArray = stops_at
+        for s in orientation.jumps:
+            if not (np.abs(stops_at - s) <= LENGTHS * self.length).any():
+                raise PathError(
+                    f"the rate at which the tool turns jumps at arc length {s:.9g} m, where it "
+                    "does not stop; join the stretches with OrientationCurve.joined, or stop there"
+                )
+        self.breaks = self._merged(np.concatenate((self.starts, ends[-1:], orientation.s)))
+
+    def _check_junctions(self) -> None:
+        for i, (before, after) in enumerate(itertools.pairwise(self.curves)):
+            ends = np.array([before.length]), np.zeros(1)
+            one, other = before.position(ends[0])[0], after.position(ends[1])[0]
+            gap = float(np.linalg.norm(other - one))
+            if gap > GAP:
+                raise PathError(
+                    f"curve {i} ends at {shown(one)} and curve {i + 1} starts {gap:.6g} m away, at "
+                    f"{shown(other)}; each must start where the one before ends"
+                )
+            u, v = before.position(ends[0], 1)[0], after.position(ends[1], 1)[0]
+            angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), float(u @ v))
+            if angle > SHARP and i not in self.stops:
+                raise CornerError(
+                    f"the path turns sharply by {math.degrees(angle):.6g} deg at {shown(one)}, "
+                    f"between curves {i} and {i + 1}; round the corner with a blend or stop there",
+                    junction=i,
+                    angle=angle,
+                    point=one.tolist(),
+                )
+
+    def _merged(self, s: FloatArray) -> FloatArray:
+        """Sorted arc lengths without those that rounding alone sets apart from a curve's ends."""
+        exact = np.append(self.starts, self.length)
+        nearest = exact[np.abs(s[:, None] - exact).argmin(axis=1)]
+        return np.unique(np.where(np.abs(s - nearest) <= LENGTHS * self.length, nearest, s))
+
+    def _curve_of(self, s: FloatArray, side: str) -> NDArray[np.intp]:
+        index = np.searchsorted(self.starts, s, side="left" if side == "left" else "right") - 1
+        return np.clip(index, 0, len(self.curves) - 1)
+
+    def _by_curve(self, index: NDArray[np.intp]) -> Iterator[tuple[int, slice | NDArray[np.intp]]]:
+        """Each curve that occurs, and where."""
+        if index.size and (index == index[0]).all():
+            yield int(index[0]), slice(None)
+            return
+        order = np.argsort(index, kind="stable")
+        found, first = np.unique(index[order], return_index=True)
+        for i, rows in zip(found, np.split(order, first[1:]), strict=False):
+            yield int(i), rows
+
+    def _chosen(self, s: ArrayLike, at: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+        s = np.asarray(s, dtype=float)
+        return s, s if at is None else np.broadcast_to(np.asarray(at, dtype=float), s.shape)
+
+    def position(
+        self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
+    ) -> FloatArray:
+        """Points of the path, or their derivatives with respect to arc length.
+
+        Args:
+            s: Arc lengths [m], shape (k,).
+            order: Order of the derivative, 0 to 3.
+            at: Arc lengths that choose the curves to evaluate, if other than s [m], shape (k,): a
+                curve goes on smoothly beyond its ends.
+            side: Which curve is chosen where two meet: `"right"` or `"left"`.
+
+        Returns:
+            Points [m], or derivatives [m^(1 - order)], shape (k, 3).
+        """
+        s, at = self._chosen(s, at)
+        found = np.empty((s.size, 3))
+        for i, rows in self._by_curve(self._curve_of(at, side)):
+            found[rows] = self.curves[i].position(s[rows] - self.starts[i], order)
+        return found
+
+    def rotation(
+        self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
+    ) -> FloatArray:
+        """Rotation matrices of the tool, shape (k, 3, 3): see `OrientationCurve.rotation`."""
+        return self.orientation.rotation(s, at, side)
+
+    def rate(
+        self, s: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
+    ) -> FloatArray:
+        """Angular velocity per unit length, or its derivative: see `OrientationCurve.rate`."""
+        return self.orientation.rate(s, order, at, side)
+
+    def pose(self, s: float) -> pin.SE3:
+        """Pose of the tool at an arc length [m]."""
+        return pin.SE3(self.rotation([s])[0], self.position([s])[0])
+
+    def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
+        """Arc lengths of the points of the path that are nearest, in the guess's surroundings.
+
+        From the end of a curve the search goes on in the next one, as long as that comes nearer.
+
+        Args:
+            points: Points in space [m], shape (k, 3).
+            guess: Arc lengths to start from [m], shape (k,).
+
+        Returns:
+            Arc lengths in [0, length] [m], shape (k,).
+        """
+        points = np.asarray(points, dtype=float)
+        best: FloatArray = np.clip(np.asarray(guess, dtype=float), 0.0, self.length)
+        curve = self._curve_of(best, "right")
+        distance = np.full(best.size, np.inf)
+        going, direction = np.arange(best.size), np.zeros(best.size, dtype=np.intp)
+        while going.size:
+            s = np.empty(going.size)
+            end = np.zeros(going.size, dtype=np.intp)
+            off = np.empty(going.size)
+            for i, rows in self._by_curve(curve[going]):
+                chosen = going[rows]
+                local = self.curves[i].nearest(points[chosen], best[chosen] - self.starts[i])
+                reached = self.curves[i].position(local)
+                off[rows] = np.linalg.norm(reached - points[chosen], axis=1)
+                s[rows] = self.starts[i] + local
+                end[rows] = (local >= self.curves[i].length).astype(int) - (local <= 0.0)
+            nearer = off < distance[going]
+            best[going[nearer]], distance[going[nearer]] = s[nearer], off[nearer]
+            # Go on to the neighbour at whose side the nearest point is, never back.
+            following = curve[going] + end
+            on = nearer & (end != 0) & (end * direction[going] >= 0)
+            on &= (following >= 0) & (following < len(self.curves))
+            going, end, following = going[on], end[on], following[on]
+            curve[going], direction[going] = following, end
+        return best
+
+    def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
+        """Upper bounds of |d²P/dτ²| as arc length goes evenly from s0 to s1, τ from 0 to 1.
+
+        Across a junction the direction goes on and the curvature jumps: the bound is that of the
+        greater curvature, and a point moving so is still off the chord by an eighth of it at most.
+        Across a stop there is no bound: it is infinite.
+
+        Args:
+            s0: Arc lengths at the start, in [0, length] [m], shape (k,).
+            s1: Arc lengths at the end, greater or less [m], shape (k,).
+
+        Returns:
+            (s1 - s0)² times the largest curvature [m], shape (k,).
+        """
+        low, high = self._sorted(s0, s1)
+        first, last = self._curve_of(low, "right"), self._curve_of(high, "left")
+        curvature = np.zeros(low.size)
+        for i in range(int(last.max(initial=0) - first.min(initial=0)) + 1):
+            for j, rows in self._by_curve(np.minimum(first + i, np.maximum(last, first))):
+                curve, start = self.curves[j], self.starts[j]
+                bound = curve.curvature_bound(
+                    np.clip(low[rows] - start, 0.0, curve.length),
+                    np.clip(high[rows] - start, 0.0, curve.length),
+                )
+                curvature[rows] = np.maximum(curvature[rows], bound)
+            if (first + i >= last).all():
+                break
+        return self._but_across_stops(low, high, (high - low) ** 2 * curvature)
+
+    def turn_bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
+        """Upper bounds of the Frobenius norm of d²R/dτ² for the same motion as in `bend`.
+
+        With the rate w and its derivative, R'' = ([w'] + [w]²) R, where [w] is the cross product:
+        of norm √2 (|w'| + |w|²) at most. Across a stop it is infinite.
+
+        Args:
+            s0: Arc lengths at the start, in [0, length] [m], shape (k,).
+            s1: Arc lengths at the end, greater or less [m], shape (k,).
+        """
+        low, high = self._sorted(s0, s1)
+        rate, change = self.orientation.rate_bounds(low, high)
+        bound = math.sqrt(2.0) * (high - low) ** 2 * (change + rate**2)
+        return self._but_across_stops(low, high, bound)
+
+    def _sorted(self, s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        one, other = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
+        return np.minimum(one, other), np.maximum(one, other)
+
+    def _but_across_stops(self, low: FloatArray, high: FloatArray, bound: FloatArray) -> FloatArray:
+        """The bound, infinite where a stop lies inside the interval."""
+        after = np.searchsorted(self._stops_at, low, "right")
+        crossing = after < np.searchsorted(self._stops_at, high, "left")
+        return np.asarray(np.where(crossing, np.inf, bound))

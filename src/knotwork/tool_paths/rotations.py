@@ -1,0 +1,54 @@
+"""Rotation matrices of many rotation vectors at once, and the rotation vector of one matrix."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.errors import PathError
+from knotwork.waypoints import FloatArray, read_only
+
+
+def exponentials(vectors: FloatArray) -> FloatArray:
+    """Rotation matrices of rotation vectors [rad], shape (k, 3) to (k, 3, 3).
+
+    R = I + sin(θ)/θ K + 2 sin²(θ/2)/θ² K², with K the vector's cross product (Rodrigues).
+    """
+    x, y, z = vectors.T
+    squared = x * x + y * y + z * z
+    angle = np.sqrt(squared)
+    first = np.sinc(angle / np.pi)
+    second = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    R = second[:, None, None] * vectors[:, :, None] * vectors[:, None, :]
+    diagonal = 1.0 - second * squared
+    for i in range(3):
+        R[:, i, i] += diagonal
+    for i, j, component in ((2, 1, x), (0, 2, y), (1, 0, z)):
+        R[:, i, j] += first * component
+        R[:, j, i] -= first * component
+    return np.asarray(R)
+
+
+def logarithm(R: FloatArray) -> FloatArray:
+    """Rotation vector of a rotation matrix [rad], shape (3,)."""
+    return np.asarray(pin.log3(np.ascontiguousarray(R)), dtype=float)
+
+
+def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:
+    """Copy rotation matrices into a read-only array, shape (..., 3, 3).
+
+    Raises:
+        WaypointDataError: The values are not finite or of another shape.
+        PathError: One is no rotation matrix.
+    """
+    array = read_only(rotations, shape, what)
+    error = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max(axis=(-1, -2))
+    wrong = np.argwhere(np.atleast_1d((error > 1e-9) | (np.linalg.det(array) < 0.0)))
+    if wrong.size:
+        index = [int(wrong[0][0])] if array.ndim == 3 else ""
+        raise PathError(
+            f"{what}{index} is no rotation matrix: R'R differs from I by {np.max(error):.3g}; "
+            "at most 1e-9 and a positive determinant are accepted"
+        )
+    return array

@@ -1,0 +1,123 @@
+"""`TimedPath`: a tool path and its timing: where the tool is to be at any time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.errors import PathError, TimeRangeError
+from knotwork.tool_paths.path import LENGTHS, ToolPath
+from knotwork.tool_paths.timing import Timing
+from knotwork.waypoints import FloatArray
+
+STANDING = 1e-6
+"""Speed at a stop, relative to the path's mean speed, up to which the tool stands."""
+
+
+class TimedPath:
+    """What the tool does on a path, over time.
+
+    Attributes:
+        path, timing, start_time: As given.
+        end_time: When the path ends [s].
+        breaks: Times at which something begins anew, a curve, a part of the orientation or a ramp,
+            and both ends [s].
+
+    Raises:
+        PathError: Path and timing are not of the same length, or the tool does not stand where the
+            path needs a stop.
+
+    >>> tp = kw.tool_paths
+    >>> still = tp.OrientationCurve.constant(np.eye(3), 1)
+    >>> path = tp.ToolPath([tp.Line([0, 0, 0], [1, 0, 0])], still)
+    >>> timed = tp.TimedPath(path, tp.speed_profile([1], [0.25], acceleration=1), start_time=2)
+    >>> timed.end_time, timed.pose(4.0).translation
+    (6.0, array([0.5, 0. , 0. ]))
+    """
+
+    def __init__(self, path: ToolPath, timing: Timing, start_time: float = 0.0) -> None:
+        self.path, self.timing, self.start_time = path, timing, float(start_time)
+        self.end_time = self.start_time + timing.duration
+        length = float(timing(np.array([timing.duration]), side="left")[0])
+        if abs(length - path.length) > LENGTHS * path.length:
+            raise PathError(
+                f"the timing is for {length:.12g} m and the path is {path.length:.12g} m long; "
+                "both must be the same"
+            )
+        at_breaks = timing.time_of(path.breaks[1:-1])
+        for i in sorted(path.stops):
+            if i + 1 < len(path.starts):
+                self._check_stop(i, float(path.starts[i + 1]))
+        times = np.sort(np.concatenate((timing.arc_length.x, at_breaks)))
+        apart = np.diff(times, prepend=-np.inf) > 1e-12 * timing.duration
+        local = times[apart]
+        # Between two breaks a time in the middle tells the pieces of path and timing.
+        self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
+        self._along: FloatArray = timing(self._middle)
+        self.breaks: FloatArray = self.start_time + local
+        self.breaks[-1] = self.end_time
+
+    def _check_stop(self, curve: int, s: float) -> None:
+        t = self.timing.time_of(np.array([s]))
+        speed = float(np.abs(self.timing(t, 1))[0])
+        if speed > STANDING * self.path.length / self.timing.duration:
+            raise PathError(
+                f"the path needs a stop after curve {curve}, at arc length {s:.6g} m, but the "
+                f"timing goes on at {speed:.6g} m/s there; name it in the timing's stops"
+            )
+
+    def _pieces(
+        self, t: FloatArray, at: ArrayLike | None, side: str
+    ) -> tuple[FloatArray, FloatArray]:
+        """Times since the start, and the intervals that they are evaluated in."""
+        chosen = t if at is None else np.broadcast_to(np.asarray(at, dtype=float), t.shape)
+        outside = ~((chosen >= self.start_time) & (chosen <= self.end_time))
+        if outside.any():
+            raise TimeRangeError(float(chosen[outside][0]), self.start_time, self.end_time)
+        index = np.searchsorted(self.breaks, chosen, "left" if side == "left" else "right") - 1
+        return t - self.start_time, np.clip(index, 0, len(self._middle) - 1)
+
+    def arc_length(self, t: ArrayLike) -> FloatArray:
+        """Arc length at times [m], shape (k,)."""
+        local, index = self._pieces(np.asarray(t, dtype=float), None, "right")
+        return self.timing(local, 0, self._middle[index])
+
+    def speed(self, t: ArrayLike) -> FloatArray:
+        """Speed along the path at times [m/s], shape (k,)."""
+        local, index = self._pieces(np.asarray(t, dtype=float), None, "right")
+        return self.timing(local, 1, self._middle[index])
+
+    def pose(self, t: float) -> pin.SE3:
+        """Pose of the tool at a time [s]."""
+        position, rotation, _, _ = self.state(np.array([t]))
+        return pin.SE3(rotation[0], position[0])
+
+    def state(
+        self, t: ArrayLike, at: ArrayLike | None = None, side: str = "right"
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Pose, velocity and acceleration of the tool.
+
+        Args:
+            t: Times [s], shape (k,).
+            at: Times that choose the pieces of path and timing to evaluate, if other than t [s],
+                shape (k,): a piece goes on smoothly beyond its ends.
+            side: Which piece is chosen at a break: `"right"` or `"left"`.
+
+        Returns:
+            Position [m], shape (k, 3); rotation, shape (k, 3, 3); twist [m/s, rad/s] and its
+            derivative [m/s², rad/s²], linear then angular in base axes, shape (k, 6).
+
+        Raises:
+            TimeRangeError: A time that chooses a piece is outside the path's.
+        """
+        local, index = self._pieces(np.asarray(t, dtype=float), at, side)
+        middle, along = self._middle[index], self._along[index]
+        s, ds, dds = (self.timing(local, order, middle) for order in range(3))
+        ds, dds = ds[:, None], dds[:, None]
+        path = self.path
+        tangent, rate = path.position(s, 1, along), path.rate(s, 0, along)
+        twist = np.hstack((tangent * ds, rate * ds))
+        bend, change = path.position(s, 2, along), path.rate(s, 1, along)
+        acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
+        return path.position(s, 0, along), path.rotation(s, along), twist, acceleration

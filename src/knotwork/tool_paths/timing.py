@@ -1,0 +1,307 @@
+"""Speed along a path: even on each stretch, with smooth ramps where speeds meet.
+
+A ramp is v = v0 + (v1 - v0)(3 u² - 2 u³), u = t/T. Its acceleration is zero at both ends and at
+most 1.5 |v1 - v0| / T; it takes a length of (v0 + v1) T / 2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import PathError, RampError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.waypoints import FloatArray, read_only
+
+ROUNDING = 1e-9
+"""How much longer than a stretch its ramps may be, relative to it: they are shortened then."""
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """When the tool is where on its path.
+
+    Attributes:
+        arc_length: Arc length over time from 0 [m], of degree 4.
+        times: When each stretch begins, and when the last one ends [s], shape (n + 1,).
+        full_speed: When each stretch's own speed begins and ends to hold [s], shape (n, 2).
+    """
+
+    arc_length: PiecewisePolynomial
+    times: FloatArray
+    full_speed: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """When the path ends [s]."""
+        return float(self.times[-1])
+
+    def __call__(
+        self, t: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
+    ) -> FloatArray:
+        """Arc length at times, or its derivatives with respect to time.
+
+        Args:
+            t: Times [s], shape (k,).
+            order: Order of the derivative.
+            at: Times that choose the pieces to evaluate, if other than t [s], shape (k,): a piece
+                goes on smoothly beyond its ends.
+            side: Which piece is chosen where two meet: `"right"` or `"left"`.
+        """
+        curve = self.arc_length.derivative(order) if order else self.arc_length
+        t = np.asarray(t, dtype=float)
+        chosen = t if at is None else np.asarray(at, dtype=float)
+        piece = np.searchsorted(curve.x, chosen, side="left" if side == "left" else "right") - 1
+        piece = np.clip(piece, 0, len(curve.x) - 2)
+        local = t - curve.x[piece]
+        value = np.zeros(t.shape)
+        for coefficient in curve.c:
+            value = value * local + coefficient[piece]
+        return value
+
+    def time_of(self, s: ArrayLike) -> FloatArray:
+        """When the tool comes to arc lengths [s], shape (k,); ends of stretches exactly."""
+        s = np.asarray(s, dtype=float)
+        breaks = self.arc_length.x
+        low_of = self(breaks)
+        low_of[-1] = self(breaks[-1:], side="left")[0]
+        piece = np.clip(np.searchsorted(low_of, s, "right") - 1, 0, len(breaks) - 2)
+        low, high = breaks[piece], breaks[piece + 1]
+        for _ in range(60):  # bisection, as the speed may be zero at an end
+            middle = 0.5 * (low + high)
+            below = self(middle, at=0.5 * (breaks[piece] + breaks[piece + 1])) < s
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        found = 0.5 * (low + high)
+        nearest = np.abs(s[:, None] - low_of).argmin(axis=1)
+        snapped = np.abs(s - low_of[nearest]) <= 1e-12 * low_of[-1]
+        return np.where(snapped, breaks[nearest], found)
+
+
+@dataclass(frozen=True)
+class _End:
+    """Speed at an end of a stretch: that of the neighbour if it is lower, or a fixed one."""
+
+    speed: float
+    fixed: bool = False
+
+    def met_by(self, speed: float) -> float:
+        return self.speed if self.fixed else min(self.speed, speed)
+
+
+def speed_profile(
+    lengths: ArrayLike,
+    speeds: ArrayLike,
+    *,
+    acceleration: float,
+    start_speed: float | None = None,
+    end_speed: float | None = None,
+    stops: Collection[int] = (),
+) -> Timing:
+    """Time a path whose stretches have a speed each.
+
+    Where two speeds meet, the change takes place in the faster stretch.
+
+    Args:
+        lengths: Lengths of the stretches [m], shape (n,), n >= 1.
+        speeds: Their speeds [m/s], shape (n,), > 0.
+        acceleration: The greatest acceleration along the path where speeds change [m/s²].
+        start_speed: Speed at the start of the path [m/s]; by default that of the first stretch.
+        end_speed: Speed at its end [m/s]; by default that of the last stretch.
+        stops: Indices of the stretches that end at a stop.
+
+    Raises:
+        WaypointDataError: Arrays are not finite or of another shape.
+        PathError: A length, a speed or the acceleration is not greater than zero.
+        RampError: A stretch is too short for its ramps; its data say what would do.
+
+    >>> timing = kw.tool_paths.speed_profile(
+    ...     [0.1], [0.05], start_speed=0.0, end_speed=0.0, acceleration=0.5)
+    >>> timing.full_speed.round(6), round(timing.duration, 6)
+    (array([[0.15, 2.  ]]), 2.15)
+    """
+    count = len(np.atleast_1d(np.asarray(lengths)))
+    length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
+    for what, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
+        for i in np.flatnonzero(values <= 0.0)[:1]:
+            raise PathError(
+                f"{what} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
+            )
+    _check_acceleration(acceleration)
+    if not count:
+        raise PathError("no stretches are given; a path needs at least one")
+    if count - 1 in stops and end_speed is None:
+        end_speed = 0.0
+    # At a junction each of two stretches meets the speed of the other, if that is lower.
+    stop = _End(0.0, fixed=True)
+    before = [_outer_end(start_speed, "start_speed")]
+    before += [stop if i in stops else _End(float(speed[i])) for i in range(count - 1)]
+    after = [stop if i in stops else _End(float(speed[i + 1])) for i in range(count - 1)]
+    after += [_outer_end(end_speed, "end_speed")]
+    totals = np.concatenate(([0.0], np.cumsum(length)))
+    breaks, coefficients, times, full = [0.0], [], [0.0], []
+    for i in range(count):
+        ends = before[i], after[i]
+        shrink = _fit(i, float(length[i]), float(speed[i]), ends, acceleration)
+        pieces = _stretch(totals[i : i + 2], float(speed[i]), ends, acceleration / shrink)
+        starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
+        full.append(starts[1:3])
+        for end, (T, c) in zip(starts[1:], pieces, strict=True):
+            if T > 0.0:
+                breaks.append(float(end))
+                coefficients.append(c)
+        times.append(float(starts[-1]))
+    curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
+    return Timing(curve, np.array(times), np.array(full))
+
+
+def _stretch(
+    s: FloatArray, v: float, ends: tuple[_End, _End], acceleration: float
+) -> list[tuple[float, list[float]]]:
+    """Duration and coefficients of arc length, of ramp, even speed and ramp from s[0] to s[1]."""
+    # Speeds that differ by rounding alone need no ramp, which would be too short to be told.
+    v0, v1 = (
+        v if math.isclose(v, end.met_by(v), rel_tol=ROUNDING) else end.met_by(v) for end in ends
+    )
+    T0, T1 = (1.5 * abs(v - end) / acceleration for end in (v0, v1))
+    covered = 0.5 * (v0 + v) * T0, 0.5 * (v + v1) * T1
+    even = (float(s[1] - s[0]) - sum(covered)) / v
+    return [
+        (T0, _ramp(v0, v, T0, float(s[0]))),
+        (even if even > ROUNDING * (T0 + T1) else 0.0, [0.0, 0.0, 0.0, v, s[0] + covered[0]]),
+        (T1, _ramp(v, v1, T1, float(s[1]) - covered[1])),
+    ]
+
+
+def speed_for_duration(
+    length: float,
+    duration: float,
+    *,
+    acceleration: float,
+    start_speed: float | None = None,
+    end_speed: float | None = None,
+) -> float:
+    """Find the speed with which a stretch takes a given time, its ramps included.
+
+    Args:
+        length: Length of the stretch [m].
+        duration: The time it is to take [s].
+        acceleration: The greatest acceleration along the path where the speed changes [m/s²].
+        start_speed: Speed at the start of the stretch [m/s]; by default its own.
+        end_speed: Speed at its end [m/s]; by default its own.
+
+    Returns:
+        The speed [m/s].
+
+    Raises:
+        PathError: A value is not greater than zero, or no speed takes this time; the message says
+            which times can be had.
+
+    >>> speed = kw.tool_paths.speed_for_duration(
+    ...     0.1, 2.15, start_speed=0.0, end_speed=0.0, acceleration=0.5)
+    >>> round(speed, 12)
+    0.05
+    """
+    _check_acceleration(acceleration)
+    for what, value, unit in (("length", length, "m"), ("duration", duration, "s")):
+        if not (math.isfinite(value) and value > 0.0):
+            raise PathError(f"{what} is {value!r} {unit}; it must be greater than 0")
+    known = [
+        _outer_end(value, what).speed
+        for what, value in (("start_speed", start_speed), ("end_speed", end_speed))
+        if value is not None
+    ]
+
+    def time(v: float) -> float:
+        ramps = sum((v - p) * abs(v - p) for p in known)
+        return (length + 0.75 * ramps / acceleration) / v
+
+    if not known:
+        return length / duration
+    # Speeds between these leave room for the ramps; the faster, the sooner.
+    reach = 4.0 * acceleration * length / 3.0
+    fixed = max(known) ** 2 + min(known) ** 2 if len(known) == 2 else known[0] ** 2
+    if len(known) == 2 and 0.75 * abs(known[0] ** 2 - known[1] ** 2) > acceleration * length:
+        raise PathError(
+            f"the stretch is {length:.6g} m long, but to go from {known[0]:.6g} to {known[1]:.6g} "
+            f"m/s takes {0.75 * abs(known[0] ** 2 - known[1] ** 2) / acceleration:.6g} m"
+        )
+    highest = math.sqrt((reach + fixed) / len(known))
+    lowest = math.sqrt(max((fixed - reach) / len(known), 0.0))
+    least, most = time(highest), time(lowest) if lowest > 0.0 else math.inf
+    if not least * (1.0 - ROUNDING) <= duration <= most * (1.0 + ROUNDING):
+        upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
+        raise PathError(
+            f"{duration:.6g} s are asked for a stretch of {length:.6g} m; with its changes of "
+            f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}"
+        )
+    return _bisect(lambda v: time(v) > duration, lowest, highest)
+
+
+def _bisect(too_slow: Callable[[float], bool], low: float, high: float) -> float:
+    """Least speed between two that is not too slow, to the last digit."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        if too_slow(middle):
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _check_acceleration(acceleration: float) -> None:
+    if not (math.isfinite(acceleration) and acceleration > 0.0):
+        raise PathError(f"acceleration is {acceleration!r} m/s²; it must be greater than 0")
+
+
+def _outer_end(speed: float | None, what: str) -> _End:
+    if speed is None:
+        return _End(math.inf)
+    if not (math.isfinite(speed) and speed >= 0.0):
+        raise PathError(f"{what} is {speed!r} m/s; it must be 0 or greater")
+    return _End(float(speed), fixed=True)
+
+
+def _fit(
+    stretch: int, length: float, v: float, ends: tuple[_End, _End], acceleration: float
+) -> float:
+    """Factor, 1 or just below, by which the ramps of a stretch are to be shortened.
+
+    Raises:
+        RampError: They are longer than the stretch.
+    """
+    part = 0.75 * sum(abs(v**2 - end.met_by(v) ** 2) for end in ends)
+    needed = part / acceleration
+    if needed <= length:
+        return 1.0
+    if needed <= length * (1.0 + ROUNDING):
+        return length / needed
+    highest, least = _highest_speed(length, ends, acceleration), part / length
+    slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
+    raise RampError(
+        f"stretch {stretch} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "
+        f"takes {needed:.6g} m; accepted: {slower}an acceleration of at least {least:.6g} m/s² "
+        "or a longer stretch",
+        stretch=stretch,
+        length=length,
+        needed=needed,
+        highest_speed=highest,
+        lowest_acceleration=least,
+    )
+
+
+def _highest_speed(length: float, ends: tuple[_End, _End], acceleration: float) -> float | None:
+    """The highest speed for which a stretch has room, its neighbours unchanged."""
+    low, high = sorted(ends, key=lambda end: end.speed)
+    reach = 4.0 * acceleration * length / 3.0
+    if reach >= high.speed**2 - low.speed**2:
+        return math.sqrt(0.5 * (reach + low.speed**2 + high.speed**2))
+    return None if high.fixed else math.sqrt(low.speed**2 + reach)
+
+
+def _ramp(v0: float, v1: float, T: float, offset: float) -> list[float]:
+    """Coefficients of arc length on a ramp, highest power first."""
+    change = v1 - v0
+    return [-0.5 * change / T**3, change / T**2, 0.0, v0, offset] if T > 0.0 else []

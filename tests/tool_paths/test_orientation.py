@@ -1,0 +1,193 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
+
+import knotwork as kw
+from knotwork.errors import PathError
+from sweeps import examples
+
+OrientationCurve = kw.tool_paths.OrientationCurve
+
+seeds = st.integers(0, 100_000)
+
+
+def random_curve(seed, jumps=False):
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 6))
+    s = np.concatenate(([0.0], np.cumsum(rng.uniform(0.05, 0.4, count - 1))))
+    steps = Rotation.from_rotvec(rng.uniform(-1.2, 1.2, (count, 3)))
+    rotations = [Rotation.identity()]
+    for step in steps[1:]:
+        rotations.append(rotations[-1] * step)
+    shape = (count, 2, 3) if jumps else (count, 3)
+    matrices = np.array([rotation.as_matrix() for rotation in rotations])
+    return OrientationCurve(
+        s, matrices, rng.normal(scale=4, size=shape), rng.normal(scale=9, size=shape)
+    )
+
+
+def inside(curve, count=60, margin=1e-4):
+    s = np.linspace(0, curve.length, count)
+    return s[(np.abs(s[:, None] - curve.s) > margin).all(axis=1)]
+
+
+@examples(40)
+@given(seeds)
+def test_the_curve_passes_what_is_given_on_both_sides(seed):
+    curve = random_curve(seed, jumps=True)
+    for i, side in enumerate(("left", "right")):
+        inner = slice(1, None) if side == "left" else slice(0, -1)
+        s = curve.s[inner]
+        np.testing.assert_allclose(curve.rotation(s, side=side), curve.rotations[inner], atol=1e-13)
+        np.testing.assert_allclose(curve.rate(s, side=side), curve.rates[inner, i], atol=1e-10)
+        np.testing.assert_allclose(curve.rate(s, 1, side=side), curve.changes[inner, i], atol=1e-8)
+
+
+@examples(40)
+@given(seeds)
+def test_rates_are_those_of_the_rotations(seed):
+    curve = random_curve(seed)
+    s, h = inside(curve), 1e-5
+    turned = curve.rotation(s + h) @ np.swapaxes(curve.rotation(s - h), 1, 2)
+    rate = Rotation.from_matrix(turned).as_rotvec() / (2 * h)
+    scale = 1 + np.abs(curve.rate(s, 1)).max()
+    np.testing.assert_allclose(curve.rate(s), rate, atol=1e-6 * scale**2)
+    change = (curve.rate(s + h) - curve.rate(s - h)) / (2 * h)
+    np.testing.assert_allclose(curve.rate(s, 1), change, atol=1e-6 * scale**2)
+
+
+def test_pieces_go_on_beyond_their_ends():
+    curve = random_curve(3)
+    at, h = np.full(3, curve.s[1]), 1e-6
+    s = curve.s[1] + np.array([-h, 0.0, h])
+    for side in ("left", "right"):
+        w = curve.rate(s, at=at, side=side)
+        np.testing.assert_allclose((w[2] - w[0]) / (2 * h), curve.changes[1, 0], atol=1e-4)
+
+
+@examples(40)
+@given(seeds)
+def test_bounds_of_rates_are_never_below_them(seed):
+    curve = random_curve(seed)
+    rng = np.random.default_rng(seed)
+    ends = rng.uniform(0, curve.length, (2, 20))
+    ends[1, 10:] = np.clip(ends[0, 10:] + rng.normal(scale=0.01, size=10), 0, curve.length)
+    rate, change = curve.rate_bounds(*ends)
+    for i, (a, b) in enumerate(ends.T):
+        s = np.linspace(a, b, 80)
+        size, rise = (np.linalg.norm(curve.rate(s, order), axis=1).max() for order in (0, 1))
+        assert size <= rate[i] * (1 + 1e-12)
+        assert rise <= change[i] * (1 + 1e-12)
+        if abs(a - b) < 0.005:  # on short intervals the bounds come close
+            assert rate[i] < 2.5 * np.abs(curve._v).max() * 25 / curve._steps.min()
+
+
+@examples(40)
+@given(seeds, st.floats(0.01, 3.1))
+def test_even_turning_is_slerp_with_exact_bounds(seed, angle):
+    start = Rotation.random(random_state=seed)
+    axis = Rotation.random(random_state=seed + 1).apply([1, 0, 0])
+    end = start * Rotation.from_rotvec(angle * axis)
+    curve = OrientationCurve.even_turning(start.as_matrix(), end.as_matrix(), 0.7)
+    s = np.linspace(0, 0.7, 30)
+    slerp = Slerp([0, 0.7], Rotation.concatenate([start, end]))(s).as_matrix()
+    np.testing.assert_allclose(curve.rotation(s), slerp, atol=1e-12)
+    rate, change = curve.rate_bounds([0.0], [0.7])
+    assert rate[0] == pytest.approx(angle / 0.7, rel=1e-9)
+    assert change[0] < 1e-7
+
+
+@examples(40)
+@given(seeds, st.floats(-20, 20).filter(lambda angle: abs(angle) > 1e-3))
+def test_turning_goes_about_its_axis_by_any_angle(seed, angle):
+    start = Rotation.random(random_state=seed)
+    axis = np.random.default_rng(seed).normal(size=3)
+    curve = OrientationCurve.turning(start.as_matrix(), axis, angle, 0.3)
+    s = np.linspace(0, 0.3, 40)
+    unit = axis / np.linalg.norm(axis)
+    truth = Rotation.from_rotvec(np.outer(s / 0.3 * angle, unit)) * start
+    np.testing.assert_allclose(curve.rotation(s), truth.as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(curve.rate(s), np.tile(angle / 0.3 * unit, (40, 1)), atol=1e-8)
+
+
+def three_stretches():
+    turns = Rotation.from_euler("xyz", [[0, 0, 0], [0.5, 0, 0], [0.5, 1, 0.2]]).as_matrix()
+    return [
+        OrientationCurve.even_turning(turns[0], turns[1], 0.4),
+        OrientationCurve.even_turning(turns[1], turns[2], 0.2),
+        OrientationCurve.turning(turns[2], [0, 0, 1], 8.0, 0.8),
+    ]
+
+
+def test_joined_stretches_have_continuous_rates():
+    stretches = three_stretches()
+    curve = OrientationCurve.joined(stretches)
+    assert curve.length == pytest.approx(1.4)
+    assert curve.jumps.size == 0
+    inner = curve.s[1:-1]
+    for order, atol in ((0, 1e-9), (1, 1e-7)):
+        left, right = (curve.rate(inner, order, side=side) for side in ("left", "right"))
+        np.testing.assert_allclose(left, right, atol=atol)
+    one, other = stretches[0].rate([0.0])[0], stretches[1].rate([0.0])[0]
+    np.testing.assert_allclose(curve.rate([0.4])[0], one / 3 + other * 2 / 3, atol=1e-12)
+
+
+def test_joined_stretches_turn_as_alone_but_in_the_quarters_at_the_junctions():
+    stretches = three_stretches()
+    curve = OrientationCurve.joined(stretches)
+    for start, stretch, parts in zip(
+        (0.0, 0.4, 0.6), stretches, ((0, 0.75), (0.25, 0.75), (0.25, 1)), strict=True
+    ):
+        s = np.linspace(*parts, 20) * stretch.length
+        np.testing.assert_allclose(curve.rotation(start + s), stretch.rotation(s), atol=1e-12)
+        np.testing.assert_allclose(curve.rate(start + s), stretch.rate(s), atol=1e-9)
+
+
+def test_stretches_joined_at_a_stop_keep_their_rates():
+    stretches = three_stretches()
+    curve = OrientationCurve.joined(stretches, stops={0, 1})
+    np.testing.assert_allclose(curve.jumps, [0.4, 0.6])
+    for start, stretch in zip((0.0, 0.4, 0.6), stretches, strict=True):
+        s = np.linspace(0, stretch.length, 20)
+        middle = np.full(20, start + 0.01)
+        middle = start + np.clip(s, 1e-6, stretch.length - 1e-6)
+        np.testing.assert_allclose(
+            curve.rotation(start + s, at=middle), stretch.rotation(s), atol=1e-12
+        )
+
+
+def test_stretches_of_the_same_rate_need_no_transition():
+    first = OrientationCurve.turning(np.eye(3), [0, 0, 1], 0.5, 0.25)
+    second = OrientationCurve.turning(first.rotations[-1], [0, 0, 1], 1.0, 0.5)
+    curve = OrientationCurve.joined([first, second])
+    np.testing.assert_allclose(curve.s, [0, 0.25, 0.75])
+    assert curve.rate_bounds([0.0], [0.75])[1][0] < 1e-9
+
+
+HALF = np.diag([-1.0, -1.0, 1.0])
+REFUSED = [
+    (lambda: OrientationCurve([0, 1], [np.eye(3), HALF], np.zeros((2, 3))), "less than 180 deg"),
+    (lambda: OrientationCurve.even_turning(np.eye(3), HALF, 1.0), "180 deg"),
+    (lambda: OrientationCurve([0, 0], [np.eye(3)] * 2, np.zeros((2, 3))), "increasing from 0"),
+    (lambda: OrientationCurve([0], [np.eye(3)], np.zeros((1, 3))), "two or more"),
+    (lambda: OrientationCurve.constant(2 * np.eye(3), 1.0), "no rotation matrix"),
+    (lambda: OrientationCurve.constant(np.diag([1.0, 1, -1]), 1.0), "no rotation matrix"),
+    (lambda: OrientationCurve.turning(np.eye(3), [0, 0, 0], 1.0, 1.0), "axis is zero"),
+    (lambda: OrientationCurve.joined([]), "no stretches"),
+    (
+        lambda: OrientationCurve.joined(
+            [OrientationCurve.constant(np.eye(3), 1), OrientationCurve.constant(HALF, 1)]
+        ),
+        "turned by 180 deg",
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "message"), REFUSED)
+def test_what_is_no_orientation_curve_is_refused(make, message):
+    with pytest.raises(PathError, match=message):
+        make()

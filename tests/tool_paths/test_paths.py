@@ -1,0 +1,223 @@
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import knotwork as kw
+from knotwork.errors import CornerError, PathError, TimeRangeError
+from sweeps import examples
+
+tp = kw.tool_paths
+Turn = tp.OrientationCurve
+
+
+def slot():
+    """A line, half a circle and a line back, the tool turning with the half circle."""
+    curves = [
+        tp.Line([0, 0, 0], [0.2, 0, 0]),
+        tp.Arc.about([0.2, 0, 0], [0.2, 0.05, 0], [0.2, 0.1, 0], [0, 0, 1]),
+        tp.Line([0.2, 0.1, 0], [0, 0.1, 0]),
+    ]
+    half = Rotation.from_euler("z", 180, degrees=True).as_matrix()
+    turning = Turn.joined(
+        [
+            Turn.constant(np.eye(3), 0.2),
+            Turn.turning(np.eye(3), [0, 0, 1], math.pi, curves[1].length),
+            Turn.constant(half, 0.2),
+        ]
+    )
+    return tp.ToolPath(curves, turning)
+
+
+def hook():
+    """Two lines at a right angle, with a stop at the corner."""
+    curves = [tp.Line([0, 0, 0], [0.2, 0, 0]), tp.Line([0.2, 0, 0], [0.2, 0.3, 0])]
+    quarter = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    turning = Turn.joined(
+        [Turn.even_turning(np.eye(3), quarter, 0.2), Turn.even_turning(quarter, np.eye(3), 0.3)],
+        stops={0},
+    )
+    return tp.ToolPath(curves, turning, stops={0})
+
+
+def timed(path, speed=0.1, **more):
+    lengths = [curve.length for curve in path.curves]
+    timing = tp.speed_profile(
+        lengths, [speed] * len(lengths), acceleration=1.0, stops=path.stops, **more
+    )
+    return tp.TimedPath(path, timing, start_time=2.0)
+
+
+def test_a_path_knows_where_its_parts_begin():
+    path = slot()
+    half = math.pi * 0.05
+    np.testing.assert_allclose(path.starts, [0, 0.2, 0.2 + half])
+    assert path.length == pytest.approx(0.4 + half)
+    # the tool begins to turn in the last quarter of the first line, and so on
+    shares = [0, 0.15, 0.2, 0.2 + half / 4, 0.2 + 3 * half / 4, 0.2 + half, 0.25 + half, 0.4 + half]
+    np.testing.assert_allclose(path.breaks, np.sort([*shares, 0.2 + half / 2]), atol=1e-12)
+
+
+def test_position_and_direction_are_continuous_and_the_side_chooses_the_curvature():
+    path = slot()
+    s = path.starts[1:]
+    for order in (0, 1):
+        left, right = (path.position(s, order, side=side) for side in ("left", "right"))
+        np.testing.assert_allclose(left, right, atol=1e-12)
+    np.testing.assert_allclose(path.position(s[:1], 2), [[0, 20, 0]], atol=1e-12)
+    np.testing.assert_array_equal(path.position(s[:1], 2, side="left"), np.zeros((1, 3)))
+    beyond = path.position(s[:1] + 0.1, at=s[:1], side="left")
+    np.testing.assert_allclose(beyond, [[0.3, 0, 0]])
+
+
+def test_pose_is_position_and_rotation():
+    pose = slot().pose(0.2 + math.pi * 0.025)
+    np.testing.assert_allclose(pose.translation, [0.25, 0.05, 0], atol=1e-12)
+    quarter = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    np.testing.assert_allclose(pose.rotation, quarter, atol=1e-12)
+
+
+@examples(40)
+@given(st.floats(0, 1), st.floats(-0.08, 0.08), st.floats(-0.01, 0.01))
+def test_nearest_goes_on_into_the_next_curve(share, ahead, aside):
+    path = slot()
+    s = np.array([share * path.length])
+    point = path.position(s) + np.array([[0, 0, aside]])
+    guess = np.clip(s + ahead, 0, path.length)
+    np.testing.assert_allclose(path.nearest(point, guess), s, atol=1e-12)
+
+
+def test_nearest_crosses_short_curves():
+    points = np.linspace([0, 0, 0], [1, 0, 0], 101)
+    lines = [tp.Line(a, b) for a, b in pairwise(points)]
+    path = tp.ToolPath(lines, Turn.constant(np.eye(3), sum(line.length for line in lines)))
+    s = np.linspace(0, path.length, 333)
+    np.testing.assert_allclose(path.nearest(path.position(s), np.full(333, 0.5)), s, atol=1e-12)
+
+
+@examples(40)
+@given(st.integers(0, 10_000))
+def test_bends_bound_the_way_off_the_chord_even_across_junctions(seed):
+    path = slot()
+    s0, s1 = np.random.default_rng(seed).uniform(0, path.length, (2, 30))
+    s1[15:] = np.clip(s0[15:] + 0.2 * (s1[15:] - s0[15:]), 0, path.length)
+    bend, turn_bend = path.bend(s0, s1), path.turn_bend(s0, s1)
+    assert (bend > 0).any()
+    for i in range(30):
+        share = np.linspace(0, 1, 41)
+        s = s0[i] + share * (s1[i] - s0[i])
+        # an eighth of the bound at most, and at most τ (1 - τ)/2 of it everywhere
+        allowed = 0.5 * share * (1 - share) + 1e-13
+        for values, bound in ((path.position(s), bend[i]), (path.rotation(s), turn_bend[i])):
+            values = values.reshape(41, -1)
+            chord = values[0] + share[:, None] * (values[-1] - values[0])
+            off = np.linalg.norm(values - chord, axis=1)
+            assert (off <= allowed * bound + 1e-12).all()
+
+
+def test_bends_of_an_arc_are_exact():
+    path = slot()
+    s0, s1 = np.array([0.22]), np.array([0.23])
+    assert path.bend(s0, s1)[0] == pytest.approx(1e-4 / 0.05)
+    assert path.bend([0.0], [0.2])[0] == 0.0
+    middle = [0.2 + math.pi * 0.02], [0.2 + math.pi * 0.03]
+    expected = math.sqrt(2) * (0.01 * math.pi) ** 2 * 20**2
+    assert path.turn_bend(*middle)[0] == pytest.approx(expected)
+
+
+def test_across_a_stop_there_is_no_bound():
+    path = hook()
+    np.testing.assert_array_equal(path.bend([0.1, 0.1, 0.2], [0.3, 0.2, 0.3]), [np.inf, 0, 0])
+    assert path.turn_bend([0.1], [0.3])[0] == np.inf
+    assert np.isfinite(path.turn_bend([0.1, 0.2], [0.2, 0.3])).all()
+
+
+def test_a_sharp_corner_is_refused_with_its_angle():
+    lines = [tp.Line([0, 0, 0], [0.2, 0, 0]), tp.Line([0.2, 0, 0], [0.2, 0.3, 0])]
+    with pytest.raises(CornerError, match=r"by 90 deg at .0\.2, 0, 0. m.*blend or stop") as raised:
+        tp.ToolPath(lines, Turn.constant(np.eye(3), 0.5))
+    assert raised.value.junction == 0
+    assert raised.value.angle == pytest.approx(math.pi / 2)
+    assert raised.value.point == pytest.approx((0.2, 0, 0))
+
+
+def broken(**changes):
+    lines = [tp.Line([0, 0, 0], [0.2, 0, 0]), tp.Line([0.2, 0, 0], [0.5, 0, 0])]
+    arguments = {"curves": lines, "orientation": Turn.constant(np.eye(3), 0.5), **changes}
+    return tp.ToolPath(**arguments)
+
+
+def test_what_is_no_path_is_refused():
+    with pytest.raises(PathError, match="no curves"):
+        broken(curves=[])
+    with pytest.raises(PathError, match=r"curve 1 starts 0\.1 m away"):
+        broken(curves=[tp.Line([0, 0, 0], [0.2, 0, 0]), tp.Line([0.3, 0, 0], [0.5, 0, 0])])
+    with pytest.raises(PathError, match=r"the orientation is 0\.4 m long and the path 0\.5 m"):
+        broken(orientation=Turn.constant(np.eye(3), 0.4))
+    turn = Turn.turning(np.eye(3), [0, 0, 1], 1.0, 0.3)
+    jumps = Turn.joined([Turn.constant(np.eye(3), 0.2), turn], stops={0})
+    with pytest.raises(PathError, match=r"jumps at arc length 0\.2 m"):
+        broken(orientation=jumps)
+    broken(orientation=jumps, stops={0})
+
+
+@pytest.mark.parametrize("make", [slot, hook])
+def test_twist_and_acceleration_are_derivatives_of_the_pose(make):
+    motion = timed(make(), start_speed=0.0, end_speed=0.0)
+    h = 1e-5
+    t = np.sort(np.concatenate((np.linspace(2, motion.end_time, 301), motion.breaks)))
+    for side in ("left", "right"):
+        _, rotation, twist, acceleration = motion.state(t, side=side)
+        before, after = (motion.state(t + step, at=t, side=side) for step in (-h, h))
+        np.testing.assert_allclose((after[0] - before[0]) / (2 * h), twist[:, :3], atol=1e-8)
+        turned = Rotation.from_matrix(after[1] @ np.swapaxes(before[1], 1, 2)).as_rotvec()
+        np.testing.assert_allclose(turned / (2 * h), twist[:, 3:], atol=1e-7)
+        np.testing.assert_allclose((after[2] - before[2]) / (2 * h), acceleration, atol=1e-4)
+        np.testing.assert_allclose(
+            rotation @ np.swapaxes(rotation, 1, 2), np.tile(np.eye(3), (t.size, 1, 1)), atol=1e-12
+        )
+
+
+def test_breaks_of_a_motion_are_those_of_path_and_timing():
+    motion = timed(hook(), start_speed=0.0, end_speed=0.0)
+    ramp = 0.15
+    stop = 2 + 2 + ramp
+    expected = [2, 2 + ramp, stop - ramp, stop, stop + ramp, stop + 3, stop + 3 + ramp]
+    np.testing.assert_allclose(motion.breaks, expected)
+    assert motion.breaks[-1] == motion.end_time
+    assert motion.start_time == 2.0
+
+
+def test_at_a_stop_the_tool_stands_and_each_side_keeps_its_own_acceleration():
+    motion = timed(hook(), start_speed=0.0, end_speed=0.0)
+    stop = motion.breaks[[3]]
+    for side, rate in (("left", math.pi / 2 / 0.2), ("right", -math.pi / 2 / 0.3)):
+        position, _, twist, _ = motion.state(stop, side=side)
+        np.testing.assert_allclose(position, [[0.2, 0, 0]], atol=1e-12)
+        np.testing.assert_allclose(twist, np.zeros((1, 6)), atol=1e-9)
+        step = 0.05 if side == "right" else -0.05
+        _, _, twist, _ = motion.state(stop + step, at=stop, side=side)
+        speed = motion.speed(stop + step)[0]
+        np.testing.assert_allclose(twist[0, 3:], [0, 0, rate * speed], atol=1e-9)
+
+
+def test_speed_and_pose_over_time():
+    motion = timed(slot())
+    np.testing.assert_allclose(motion.speed([2.0, 3.0, motion.end_time]), 0.1)
+    np.testing.assert_allclose(motion.arc_length([2.0, 3.0]), [0, 0.1], atol=1e-15)
+    np.testing.assert_allclose(motion.pose(3.0).translation, [0.1, 0, 0], atol=1e-15)
+    with pytest.raises(TimeRangeError, match="from 2 s"):
+        motion.pose(1.9)
+
+
+def test_path_and_timing_must_fit():
+    with pytest.raises(PathError, match=r"timing is for 0\.3 m"):
+        tp.TimedPath(slot(), tp.speed_profile([0.3], [0.1], acceleration=1.0))
+    with pytest.raises(PathError, match="needs a stop after curve 0"):
+        tp.TimedPath(hook(), tp.speed_profile([0.2, 0.3], [0.1, 0.1], acceleration=1.0))
