@@ -89,6 +89,17 @@ def scenario_option(use: str, *, required: bool = False) -> Callable[[Command], 
     )
 
 
+def motion_options(use: str) -> Callable[[Command], Command]:
+    """Make the argument and options of a command that shows a motion: planned, or from a file."""
+
+    def add(command: Command) -> Command:
+        for option in (scenario_option(use), knots_option, planner_option):
+            command = option(command)
+        return click.argument("source", metavar="SCENARIO|TRAJECTORY")(command)
+
+    return add
+
+
 def html_option(*, required: bool = False) -> Callable[[Command], Command]:
     """Make the option for a page to write."""
     return click.option(

@@ -7,13 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import (
-    PASSED,
-    Names,
-    knots_option,
-    planner_option,
-    scenario_option,
-)
+from knotwork.cli.parameters import PASSED, Names, motion_options
 from knotwork.cli.sources import read_motions, tell_failures
 from knotwork.errors import InputError
 
@@ -41,7 +35,6 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("source", metavar="SCENARIO|TRAJECTORY")
 @click.option(
     "--out",
     "-o",
@@ -63,13 +56,11 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     metavar="A,B,…",
     help="Planners to draw beside it; a rule may follow after a colon: quintic:estimated.",
 )
-@planner_option
-@knots_option
 @click.option(
     "--tool", is_flag=True, help="Draw the tool: its speed and how far it is off straight paths."
 )
 @click.option("--degrees", is_flag=True, help="Show angles in degrees instead of radians.")
-@scenario_option("to mark waypoints and limits")
+@motion_options("to mark waypoints and limits")
 def plot(
     source: str,
     out: Path | None,

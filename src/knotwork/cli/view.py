@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import (
-    PASSED,
-    Names,
-    html_option,
-    knots_option,
-    planner_option,
-    scenario_option,
-)
+from knotwork.cli.parameters import PASSED, Names, html_option, motion_options
 from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
 from knotwork.errors import InputError
 
@@ -30,11 +23,8 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("source", metavar="SCENARIO|TRAJECTORY")
 @html_option()
 @click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to show over it.")
-@planner_option
-@knots_option
 @click.option("--no-ghosts", is_flag=True, help="No translucent copies of the arm at waypoints.")
 @click.option("--no-open", is_flag=True, help="Open no browser; only say the address.")
 @click.option(
@@ -43,8 +33,8 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     type=click.IntRange(1, 65535),
     help="Port of the address; by default any that is free.",
 )
-@scenario_option("to show waypoints and what fails")
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
+@motion_options("to show waypoints and what fails")
 def view(
     source: str,
     out: Path | None,

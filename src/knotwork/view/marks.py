@@ -15,8 +15,8 @@ from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.solids import rod, sphere, triad
 from knotwork.view.speed_arrows import round_arrows, straight_arrows
-from knotwork.view.targets import Target, spacings
-from knotwork.waypoints import FloatArray
+from knotwork.view.targets import spacings
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
@@ -37,7 +37,7 @@ def _label(text: str, kind: str, at: FloatArray, detail: str) -> dict[str, Any]:
 
 
 def marks(
-    asked: Sequence[Target],
+    asked: Sequence[CartesianWaypoint],
     curve: PiecewisePolynomial,
     robot: Robot,
     scenario: Scenario | None,
@@ -93,7 +93,7 @@ def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
     return merged([axes.moved(pose.rotation, pose.translation) for pose in poses])
 
 
-def _waypoint_label(target: Target) -> dict[str, Any]:
+def _waypoint_label(target: CartesianWaypoint) -> dict[str, Any]:
     speed = float(np.linalg.norm(target.linear))
     turning = float(np.degrees(np.linalg.norm(target.angular)))
     detail = f"{target.name}: at {target.time:g} s, {1000 * speed:.4g} mm/s"
@@ -102,7 +102,7 @@ def _waypoint_label(target: Target) -> dict[str, Any]:
     return _label(target.name, "waypoint", target.pose.translation, detail)
 
 
-def _axis_length(asked: Sequence[Target], size: float) -> float:
+def _axis_length(asked: Sequence[CartesianWaypoint], size: float) -> float:
     apart = spacings(asked)
     nearest = float(apart.min()) if len(apart) else size
     return min(0.06 * size, max(0.6 * nearest, 0.025 * size))
@@ -111,7 +111,7 @@ def _axis_length(asked: Sequence[Target], size: float) -> float:
 def _add_failures(
     meshes: dict[str, Mesh],
     labels: list[dict[str, Any]],
-    asked: Sequence[Target],
+    asked: Sequence[CartesianWaypoint],
     curve: PiecewisePolynomial,
     robot: Robot,
     report: Report,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,31 +11,23 @@ from knotwork.view.panel import Series
 from knotwork.view.style import rounded
 
 
-@dataclass(frozen=True)
-class Note:
-    """Words in a panel.
-
-    Attributes:
-        text: The words.
-        broken: Whether they say that a limit is broken.
-    """
-
-    text: str
-    broken: bool
-
-
-def limit_note(series: Sequence[Series], quantity: str, factor: float, unit: str) -> Note | None:
-    """Say what is nearest to its limit, or furthest beyond it; `None` where no limit is given.
+def limit_note(
+    series: Sequence[Series], quantity: str, factor: float, unit: str
+) -> tuple[str, bool]:
+    """Say what is nearest to its limit, or furthest beyond it.
 
     Args:
         series: The curves of the panel.
         quantity: What they show.
         factor: From SI to the shown unit.
         unit: The shown unit.
+
+    Returns:
+        The words, none where no limit is given, and whether they say that a limit is broken.
     """
     first = nearest(series, quantity)
     if first is None:
-        return None
+        return "", False
     use, bounds = _use(first, quantity), first.motion.bounds(first.joint, quantity)
     uses = [one.motion.uses.get((one.joint, quantity)) for one in series]
     broken = sum(one is not None and not one.ok for one in uses)
@@ -48,12 +39,12 @@ def limit_note(series: Sequence[Series], quantity: str, factor: float, unit: str
         value = rounded(factor * worst)
         if np.isinf(worst):
             value = f"a jump, infinite {quantity},"
-        return Note(f"{name}{value} at {rounded(use.time or 0.0)} s breaks {limits}{more}", True)
+        return f"{name}{value} at {rounded(use.time or 0.0)} s breaks {limits}{more}", True
     if quantity == "position":
         margin = use.margin if use.margin is not None else np.inf
-        return Note(f"{name}{rounded(factor * margin)} {unit} inside {limits}", False)
+        return f"{name}{rounded(factor * margin)} {unit} inside {limits}", False
     part = 100 * (1 - _room(use, bounds))
-    return Note(f"{name}{f'{part:.0f}' if part >= 1 else 'under 1'} % of {limits}", False)
+    return f"{name}{f'{part:.0f}' if part >= 1 else 'under 1'} % of {limits}", False
 
 
 def nearest(series: Sequence[Series], quantity: str) -> Series | None:

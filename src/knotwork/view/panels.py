@@ -150,12 +150,12 @@ def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int)
         low, high = (middle + side * 0.5 * STILL_RANGE * scale for side in (-1.0, 1.0))
     low, high = draw_limits(panel, low, high)
     bottom, top = low - FOOT * (high - low), high + HEAD * (high - low)
-    note = limit_note(panel.series, panel.quantity, panel.factor, panel.unit)
+    note, broken = limit_note(panel.series, panel.quantity, panel.factor, panel.unit)
     if note:
         figure: Any = panel.axis.figure
         width = 72.0 * PANEL_WIDTH * figure.get_figwidth() / columns
-        letter = SMALL * (BOLD_LETTER if note.broken else LETTER)
-        lines = textwrap.wrap(note.text, int(width / letter))
+        letter = SMALL * (BOLD_LETTER if broken else LETTER)
+        lines = textwrap.wrap(note, int(width / letter))
         taken = NOTE_ROOM + len(lines) * 1.2 * SMALL / 72.0 / least_height(rows)
         top = bottom + (high - bottom) / (1.0 - min(taken, MOST_TAKEN))
         panel.axis.text(
@@ -166,8 +166,8 @@ def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int)
             ha="right",
             va="top",
             fontsize=SMALL,
-            color=WRONG if note.broken else DARK,
-            weight="bold" if note.broken else "normal",
+            color=WRONG if broken else DARK,
+            weight="bold" if broken else "normal",
             gid="note",
             zorder=6,
             bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},

@@ -53,6 +53,9 @@ def report_page(plan: PlanLike) -> Page:
             robot=robot,
             trajectory=plan.trajectory,
             counts=report.counts,
+            verdicts=_VERDICTS,
+            number=_number,
+            vector=_vector,
             groups=[_group(title, found) for title, found in report.groups.items()],
             plots=[(name, _picture(figure)) for name, figure in plots],
             scene=Markup(frame(scene.html, height="100%", name="3D view")) if scene else None,
@@ -76,54 +79,28 @@ def _picture(figure: Figure) -> str:
 def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
     """A table of findings: which columns it has, and its rows by name or by quantity."""
     numbers = [found for found in findings if found.value is not None]
-    names = len({found.name for found in numbers})
-    by_name = any(found.requested is not None for found in numbers)
-    subject = numbers[0].subject if numbers else ""
-    rows = [_row(found) for found in numbers]
-    if by_name:
-        order = list(dict.fromkeys(row["name"] for row in rows))
-        rows.sort(key=lambda row: order.index(row["name"]))
+    order = list(dict.fromkeys(found.name for found in numbers))
     parts: dict[str, dict[str, Any]] = {}
     for found in numbers:
         part = parts.setdefault(found.title, {"title": found.title, "rows": [], "free": []})
         if found.limit is None and not found.required:
             named = f"{found.name} {_number(found.value)} {found.unit}".strip()
-            part["free"].append(
-                f"{named} at {found.when} s" if names == 1 and found.when else named
-            )
+            at = f" at {found.when} s" if len(order) == 1 and found.when else ""
+            part["free"].append(named + at)
         else:
-            part["rows"].append(_row(found))
+            part["rows"].append(found)
     return {
         "title": title,
-        "subject": subject,
-        "by_name": by_name,
-        "rows": rows,
+        "subject": numbers[0].subject if numbers else "",
+        "by_name": any(found.requested is not None for found in numbers),
+        "rows": sorted(numbers, key=lambda found: order.index(found.name)),
         "parts": list(parts.values()),
         "said": [str(found) for found in findings if found.value is None],
     }
 
 
-def _row(found: Finding) -> dict[str, Any]:
-    return {
-        "name": found.name,
-        "quantity": found.title,
-        "requested": _vector(found.requested or ()),
-        "achieved": _vector(found.achieved or ()),
-        "values_unit": found.form or found.unit,
-        "value": _number(found.value),
-        "limit": _number(found.limit),
-        "margin": _number(found.margin),
-        "use": min(found.use or 0.0, 1.0),
-        "unit": found.unit,
-        "time": found.when,
-        "proof": f"bounded, +{_number(found.excess)}" if found.proof == "bounded" else found.proof,
-        "ok": found.ok,
-        "verdict": _VERDICTS[found.verdict],
-    }
-
-
-def _vector(values: tuple[float, ...]) -> str:
-    return ", ".join("0" if abs(value) < 5e-10 else _number(value) for value in values)
+def _vector(values: tuple[float, ...] | None) -> str:
+    return ", ".join("0" if abs(value) < 5e-10 else _number(value) for value in values or ())
 
 
 def _number(value: float | None) -> str:

@@ -28,8 +28,8 @@ from knotwork.view.packing import hexadecimal, packed, packed_numbers
 from knotwork.view.path import ToolPath, tool_path, tool_speed
 from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshes, tool_mesh
 from knotwork.view.stops import Stops, arm_triangles, find_stops
-from knotwork.view.targets import Target, targets
-from knotwork.waypoints import FloatArray
+from knotwork.view.targets import targets
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
 GHOST_DETAIL = 0.007
@@ -51,7 +51,7 @@ class _Shown:
     report: Report | None
     shapes: LinkShapes
     stops: Stops
-    asked: Sequence[Target]
+    asked: Sequence[CartesianWaypoint]
     path: ToolPath | None
 
     def points(self) -> FloatArray:
@@ -127,7 +127,7 @@ def _gathered(
     )
     motions = {name: each.polynomial for name, each in zip(others, shadows, strict=True)}
     has_tool = robot.tcp_frame_id is not None
-    asked: Sequence[Target] = []
+    asked: Sequence[CartesianWaypoint] = []
     if has_tool and scenario is not None and space is not None:
         asked = targets(scenario, space, robot)
     shapes = link_shapes(robot)

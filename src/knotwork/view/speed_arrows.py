@@ -8,8 +8,8 @@ import numpy as np
 
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.solids import arrow, frame_along, tube
-from knotwork.view.targets import Target, spacings
-from knotwork.waypoints import FloatArray
+from knotwork.view.targets import spacings
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 STRAIGHT = (0.9, 0.35, 0.0, 1.0)
 ROUND = (0.55, 0.16, 0.72, 1.0)
@@ -21,7 +21,7 @@ MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
 STILL = 1e-9
 
 
-def straight_arrows(asked: Sequence[Target], size: float) -> tuple[Mesh, float] | None:
+def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
     """Draw the speeds asked for; `None` if the tool is to stand still at all waypoints.
 
     The longest arrow is at most a sixth of the scene, and about as long as waypoints are apart.
@@ -44,7 +44,7 @@ def straight_arrows(asked: Sequence[Target], size: float) -> tuple[Mesh, float] 
     return merged(arrows), seconds
 
 
-def round_arrows(asked: Sequence[Target], radius: float) -> tuple[Mesh, float] | None:
+def round_arrows(asked: Sequence[CartesianWaypoint], radius: float) -> tuple[Mesh, float] | None:
     """Draw the turning speeds asked for, about their axes; `None` if there are none.
 
     Returns:
