@@ -29,7 +29,14 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         "description": "a task",
         "units": {"length": "m", "angle": "rad"},
         "robot": "ur5",
-        "tool": {"frame": "tool0", "offset": {"position": [0, 0, 0.1], "rpy": [0, 0, 0]}},
+        "tool": {
+            "frame": "tool0",
+            "offset": {"position": [0, 0, 0.1], "rpy": [0, 0, 0]},
+            "mass": 1.5,
+            "centre_of_mass": [0, 0, 0.05],
+            "inertia": {"ixx": 1, "iyy": 1, "izz": 1, "ixy": 0, "ixz": 0, "iyz": 0},
+        },
+        "gravity": [0, 0, -9.81],
         "frames": {
             "a": {"position": [0, 0, 0], "rotation_vector": [0, 0, 0.1]},
             "b": {"in": "a", "position": [0, 0, 0], "quaternion_xyzw": [0, 0, 0, 1]},
@@ -46,6 +53,10 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             "velocity": 3.0,
             "jerk": {"elbow_joint": 9},
             "position": {"elbow_joint": [0, 1]},
+            "tool_speed": 1.0,
+            "tool_acceleration": 9.0,
+            "frame_speed": {"frame": "forearm_link", "speed": 1.0},
+            "singular_value": 0.01,
         },
         "tolerances": dict.fromkeys(
             [
