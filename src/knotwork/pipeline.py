@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork import storage
@@ -25,7 +24,7 @@ from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import Infeasibility, TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Report, check
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.view.page import Page
@@ -161,22 +160,15 @@ def plan(
                 f"{scenario.name}: knots: given beside those of planner {scenario.planner!r}; give "
                 "one of the two"
             )
-        scenario = replace(scenario, knots=_given_knots(knots))
+        placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
+        scenario = replace(scenario, knots=placed)
         options = replace(options, knots=planner_options(scenario, space).knots)
     solution = solve_task(scenario, space)
     waypoints = solution.waypoints
-    try:
+    arguments = {"planner": planner, "knots": knots}
+    replaced = {name for name, value in arguments.items() if value is not None}
+    with _error_context(scenario, waypoints, replaced):
         trajectory = interpolate(waypoints, options)
-    except InputError as error:
-        field: tuple[str, ...] = ("planner",)
-        given_here = planner is not None
-        if isinstance(error, KnotError) and error.waypoint is not None:
-            error.locate(f"at waypoint {waypoints.names[error.waypoint]!r}")
-        if isinstance(error, KnotError | OptionError):
-            field = _FIELDS.get(getattr(error, "option", "knots"), ("planner",))
-            given_here = field == ("knots",) and knots is not None
-        with _error_context(scenario, *field, given_here=given_here):
-            raise
     known = [_infeasible(one) for one in solution.infeasibilities]
     report = check(trajectory, scenario, space=space, known=known)
     return Plan(scenario, space, waypoints, trajectory, report, left_out, solution)
@@ -211,31 +203,23 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 
 
 @contextmanager
-def _error_context(scenario: Scenario, *field: str, given_here: bool) -> Iterator[None]:
-    """Have errors name a field of the scenario, or the argument given in its place."""
-    if not given_here:
-        with scenario.error_context(*field):
-            yield
-        return
+def _error_context(
+    scenario: Scenario, waypoints: JointWaypoints, replaced: set[str]
+) -> Iterator[None]:
+    """Have a planner's errors name a field of the scenario, or the argument in its place."""
     try:
         yield
     except InputError as error:
-        error.locate(f"{scenario.name}: {'.'.join(field)}")
-        raise
-
-
-def _given_knots(knots: str | float | ArrayLike | BalancedKnots) -> str | float | FloatArray:
-    if isinstance(knots, BalancedKnots):
-        return knots.c
-    if isinstance(knots, str | int | float):
-        return knots
-    try:
-        return np.array(knots, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise KnotError(
-            f"knots are {knots!r}; give 'paper', 'balanced', the constant of balanced knots or the "
-            "knot times in s"
-        ) from error
+        field: tuple[str, ...] = ("planner",)
+        if isinstance(error, KnotError) and error.waypoint is not None:
+            error.locate(f"at waypoint {waypoints.names[error.waypoint]!r}")
+        if isinstance(error, KnotError | OptionError):
+            field = _FIELDS.get(getattr(error, "option", "knots"), field)
+        if field[0] in replaced:
+            error.locate(f"{scenario.name}: {field[0]}")
+            raise
+        with scenario.error_context(*field):
+            raise
 
 
 def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:

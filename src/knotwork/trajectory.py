@@ -13,7 +13,7 @@ from knotwork.errors import InputError, UnknownNameError
 from knotwork.exportable import Exportable
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import Extrema, PiecewisePolynomial
-from knotwork.polynomial.hermite import hermite_coefficients
+from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.sampling import MAX_SAMPLES, Knots, Samples, sample_times
 from knotwork.waypoints import (
@@ -143,7 +143,7 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
         r, v = read_only(position, shape, "position"), read_only(velocity, shape, "velocity")
         return cls(
             tuple(joint_names),
-            PiecewisePolynomial(hermite_coefficients(t, r, v), t),
+            PiecewisePolynomial(two_point_coefficients(t, (r, v)), t),
             joint_units=tuple(joint_units or ()),
             planner=planner,
             waypoint_times=None if waypoint_times is None else checked_times(waypoint_times),

@@ -224,10 +224,10 @@ def test_limits_can_be_replaced() -> None:
 @pytest.mark.parametrize(
     ("limits", "says"),
     [
-        ({"velocity": {"elbow": 0.0}}, "velocity limit of 'elbow' is 0.0; it must be positive"),
-        ({"velocity": -1.0}, "must be positive"),
-        ({"jerk": {"elbow": "fast"}}, "must be a number"),
-        ({"jerk": float("nan")}, "must be a number"),
+        ({"velocity": {"elbow": 0.0}}, "velocity limit of 'elbow' is 0.0; it must be a positive"),
+        ({"velocity": -1.0}, "must be a positive number"),
+        ({"jerk": {"elbow": "fast"}}, "'fast'; it must be a positive number"),
+        ({"jerk": float("nan")}, "nan; it must be a positive number"),
         ({"position": {"elbow": (1.0, 1.0)}}, "lower < upper"),
         ({"position": {"elbow": (1.0,)}}, "lower < upper"),
     ],

@@ -86,7 +86,7 @@ def planners(as_json: bool) -> int:
     if as_json:
         rows = [asdict(spec) for spec in specs]
         for row in rows:
-            del row["module"], row["function"]
+            del row["makes"]
             row["rules"] = rules(row["name"])
         click.echo(json.dumps(rows, indent=1))
         return PASSED

@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from knotwork.pipeline import Plan
     from knotwork.trajectory import JointTrajectory
 
-_EPILOG = """
+_EPILOG = f"""
+Formats:
+{chr(10).join(f"{form.name:8} {form.summary}" for form in FORMATS.values())}
+
 In MATLAB, for --format mat:
 s = load('motion.mat');
 pp = mkpp(s.breaks, s.coefs, s.d);
@@ -130,21 +133,11 @@ def export(
 ) -> int:
     """Hand a motion over to what runs it: a stored TRAJECTORY, or a SCENARIO, planned first.
 
-    \b
-    ros2     YAML for ros2 topic pub, or with --goal for ros2 action send_goal
-    pvt      position-velocity-time table for motion drives, as CSV
-    csv, json, npz, parquet
-             samples at a rate, or with --knots-only the points that define
-             the motion; with a robot the tool's pose and twist, too
-    mat      polynomials for MATLAB's ppval
-    scipy    c and x of a PPoly in an npz; trajectory.to_scipy() in Python
-
-    For Drake there is trajectory.to_drake() in Python.
-
     TRAJECTORY is a trajectory.json or a folder with one in it, SCENARIO a shipped scenario's name
-    or the path of a file. Nothing is written if the motion fails its check, or if what a receiver
-    makes of the points of --fit fails it otherwise than by its acceleration.
-    """  # noqa: D301
+    or the path of a file. Samples are at a rate; with a robot they have the tool's pose and twist,
+    too. Nothing is written if the motion fails its check, or if what a receiver makes of the points
+    of --fit fails it otherwise than by its acceleration.
+    """
     form = get_format(name)
     given = {
         key: value for key, value in options.items() if value is not None and value is not False

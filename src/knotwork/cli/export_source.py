@@ -1,4 +1,4 @@
-"""What `knotwork export` exports: a motion, what it is for as far as known, and the verdicts."""
+"""The motion that `knotwork export` exports, its scenario if known, and the verdicts."""
 
 from __future__ import annotations
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from knotwork.errors import InputError
@@ -51,8 +51,8 @@ def content(
 
 
 def _made(form: Format, function: str, motion: Any, options: dict[str, Any]) -> Any:
-    module = importlib.import_module(f"knotwork.export.{form.module}")
-    return getattr(module, function)(motion, **checked_options(form, options))
+    make = resolve_name(f"knotwork.export.{form.module}:{function}")
+    return make(motion, **checked_options(form, options))
 
 
 def checked_target(path: Path | str, *, force: bool = False) -> Path:

@@ -13,10 +13,12 @@ import numpy as np
 
 from knotwork.arguments import finite_number, flag
 from knotwork.errors import ExportError, InputError
-from knotwork.export.difference import largest_difference
-from knotwork.interpolation.pieces import two_point_coefficients
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import differentiate
+from knotwork.polynomial.extrema import candidates
+from knotwork.polynomial.hermite import raised, two_point_coefficients
+from knotwork.polynomial.refined import refined
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -119,7 +121,7 @@ def motion_points(
     tolerance = None if fit is None else finite_number(fit, "fit", "rad or m", positive=True)
     times = np.array(motion.breaks)
     joined = _joined(motion, times, order)
-    exact = bool((largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
+    exact = bool((_largest_difference(motion, times, joined) <= LOSSLESS * _scale(motion)).all())
     if not exact:
         _refuse_jumps(motion, order, tolerance)
         if tolerance is None:
@@ -132,7 +134,7 @@ def motion_points(
             )
         times, joined = _refine(motion, times, joined, order, tolerance)
     off, slow, slower = (
-        float(largest_difference(motion, times, joined, nu).max()) for nu in range(3)
+        float(_largest_difference(motion, times, joined, nu).max()) for nu in range(3)
     )
     curve = motion if exact else replace(motion, polynomial=PiecewisePolynomial(joined, times))
     jump = 0.0 if exact or accelerations else curve.continuity.acceleration.jump
@@ -144,6 +146,25 @@ def _joined(trajectory: JointTrajectory, times: FloatArray, order: int) -> Float
     """Pieces that a receiver makes of points, as coefficients of shape (2·order, pieces, d)."""
     derivatives = tuple(trajectory(times, nu) for nu in range(order))
     return two_point_coefficients(times, derivatives)
+
+
+def _largest_difference(
+    trajectory: JointTrajectory, times: FloatArray, joined: FloatArray, order: int = 0
+) -> FloatArray:
+    """Largest absolute difference of a derivative on each piece, shape (pieces, d).
+
+    Args:
+        trajectory: The motion; its breaks are among the times.
+        times: Ends of the pieces [s], shape (pieces + 1,).
+        joined: Polynomials of the pieces, highest power first, shape (k + 1, pieces, d).
+        order: Order of the derivative: 0 for the position.
+    """
+    own = refined(trajectory.polynomial, times).c
+    degree = max(len(own), len(joined)) - 1
+    difference = raised(own, degree) - raised(joined, degree)
+    for _ in range(order):
+        difference = differentiate(difference)
+    return np.asarray(np.abs(candidates(times, difference)[0]).max(axis=0))
 
 
 def _scale(trajectory: JointTrajectory) -> FloatArray:
@@ -185,7 +206,7 @@ def _lossy(
     may_accelerate: bool,
 ) -> ExportError:
     """The error for a motion that its knots do not define."""
-    off = largest_difference(trajectory, times, joined)
+    off = _largest_difference(trajectory, times, joined)
     piece, joint = (int(i) for i in np.unravel_index(int(off.argmax()), off.shape))
     degree = trajectory.polynomial.degree
     name, unit = trajectory.joint_names[joint], trajectory.joint_units[joint]
@@ -219,7 +240,7 @@ def _refine(
     needs; the error of the parts is then measured.
     """
     while True:
-        worst = largest_difference(trajectory, times, joined).max(axis=1)
+        worst = _largest_difference(trajectory, times, joined).max(axis=1)
         bad = np.flatnonzero(worst > tolerance)
         if not bad.size:
             return times, joined

@@ -62,7 +62,7 @@ class Format:
 _ALL = (
     Format(
         "ros2",
-        "YAML of a trajectory_msgs/JointTrajectory or, with --goal, a FollowJointTrajectory goal",
+        "YAML for ros2 topic pub, or with --goal for ros2 action send_goal",
         ".yaml",
         "ros2",
         MessageOptions,
@@ -88,12 +88,18 @@ _ALL = (
     Format("mat", "polynomials for MATLAB's ppval", ".mat", "polynomials", binary=True),
     Format(
         "scipy",
-        "PPoly of SciPy; as a file, its arrays c and x in an npz",
+        "c and x of a PPoly in an npz; trajectory.to_scipy() in Python",
         ".npz",
         "polynomials",
         binary=True,
     ),
-    Format("drake", "PiecewisePolynomial of Drake; in Python only", "", "polynomials", binary=True),
+    Format(
+        "drake",
+        "for Drake there is trajectory.to_drake() in Python",
+        "",
+        "polynomials",
+        binary=True,
+    ),
 )
 
 FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _ALL})

@@ -132,7 +132,7 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
 
 
 def _delimiter(text: str) -> str:
-    """What divides the cells of the first row; what stands in quotes does not count."""
+    """The character between the cells of the first row; those in quotes do not count."""
     first = _FIRST_ROW.match(text)
     head = _QUOTED.sub("", first[1]) if first else ""
     return max(DELIMITERS, key=head.count)

@@ -65,7 +65,7 @@ def read_trajectory(
         return to_trajectory(table, f"{path.name} (CSV)"), []
     document = _document(path)
     kind = "ROS 2" if _suffix(path) in YAML else "JSON"
-    if kind == "JSON" and not _holds_points(document):
+    if kind == "JSON" and _content(document) != "points":
         stored = storage.trajectory_from_dict(document)
         fault = storage.knot_disagreement(document, stored)
         return stored, [] if fault is None else [fault]
@@ -77,27 +77,30 @@ def read_trajectory(
 def is_trajectory(path: Path | str) -> bool:
     """Whether a path names a trajectory: by its suffix, or else by what the file holds."""
     suffix = _suffix(Path(path))
-    if suffix in (".json", "folder", *CSV):
-        return True
-    return is_foreign(path) or (suffix not in YAML and _is_stored(Path(path)))
+    kind = "points" if suffix in (".json", "folder") else _kind(Path(path))
+    return kind in ("csv", "points") or (kind == "stored" and suffix not in YAML)
 
 
 def is_foreign(path: Path | str) -> bool:
     """Whether a file holds points of another tool, or samples; not if it can't be read."""
-    path = Path(path)
-    try:
-        return _suffix(path) in CSV or _holds_points(_document(path))
-    except DocumentError:
-        return False
+    return _kind(Path(path)) in ("csv", "points")
 
 
-def _is_stored(path: Path) -> bool:
-    """Whether a file holds a stored trajectory; not if it can't be read."""
+def _kind(path: Path) -> str:
+    """What a file holds: `"csv"`, `"points"`, `"stored"`, or nothing if it can't be read."""
     try:
-        data = _document(path).data
+        return "csv" if _suffix(path) in CSV else _content(_document(path))
     except DocumentError:
-        return False
-    return isinstance(data, dict) and data.get("format") == storage.writing.FORMAT
+        return ""
+
+
+def _content(document: Document) -> str:
+    """What plain data are: `"points"` of another tool or samples, a `"stored"` trajectory."""
+    data = document.data if isinstance(document.data, dict) else {}
+    if data.get("format") == storage.writing.FORMAT:
+        return "stored"
+    points = any(key in data for key in POINTS) and not any(key in data for key in STORED)
+    return "points" if points else ""
 
 
 def _suffix(path: Path) -> str:
@@ -123,11 +126,3 @@ def _continued(trajectory: JointTrajectory, end: float) -> JointTrajectory:
         return trajectory
     breaks = np.append(trajectory.breaks[:-1], end)
     return replace(trajectory, polynomial=PiecewisePolynomial(trajectory.polynomial.c, breaks))
-
-
-def _holds_points(document: Document) -> bool:
-    """Whether plain data are points of another tool, or samples, and no stored trajectory."""
-    data = document.data
-    if not isinstance(data, dict) or any(key in data for key in STORED):
-        return False
-    return data.get("format") != storage.writing.FORMAT and any(key in data for key in POINTS)

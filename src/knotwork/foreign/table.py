@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import DocumentError
-from knotwork.interpolation.pieces import two_point_coefficients
 from knotwork.joint_quantities import DERIVATIVES
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 

@@ -3,7 +3,9 @@
 Both curves are kept as polynomials between the waypoints; a B-spline is the same curve in another
 basis. Each interior knot of multiplicity r leaves a cubic B-spline with C^(3-r) smoothness there:
 single knots at the waypoints leave room for the positions and two end conditions, double knots for
-the positions and all velocities.
+the positions and all velocities. With double knots both it and the cubic Hermite spline of planner
+`cubic` are of the space of all C1 piecewise cubics, in which positions and velocities fix one
+curve. So `bspline-velocity`, which the paper names, is made by `cubic`.
 
 Source: C. de Boor, A Practical Guide to Splines, chapters IV (complete cubic spline) and IX.
 """
@@ -16,7 +18,6 @@ from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import joined
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import hermite_coefficients
 from knotwork.waypoints import JointWaypoints
 
 
@@ -40,19 +41,3 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
     diagonal = (np.append(0.0, h) + np.append(h, 0.0)) / 3.0
     rhs = np.diff(np.concatenate((v[:1], slope, v[-1:])), axis=0)
     return joined(waypoints, cubic_pieces(t, y, solve_accelerations(diagonal, h / 6.0, rhs)))
-
-
-def plan_with_velocities(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynomial:
-    """Make a C1 smooth curve of degree three: the cubic B-spline that meets all velocities.
-
-    Velocities at inner waypoints need double knots there, and those leave no more than C1. The
-    B-spline is then exactly the cubic Hermite spline of planner `cubic`: both spaces are that of
-    all C1 piecewise cubics, in which positions and velocities fix one curve. It is here because the
-    paper names it. Like that of `cubic`, its acceleration jumps.
-
-    Args:
-        waypoints: Positions and velocities, n >= 2.
-        options: Limits only; there is nothing to choose.
-    """
-    c = hermite_coefficients(waypoints.time, waypoints.position, waypoints.velocity)
-    return joined(waypoints, c)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import joined
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import hermite_coefficients
+from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.waypoints import JointWaypoints
 
 
@@ -18,5 +18,5 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
         waypoints: Positions and velocities, n >= 2, which alone fix the cubics.
         options: Limits only; there is nothing to choose.
     """
-    c = hermite_coefficients(waypoints.time, waypoints.position, waypoints.velocity)
-    return joined(waypoints, c)
+    ends = waypoints.position, waypoints.velocity
+    return joined(waypoints, two_point_coefficients(waypoints.time, ends))

@@ -1,8 +1,6 @@
-"""From coefficients to a curve through waypoints; coefficients that planners share."""
+"""From coefficients to a curve through waypoints."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -38,54 +36,3 @@ def joined(
             "floating-point numbers; the times are too close for the values given"
         )
     return PiecewisePolynomial(c, breaks)
-
-
-def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -> FloatArray:
-    """Coefficients of the polynomials that take given derivatives 0 … k-1 at both ends.
-
-    With s = (t - t0)/h from 0 to 1, a piece is p(s) = D(s) + s^k Q(s): D is its Taylor polynomial
-    at s = 0, and Q, of degree k - 1, makes up for what D leaves at s = 1. If the residual has the
-    Taylor coefficients R_i there, Q is the series of s^-k (sum over i of R_i (s - 1)^i) about
-    s = 1, cut off. Two cases of it are Eqs. (5), (6), with k = 2, and Eqs. (7), (8), with k = 3.
-
-    Args:
-        t: Times, shape (n,).
-        derivatives: Positions, velocities, … at these times, shape (n, d) each.
-
-    Returns:
-        Coefficients in the local time of each piece, shape (2k, n-1, d), highest power first.
-    """
-    k = len(derivatives)
-    h = np.diff(t)[:, None]
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        scaled = [y * (1.0 / math.factorial(i)) for i, y in enumerate(derivatives)]
-        start = [y[:-1] * h**i for i, y in enumerate(scaled)]
-        # the difference of positions first: it cancels their common part without rounding
-        rest = [(y[1:] - y[:-1]) * h**i for i, y in enumerate(scaled)]
-        for i in range(k):
-            for m in range(i + 1, k):
-                rest[i] = rest[i] - math.comb(m, i) * start[m]
-        weights = _closing_weights(k)
-        high = [
-            sum((w * r for w, r in zip(row, rest, strict=True)), np.zeros_like(rest[0]))
-            for row in weights
-        ]
-        powers = [*start, *high]
-        return np.stack([powers[i] / h**i for i in range(2 * k - 1, -1, -1)])
-
-
-def _closing_weights(k: int) -> list[list[int]]:
-    """Weights W of Q(s) = sum over p, i of W[p][i] R_i s^p: integers, exact."""
-    weights = [[0] * k for _ in range(k)]
-    for i in range(k):
-        for order in range(i, k):
-            # coefficient of (s - 1)^order in s^-k (s - 1)^i
-            series = (-1) ** (order - i) * math.comb(k + order - i - 1, order - i)
-            for p in range(order + 1):
-                weights[p][i] += series * math.comb(order, p) * (-1) ** (order - p)
-    return weights
-
-
-def raised(c: FloatArray, degree: int) -> FloatArray:
-    """Coefficients of the same polynomials as ones of a higher degree."""
-    return np.concatenate((np.zeros((degree + 1 - c.shape[0], *c.shape[1:])), c))

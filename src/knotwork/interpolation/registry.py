@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from pkgutil import resolve_name
 from types import MappingProxyType
 
 import numpy as np
@@ -75,8 +75,7 @@ def _plan(
 ) -> JointTrajectory:
     """Plan with the planner of a name; see `Planner`. Errors name it."""
     planner, ruled = planner_and_rule(name)
-    spec = PLANNER_SPECS[planner]
-    make = getattr(importlib.import_module(f"knotwork.interpolation.{spec.module}"), spec.function)
+    make = resolve_name(f"knotwork.interpolation.{PLANNER_SPECS[planner].makes}")
     given = options if options is not None else PlannerOptions()
     try:
         wanted = replace(given, **ruled)

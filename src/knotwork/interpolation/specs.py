@@ -1,4 +1,4 @@
-"""What each planner guarantees, its limitations, and the options it supports.
+"""The guarantees and limitations of each planner, and the options it supports.
 
 Only words: nothing here loads a planner, so that names and specs cost next to nothing.
 """
@@ -26,8 +26,7 @@ class PlannerSpec:
         cannot: What it can not do.
         supports: Names of the `PlannerOptions` that it supports; limits only where they shape the
             motion.
-        module: Module of `knotwork.interpolation` that it is in.
-        function: Name of the function there that makes its curve.
+        makes: Module of `knotwork.interpolation` and function in it that make its curve.
     """
 
     name: str
@@ -37,8 +36,7 @@ class PlannerSpec:
     guarantees: str
     cannot: str
     supports: tuple[str, ...]
-    module: str
-    function: str = "plan"
+    makes: str
 
 
 _ALL = (
@@ -50,7 +48,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints; end accelerations if asked for",
         cannot="choose the accelerations at inner waypoints",
         supports=("knots", "end_acceleration"),
-        module="modified_hermite",
+        makes="modified_hermite:plan",
     ),
     PlannerSpec(
         "cubic",
@@ -60,7 +58,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
         supports=(),
-        module="cubic",
+        makes="cubic:plan",
     ),
     PlannerSpec(
         "quintic",
@@ -70,8 +68,7 @@ _ALL = (
         guarantees="positions, velocities and preset accelerations at all waypoints",
         cannot="find good accelerations: with bad presets the velocity fluctuates",
         supports=("accelerations", "end_acceleration"),
-        module="high_degree",
-        function="plan_quintic",
+        makes="high_degree:plan_quintic",
     ),
     PlannerSpec(
         "septic",
@@ -81,8 +78,7 @@ _ALL = (
         guarantees="positions, velocities, preset accelerations and jerks at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration", "jerks"),
-        module="high_degree",
-        function="plan_septic",
+        makes="high_degree:plan_septic",
     ),
     PlannerSpec(
         "nonic",
@@ -92,8 +88,7 @@ _ALL = (
         guarantees="positions, velocities, preset accelerations, jerks and snaps at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration", "jerks", "snaps"),
-        module="high_degree",
-        function="plan_nonic",
+        makes="high_degree:plan_nonic",
     ),
     PlannerSpec(
         "parabolic-blend",
@@ -103,7 +98,7 @@ _ALL = (
         guarantees="positions and velocities at both ends; constant acceleration in transitions",
         cannot="meet inner waypoints: it cuts their corners; acceleration jumps",
         supports=("transition_time", "acceleration_limit"),
-        module="parabolic_blend",
+        makes="parabolic_blend:plan",
     ),
     PlannerSpec(
         "bspline",
@@ -113,7 +108,7 @@ _ALL = (
         guarantees="positions at all waypoints, velocities at both ends",
         cannot="meet velocities at inner waypoints",
         supports=(),
-        module="bspline",
+        makes="bspline:plan",
     ),
     PlannerSpec(
         "bspline-velocity",
@@ -123,8 +118,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
         supports=(),
-        module="bspline",
-        function="plan_with_velocities",
+        makes="cubic:plan",
     ),
     PlannerSpec(
         "3-5-3",
@@ -134,8 +128,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints",
         cannot="serve three waypoints; find good inner accelerations where there are over four",
         supports=("accelerations",),
-        module="splice",
-        function="plan_353",
+        makes="splice:plan_353",
     ),
     PlannerSpec(
         "4-3-4",
@@ -145,8 +138,7 @@ _ALL = (
         guarantees="positions at all waypoints, velocities and accelerations at both ends",
         cannot="meet velocities at inner waypoints",
         supports=("end_acceleration",),
-        module="splice",
-        function="plan_434",
+        makes="splice:plan_434",
     ),
     PlannerSpec(
         "trapezoidal",
@@ -156,7 +148,7 @@ _ALL = (
         guarantees="positions at all waypoints; joints in phase, so straight in joint space",
         cannot="pass a waypoint at speed; acceleration jumps",
         supports=("velocity_limit", "acceleration_limit"),
-        module="trapezoidal",
+        makes="trapezoidal:plan",
     ),
 )
 

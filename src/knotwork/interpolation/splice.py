@@ -12,10 +12,10 @@ from knotwork.errors import InputError
 from knotwork.interpolation.hermite import end_accelerations
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined, raised, two_point_coefficients
+from knotwork.interpolation.pieces import joined
 from knotwork.interpolation.presets import estimated_accelerations, preset_rows, with_known
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import hermite_coefficients
+from knotwork.polynomial.hermite import raised, two_point_coefficients
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
@@ -50,7 +50,7 @@ def plan_353(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
     a = _accelerations_353(waypoints, options)
     c = two_point_coefficients(t, (y, v, a))
     ends = [0, t.size - 2]
-    c[:, ends] = raised(hermite_coefficients(t, y, v)[:, ends], 5)
+    c[:, ends] = raised(two_point_coefficients(t, (y, v))[:, ends], 5)
     return joined(waypoints, c[2:] if t.size == 2 else c)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -50,26 +49,19 @@ def limit_tables(
 
 
 def _check_limit(kind: str, value: Any, robot: str, joint: str | None = None) -> None:
-    what = f"{kind} limit of {joint!r}" if joint is not None else f"{kind} limit"
-    if JOINT_QUANTITIES[kind].limit == "magnitude":
-        if not _number(value, robot, what) > 0:
-            raise RobotError(robot, f"{what} is {value!r}; it must be positive", joint=joint)
-        return
-    bounds = [_number(bound, robot, what) for bound in value]
-    if len(bounds) != 2 or not bounds[0] < bounds[1]:
-        raise RobotError(
-            robot, f"{what} is {bounds}; give [lower, upper] with lower < upper", joint=joint
-        )
-
-
-def _number(value: Any, robot: str, what: str) -> float:
     try:
-        number = float(value)
-    except (TypeError, ValueError) as error:
-        raise RobotError(robot, f"{what} must be a number, not {value!r}") from error
-    if math.isnan(number):
-        raise RobotError(robot, f"{what} must be a number, not nan")
-    return number
+        numbers = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.array(np.nan)
+    if JOINT_QUANTITIES[kind].limit == "range":
+        accepted = "give [lower, upper] with lower < upper"
+        fine = numbers.shape == (2,) and numbers[0] < numbers[1]
+    else:
+        accepted = "it must be a positive number"
+        fine = numbers.shape == () and numbers > 0.0
+    if not fine:
+        what = f"{kind} limit of {joint!r}" if joint is not None else f"{kind} limit"
+        raise RobotError(robot, f"{what} is {value!r}; {accepted}", joint=joint)
 
 
 def chain_limits(

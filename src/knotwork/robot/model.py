@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,10 +17,10 @@ from knotwork.errors import RobotError, UnknownNameError
 from knotwork.payload import Payload
 from knotwork.robot.chain import select_chain
 from knotwork.robot.limits import LimitTables, chain_limits, limit_tables
-from knotwork.robot.solvable import Solvable
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray, read_only
 
+_KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"
 _TCP = "knotwork: tool centre point"
 
 
@@ -54,7 +55,7 @@ class Description:
     limits: LimitTables = field(default_factory=dict)
 
 
-class Robot(Solvable):
+class Robot:
     """A serial chain of joints between a base frame and a tool centre point (TCP).
 
     A joint position is one number, also for a joint that turns without limit. All poses are of
@@ -401,6 +402,16 @@ class Robot(Solvable):
         """
         q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, q, v, a))
+
+    def solve_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
+        """Find every branch that takes the TCP to a pose, as `Branch`; see `knotwork.solve_all`.
+
+        Args:
+            pose: Pose of the TCP in the base frame, `pin.SE3`.
+            options: Those of `knotwork.solve_all`.
+        """
+        # kinematics knows robots, so robots must not know it but when they are asked
+        return tuple(importlib.import_module(_KINEMATICS).solve_all(self, pose, **options))
 
     def _checked(self, values: ArrayLike, what: str) -> FloatArray:
         array = np.asarray(values)
