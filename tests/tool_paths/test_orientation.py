@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 
 import knotwork as kw
 from knotwork.errors import PathError
@@ -112,6 +112,22 @@ def test_turning_goes_about_its_axis_by_any_angle(seed, angle):
     truth = Rotation.from_rotvec(np.outer(s / 0.3 * angle, unit)) * start
     np.testing.assert_allclose(curve.rotation(s), truth.as_matrix(), atol=1e-12)
     np.testing.assert_allclose(curve.rate(s), np.tile(angle / 0.3 * unit, (40, 1)), atol=1e-8)
+
+
+def test_a_curve_through_rotations_is_near_the_spline_of_scipy():
+    s = np.array([0.0, 0.1, 0.25, 0.3, 0.5])
+    turns = Rotation.from_rotvec(0.5 * np.random.default_rng(1).normal(size=(5, 3)))
+    curve = OrientationCurve.through(s, turns.as_matrix())
+    np.testing.assert_allclose(curve.rotation(s), turns.as_matrix(), atol=1e-13)
+    at = np.linspace(0, 0.5, 101)
+    spline = RotationSpline(s, turns)
+    off = (Rotation.from_matrix(curve.rotation(at)).inv() * spline(at)).magnitude()
+    assert off.max() < 0.01
+    for order in (0, 1):
+        left, right = (curve.rate(s[1:-1], order, side=side) for side in ("left", "right"))
+        np.testing.assert_allclose(left, right, atol=1e-7)
+    truth = spline(s).apply(spline(s, 1))  # SciPy's rates are in the axes of the tool
+    np.testing.assert_allclose(curve.rate(s), truth, atol=1e-9)
 
 
 def three_stretches():

@@ -8,10 +8,12 @@ from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
     from knotwork.tool_paths.arc import Arc as Arc
+    from knotwork.tool_paths.blend import Blend as Blend
     from knotwork.tool_paths.curve import Curve as Curve
     from knotwork.tool_paths.line import Line as Line
     from knotwork.tool_paths.orientation import OrientationCurve as OrientationCurve
     from knotwork.tool_paths.path import ToolPath as ToolPath
+    from knotwork.tool_paths.through_points import ThroughPoints as ThroughPoints
     from knotwork.tool_paths.timed_path import TimedPath as TimedPath
     from knotwork.tool_paths.timing import Timing as Timing
     from knotwork.tool_paths.timing import speed_for_duration as speed_for_duration

@@ -49,7 +49,7 @@ APART = 1e-6
 class OrientationCurve:
     """Rotation of the tool as a function of arc length.
 
-    Beside the constructor there are `constant`, `even_turning`, `turning` and `joined`.
+    Beside the constructor there are `constant`, `even_turning`, `turning`, `through` and `joined`.
 
     Args:
         s: Arc lengths at which rotations are given [m], shape (m,), m >= 2, increasing from 0.
@@ -139,6 +139,29 @@ class OrientationCurve:
                 "the shorter one; give a pose between"
             )
         return cls([0.0, length], np.array([R0, R1]), np.tile(R0 @ vector / length, (2, 1)))
+
+    @classmethod
+    def through(cls, s: ArrayLike, rotations: ArrayLike) -> OrientationCurve:
+        """A smooth curve through rotations at increasing arc lengths from 0.
+
+        Its rates and their derivatives at these are those of `scipy.spatial.transform`'s
+        `RotationSpline`, which turns as evenly as it can.
+
+        Raises:
+            WaypointDataError: Arrays are not finite or of another shape.
+            PathError: Arc lengths do not increase from 0, a matrix is no rotation, or neighbours
+                are half a turn apart.
+        """
+        from scipy.spatial.transform import Rotation, RotationSpline
+
+        still = np.zeros((len(np.atleast_1d(np.asarray(s))), 3))
+        checked = cls(s, rotations, still)
+        spline = RotationSpline(checked.s, Rotation.from_matrix(checked.rotations))
+        # SciPy's are in the axes of the tool.
+        rates, changes = (
+            np.einsum("kij,kj->ki", checked.rotations, spline(checked.s, order)) for order in (1, 2)
+        )
+        return cls(checked.s, checked.rotations, rates, changes)
 
     @classmethod
     def turning(

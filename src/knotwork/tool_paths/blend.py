@@ -1,0 +1,98 @@
+"""`Blend`: the rounding of a corner between two lines, with continuous curvature."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import PathError
+from knotwork.tool_paths.curve import REPEATED, shown
+from knotwork.tool_paths.polynomial_curve import PolynomialCurve
+from knotwork.waypoints import FloatArray, read_only
+
+SPACING = 0.44, 0.75
+"""Distances of the second and third control point from the first, as parts of the blend's distance
+and of the root of cos(θ/2), with θ the turn. They were chosen for the lowest peak of the change of
+curvature with a peak of curvature about a third above that of the arc between the same points."""
+
+BACK = 1e-3
+"""Corners nearer to turning back have no rounding [rad]."""
+
+
+class Blend(PolynomialCurve):
+    """Rounding of a corner between two lines: a quintic Bézier curve.
+
+    It leaves the first line at a distance from the corner and comes to the second one at the same
+    distance. At both ends three control points are on the line, so that the curvature is zero.
+
+    Args:
+        before: A point on the line that leads to the corner [m], shape (3,).
+        corner: The corner [m], shape (3,).
+        after: A point on the line that leads away from it [m], shape (3,).
+        distance: Distance of both ends of the blend from the corner [m].
+
+    Attributes:
+        corner, distance: As given.
+        start, end: Its ends [m], shape (3,).
+        angle: How much the direction turns [rad].
+        deviation: Distance of the curve from the corner [m].
+
+    Raises:
+        WaypointDataError: A point is not three finite numbers.
+        PathError: The distance is not greater than zero or goes beyond a line, two points are the
+            same, or the second line leads back along the first.
+
+    >>> blend = kw.tool_paths.Blend([0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], distance=0.02)
+    >>> blend.start, blend.end, round(blend.deviation, 6)
+    (array([0.08, 0.  , 0.  ]), array([0.1 , 0.02, 0.  ]), 0.006933)
+    """
+
+    def __init__(
+        self, before: ArrayLike, corner: ArrayLike, after: ArrayLike, distance: float
+    ) -> None:
+        self.corner = read_only(corner, (3,), "corner")
+        self.distance = float(distance)
+        if not (math.isfinite(self.distance) and self.distance > REPEATED):
+            raise PathError(f"blend distance is {distance!r} m; it must be greater than 0")
+        u = _way(self.corner, read_only(before, (3,), "before"), "before", self.distance)
+        v = _way(self.corner, read_only(after, (3,), "after"), "after", self.distance)
+        self.angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), -float(u @ v))
+        if math.pi - self.angle < BACK:
+            raise PathError(
+                f"the path turns back at the corner {shown(self.corner)}, by "
+                f"{math.degrees(self.angle):.6g} deg; a blend can't round this: stop there"
+            )
+        root = math.sqrt(math.cos(0.5 * self.angle))
+        parts = self.distance * (1.0 - np.array([0.0, *SPACING]) * root)
+        points = self.corner + np.vstack((np.outer(parts, u), np.outer(parts[::-1], v)))
+        self.start, self.end = points[0], points[-1]
+        super().__init__(_power_coefficients(points)[:, None, :])
+        middle = self.position([0.5 * self.length])[0]
+        self.deviation = float(np.linalg.norm(middle - self.corner))
+
+
+def _way(corner: FloatArray, point: FloatArray, what: str, distance: float) -> FloatArray:
+    """Direction from the corner to a point of one of the lines.
+
+    Raises:
+        PathError: The point is nearer than the distance.
+    """
+    way = point - corner
+    length = float(np.linalg.norm(way))
+    if length <= REPEATED:
+        raise PathError(f"the point {what} the corner {shown(corner)} is the corner itself")
+    if distance > length * (1.0 + 1e-9):
+        raise PathError(
+            f"blend distance is {distance:.9g} m, but the line {what} the corner "
+            f"{shown(corner)} is {length:.9g} m long; at most that is accepted"
+        )
+    return np.asarray(way / length)
+
+
+def _power_coefficients(points: FloatArray) -> FloatArray:
+    """Coefficients, highest power first, of a Bézier curve: c_j = C(n, j) Δ^j P0."""
+    n = len(points) - 1
+    rows = [math.comb(n, j) * np.diff(points, j, axis=0)[0] for j in range(n + 1)]
+    return np.array(rows[::-1])

@@ -1,0 +1,133 @@
+"""Points of a curve from a CSV file, with the line and column of whatever is wrong."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+
+from knotwork.errors import DocumentError, Problem, did_you_mean
+from knotwork.waypoints import FloatArray
+
+POSITION = ("x", "y", "z")
+QUATERNION = ("qx", "qy", "qz", "qw")
+
+NORM = 1e-3
+"""How far a quaternion's length may be from 1: values in files are often rounded."""
+
+
+def read_points(path: Path, length_unit: float) -> tuple[FloatArray, FloatArray | None]:
+    """Read points, and quaternions if there are any.
+
+    Args:
+        path: The file.
+        length_unit: What a length of 1 in the file is in metres.
+
+    Returns:
+        Points [m], shape (n, 3), and quaternions (x, y, z, w), shape (n, 4), or `None`.
+
+    Raises:
+        DocumentError: The file can't be read, a heading or a value is wrong, or there are fewer
+            than two points.
+    """
+    rows = _rows(path)
+    if not rows:
+        raise DocumentError(path, [Problem(None, "", "holds no rows")])
+    line, cells = rows[0]
+    names = _columns(path, line, [cell.strip() for cell in cells])
+    values = _numbers(path, rows[1:], names)
+    lines = [number for number, _ in rows[1:]]
+    if len(values) < 2:
+        message = f"has {len(values)} points"
+        raise DocumentError(path, [Problem(None, "", message, "two or more")])
+    points = length_unit * values[:, [names.index(name) for name in POSITION]]
+    if "qx" not in names:
+        return points, None
+    quaternions = values[:, [names.index(name) for name in QUATERNION]]
+    size = np.linalg.norm(quaternions, axis=1)
+    problems = [
+        Problem(lines[i], "qx, qy, qz, qw", f"the quaternion has length {size[i]:.6g}", "1")
+        for i in np.flatnonzero(np.abs(size - 1.0) > NORM)
+    ]
+    if problems:
+        raise DocumentError(path, problems)
+    return points, quaternions
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Rows that hold something, each with its line."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file)
+            return [
+                (reader.line_num, cells)
+                for cells in reader
+                if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")
+            ]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise DocumentError(path, [Problem(None, "", f"can't be read: {reason}")]) from error
+
+
+def _columns(path: Path, line: int, names: list[str]) -> list[str]:
+    """Check the headings.
+
+    Raises:
+        DocumentError: One is unknown, missing or there twice, or there are none.
+    """
+    accepted = "x, y, z and, for the rotation, qx, qy, qz, qw"
+    if all(_number(name) is not None for name in names):
+        message = "has no headings above the numbers"
+        raise DocumentError(path, [Problem(line, "", message, accepted)])
+    known = (*POSITION, *QUATERNION)
+    problems = []
+    for i, name in enumerate(names):
+        where = f"column {i + 1}"
+        if name not in known:
+            hint = did_you_mean(name, known)
+            problems.append(Problem(line, where, f"unknown heading {name!r}", hint))
+        elif name in names[:i]:
+            problems.append(
+                Problem(line, where, f"{name!r} is already column {names.index(name) + 1}")
+            )
+    needed = known if set(names) & set(QUATERNION) else POSITION
+    missing = [name for name in needed if name not in names]
+    if missing:
+        problems.append(Problem(line, "", f"no column is named {', '.join(missing)}", accepted))
+    if problems:
+        raise DocumentError(path, problems)
+    return names
+
+
+def _numbers(path: Path, rows: list[tuple[int, list[str]]], names: list[str]) -> FloatArray:
+    """Values of the rows, shape (n, columns).
+
+    Raises:
+        DocumentError: A row has another number of values, or one is no finite number.
+    """
+    problems = []
+    values = np.zeros((len(rows), len(names)))
+    for row, (line, cells) in enumerate(rows):
+        if len(cells) != len(names):
+            message = f"has {len(cells)} values"
+            problems.append(Problem(line, "", message, f"{len(names)}, one a column"))
+            continue
+        for column, cell in enumerate(cells):
+            value = _number(cell)
+            if value is None or not math.isfinite(value):
+                where = f"column {column + 1} ({names[column]})"
+                problems.append(Problem(line, where, f"{cell.strip()!r}", "a finite number"))
+            else:
+                values[row, column] = value
+    if problems:
+        raise DocumentError(path, problems)
+    return values
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return float(cell)
+    except ValueError:
+        return None

@@ -1,0 +1,111 @@
+"""`ThroughPoints`: a smooth curve through many points, as they come from CAD."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import PathError
+from knotwork.tool_paths.curve import REPEATED, shown, unit
+from knotwork.tool_paths.points_file import read_points
+from knotwork.tool_paths.polynomial_curve import PolynomialCurve
+from knotwork.waypoints import FloatArray, read_only
+
+
+class ThroughPoints(PolynomialCurve):
+    """Cubic spline through points, twice continuously differentiable, by arc length.
+
+    Its parameter is the distance along the chords. Without directions at its ends it has no knot
+    at the second and the last but one point.
+
+    Args:
+        points: The points [m], shape (n, 3), n >= 2.
+        start_direction: Direction at the first point, shape (3,).
+        end_direction: Direction at the last point, shape (3,).
+        quaternions: Rotations of the tool at the points (x, y, z, w), shape (n, 4), to be kept.
+
+    Attributes:
+        points: As given.
+        quaternions: Of length one, each on the side of the one before; or `None`.
+        arc_lengths: Arc lengths at the points [m], shape (n,).
+
+    Raises:
+        WaypointDataError: Points are not finite or of another shape.
+        PathError: There are fewer than two, two neighbours are the same, or the curve stops or
+            turns back.
+
+    >>> points = [[0, 0, 0], [0.1, 0, 0], [0.2, 0.05, 0], [0.3, 0.05, 0]]
+    >>> kw.tool_paths.ThroughPoints(points).arc_lengths.round(6)
+    array([0.      , 0.103013, 0.214897, 0.317909])
+    """
+
+    def __init__(
+        self,
+        points: ArrayLike,
+        *,
+        start_direction: ArrayLike | None = None,
+        end_direction: ArrayLike | None = None,
+        quaternions: ArrayLike | None = None,
+    ) -> None:
+        from scipy.interpolate import CubicSpline
+
+        count = len(np.atleast_1d(np.asarray(points)))
+        self.points = read_only(points, (count, 3), "points")
+        if count < 2:
+            raise PathError(f"{count} points are given; a curve needs at least two")
+        chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
+        for i in np.flatnonzero(chords <= REPEATED)[:1]:
+            raise PathError(
+                f"points {i} and {i + 1} are the same, {shown(self.points[i])}; leave one out"
+            )
+        x = np.concatenate(([0.0], np.cumsum(chords)))
+        ends = [
+            "not-a-knot" if direction is None else (1, unit(direction, what))
+            for direction, what in (
+                (start_direction, "start_direction"),
+                (end_direction, "end_direction"),
+            )
+        ]
+        c = CubicSpline(x, self.points, bc_type=tuple(ends)).c
+        powers = np.arange(len(c) - 1, -1, -1.0)[:, None, None]
+        # SciPy's coefficients are for the distance along the chord, these for a unit parameter.
+        super().__init__(c * np.diff(x)[:, None] ** powers)
+        self.arc_lengths: FloatArray = self.piece_ends
+        self.quaternions = None if quaternions is None else _aligned(quaternions, count)
+
+    @classmethod
+    def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:
+        """Read the points from a CSV file.
+
+        The first row names the columns: x, y, z and, if the tool's rotation is given, qx, qy, qz,
+        qw. They may have any order. Empty rows and rows that start with `#` are left out.
+
+        Args:
+            path: The file.
+            length_unit: What a length of 1 in the file is in metres.
+
+        Raises:
+            DocumentError: The file can't be read, or a heading or value is wrong; with its line and
+                column.
+            PathError: Two neighbouring points are the same, or the curve stops or turns back.
+        """
+        points, quaternions = read_points(Path(path), length_unit)
+        return cls(points, quaternions=quaternions)
+
+
+def _aligned(quaternions: ArrayLike, count: int) -> FloatArray:
+    """Quaternions of length one, each on the side of the one before.
+
+    Raises:
+        PathError: One is zero.
+    """
+    given = read_only(quaternions, (count, 4), "quaternions")
+    size = np.linalg.norm(given, axis=1)
+    for i in np.flatnonzero(size == 0.0)[:1]:
+        raise PathError(f"quaternion {i} is zero; it must have a length of 1")
+    found = given / size[:, None]
+    turned = np.einsum("ki,ki->k", found[1:], found[:-1]) < 0.0
+    found[1:] *= np.where(np.cumsum(turned) % 2 == 1, -1.0, 1.0)[:, None]
+    return np.asarray(found)

@@ -1,0 +1,237 @@
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+
+import knotwork as kw
+from knotwork.errors import DocumentError, PathError, WaypointDataError
+from sweeps import examples
+
+tp = kw.tool_paths
+
+seeds = st.integers(0, 100_000)
+AWAY = np.array([0.1, 0.2, 0])
+
+
+def random_points(seed):
+    rng = np.random.default_rng(seed)
+    return 0.1 * np.cumsum(rng.normal((1.5, 0, 0), size=(int(rng.integers(2, 9)), 3)), axis=0)
+
+
+def curves(seed):
+    rng = np.random.default_rng(seed)
+    yield tp.ThroughPoints(random_points(seed))
+    yield tp.Blend([0, 0, 0], [0.1, 0, 0], 0.1 * rng.normal(size=3) + AWAY, 0.03)
+
+
+@examples(20)
+@given(seeds)
+def test_positions_are_by_arc_length_and_derivatives_are_theirs(seed):
+    h = 1e-4
+    for curve in curves(seed):
+        margin = np.array([-0.001, *np.linspace(0, curve.length, 25), curve.length + 0.001])
+        speed = np.linalg.norm(curve.position(margin, 1), axis=1)
+        np.testing.assert_allclose(speed, 1.0, atol=1e-12)
+        ends = getattr(curve, "arc_lengths", np.array([0.0, curve.length]))
+        # away from points, where the third derivative jumps
+        s = margin[(np.abs(margin[:, None] - ends) > 2 * h).all(axis=1)]
+        for order in (1, 2, 3):
+            by_differences = (
+                8 * (curve.position(s + h, order - 1) - curve.position(s - h, order - 1))
+                - (curve.position(s + 2 * h, order - 1) - curve.position(s - 2 * h, order - 1))
+            ) / (12 * h)
+            exact = curve.position(s, order)
+            size = np.abs(curve.position(margin, 2)).max() ** order + 1.0
+            np.testing.assert_allclose(by_differences, exact, atol=1e-5 * size)
+
+
+@examples(20)
+@given(seeds)
+def test_a_curve_through_points_is_the_spline_of_scipy_with_its_length(seed):
+    points = random_points(seed)
+    curve = tp.ThroughPoints(points)
+    np.testing.assert_allclose(curve.position(curve.arc_lengths), points, atol=1e-13)
+    x = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    spline = CubicSpline(x, points)
+    ends = [0.0]
+    for a, b in pairwise(x):
+        length = quad(
+            lambda u: np.linalg.norm(spline(u, 1)), a, b, epsabs=1e-14, epsrel=1e-13, limit=400
+        )
+        ends.append(ends[-1] + length[0])
+    np.testing.assert_allclose(curve.arc_lengths, ends, rtol=1e-12)
+    assert curve.length == curve.arc_lengths[-1]
+    # A point of the spline is that of the curve at the same arc length.
+    u = 0.3 * x[0] + 0.7 * x[1]
+    s = quad(lambda u: np.linalg.norm(spline(u, 1)), 0, u, epsabs=1e-14, epsrel=1e-13)[0]
+    np.testing.assert_allclose(curve.position([s])[0], spline(u), atol=1e-12)
+
+
+def test_direction_and_curvature_are_continuous_at_the_points():
+    curve = tp.ThroughPoints(random_points(5))
+    inner, h = curve.arc_lengths[1:-1], 1e-9
+    for order in (0, 1, 2):
+        before, after = curve.position(inner - h, order), curve.position(inner + h, order)
+        np.testing.assert_allclose(before, after, atol=1e-5)
+
+
+def test_directions_at_the_ends_are_kept():
+    points = random_points(3)
+    curve = tp.ThroughPoints(points, start_direction=[0, 0, 2], end_direction=[0, 1, 1])
+    tangents = curve.position([0.0, curve.length], 1)
+    np.testing.assert_allclose(tangents, [[0, 0, 1], [0, 0.5**0.5, 0.5**0.5]], atol=1e-12)
+
+
+def test_points_of_a_circle_give_nearly_a_circle():
+    angle = np.linspace(0, 5, 101)
+    points = 0.1 * np.column_stack((np.cos(angle), np.sin(angle), 0 * angle))
+    curve = tp.ThroughPoints(points)
+    assert curve.length == pytest.approx(0.5, rel=1e-7)
+    s = np.linspace(0.01, 0.49, 50)
+    np.testing.assert_allclose(np.linalg.norm(curve.position(s), axis=1), 0.1, rtol=1e-6)
+    curvature = curve.curvature_bound(s[:-1], s[1:])
+    assert ((curvature >= 10 * (1 - 1e-3)) & (curvature <= 10.2)).all()
+
+
+@examples(20)
+@given(seeds)
+def test_nearest_points_are_nearest(seed):
+    for curve in curves(seed):
+        rng = np.random.default_rng(seed)
+        s = rng.uniform(0, curve.length, 8)
+        radius = 1 / max(curve.curvature_bound([0.0], [curve.length])[0], 1e-3)
+        aside = rng.normal(size=(8, 3))
+        aside *= min(0.3 * radius, 0.05) / np.linalg.norm(aside, axis=1)[:, None]
+        points = curve.position(s) + aside
+        guess = np.clip(s + rng.uniform(-0.3, 0.3, 8) * min(radius, 0.1), 0, curve.length)
+        found = curve.nearest(points, guess)
+        off = np.linalg.norm(curve.position(found) - points, axis=1)
+        for i in range(8):
+            limits = np.clip(s[i] + np.array([-0.5, 0.5]) * min(radius, 0.1), 0, curve.length)
+            best = minimize_scalar(
+                lambda s, to=points[i], of=curve.position: np.linalg.norm(of([s])[0] - to),
+                bounds=limits,
+                method="bounded",
+                options={"xatol": 1e-10},
+            )
+            assert off[i] <= best.fun + 1e-9
+
+
+@examples(30)
+@given(seeds)
+def test_bounds_of_curvature_are_never_below_it(seed):
+    for curve in curves(seed):
+        s0, s1 = np.random.default_rng(seed).uniform(0, curve.length, (2, 25))
+        bound, bend = curve.curvature_bound(s0, s1), curve.bend(s0, s1)
+        whole = curve.curvature_bound([0.0], [curve.length])[0]
+        for i in range(25):
+            s = np.linspace(s0[i], s1[i], 100)
+            curvature = np.linalg.norm(curve.position(s, 2), axis=1).max()
+            assert curvature <= bound[i] * (1 + 1e-9) <= whole * (1 + 1e-8)
+            points = curve.position(s[[0, 49, 99]])
+            chord = points[0] + (points[2] - points[0]) * 49 / 99
+            assert np.linalg.norm(points[1] - chord) <= bend[i] / 8 + 1e-12
+
+
+@pytest.mark.parametrize(
+    ("degrees", "most"),
+    [(0, 1), (1, 1.4), (30, 1.4), (60, 1.4), (90, 1.4), (120, 1.4), (150, 1.4), (165, 2), (179, 5)],
+)
+def test_a_blend_joins_its_lines_with_continuous_curvature_and_a_low_peak(degrees, most):
+    theta, d = math.radians(degrees), 0.02
+    after = [0.1 + 0.1 * math.cos(theta), 0.1 * math.sin(theta), 0]
+    blend = tp.Blend([0, 0, 0], [0.1, 0, 0], after, d)
+    first, last = tp.Line([0, 0, 0], blend.start), tp.Line(blend.end, after)
+    path = tp.ToolPath(
+        [first, blend, last],
+        tp.OrientationCurve.constant(np.eye(3), first.length + blend.length + last.length),
+    )
+    assert first.length == pytest.approx(0.08)
+    assert last.length == pytest.approx(0.08)
+    ends = path.starts[1:]
+    for side in ("left", "right"):
+        np.testing.assert_allclose(path.position(ends, 2, side=side), np.zeros((2, 3)), atol=1e-9)
+    assert blend.angle == pytest.approx(theta, abs=1e-12)
+    s = np.linspace(0, blend.length, 2001)
+    peak = np.linalg.norm(blend.position(s, 2), axis=1).max()
+    arc = math.tan(0.5 * theta) / d  # curvature of the arc between the same ends
+    assert peak <= most * arc + 1e-9
+    off = np.linalg.norm(blend.position(s) - [0.1, 0, 0], axis=1)
+    assert off.max() <= d + 1e-12
+    assert off.min() == pytest.approx(blend.deviation, abs=1e-12)
+
+
+REFUSED = [
+    (lambda: tp.ThroughPoints([[0, 0, 0]]), "1 points are given"),
+    (lambda: tp.ThroughPoints([[0, 0, 0], [1, 0, 0], [1, 0, 0]]), "points 1 and 2 are the same"),
+    (lambda: tp.ThroughPoints([[0, 0, 0], [1, 0, 0], [0.5, 0, 0]]), "turns back sharply between"),
+    (lambda: tp.ThroughPoints(np.eye(3), start_direction=[0, 0, 0]), "start_direction is zero"),
+    (lambda: tp.ThroughPoints(np.eye(3), quaternions=np.zeros((3, 4))), "quaternion 0 is zero"),
+    (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [1, 1, 0], 0.0), "blend distance is 0"),
+    (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [1, 0.1, 0], 0.2), r"the line after .* is 0\.1 m long"),
+    (lambda: tp.Blend([0, 0, 0], [1, 0, 0], [0.5, 0, 0], 0.2), "turns back"),
+    (lambda: tp.Blend([1, 0, 0], [1, 0, 0], [1, 1, 0], 0.2), "point before .* is the corner"),
+]
+
+
+@pytest.mark.parametrize(("make", "message"), REFUSED)
+def test_what_is_no_curve_is_refused(make, message):
+    with pytest.raises(PathError, match=message):
+        make()
+
+
+def test_points_must_be_finite():
+    with pytest.raises(WaypointDataError, match=r"points\[1, 2\] is nan"):
+        tp.ThroughPoints([[0, 0, 0], [1, 0, math.nan]])
+
+
+def test_points_from_a_file(tmp_path):
+    file = tmp_path / "seam.csv"
+    file.write_text(
+        "# from CAD\nz, x, y, qw, qx, qy, qz\n0,0,0,1,0,0,0\n\n5,100,0,-0.9999,0,0,0\n"
+        "5,200,50,0.7071,0,0.7071,0\n",
+        encoding="utf-8",
+    )
+    curve = tp.ThroughPoints.from_csv(file, length_unit=0.001)
+    np.testing.assert_allclose(curve.points, [[0, 0, 0], [0.1, 0, 0.005], [0.2, 0.05, 0.005]])
+    half = 0.5**0.5
+    np.testing.assert_allclose(curve.quaternions, [[0, 0, 0, 1], [0, 0, 0, 1], [0, half, 0, half]])
+    file.write_text("x,y,z\n0,0,0\n1,0,0\n", encoding="utf-8")
+    assert tp.ThroughPoints.from_csv(file).quaternions is None
+
+
+HEAD = "x,y,z\n"
+WRONG = [
+    ("", "holds no rows"),
+    ("0,0,0\n1,0,0\n", r"line 1: has no headings .*\(x, y, z"),
+    ("x,y\n0,0\n1,0\n", "line 1: no column is named z"),
+    ("x,y,z,qx,qy,qz\n0,0,0,0,0,0\n", "no column is named qw"),
+    ("x,Y,z\n0,0,0\n", r"line 1: column 2: unknown heading 'Y' .*did you mean|unknown heading 'Y'"),
+    ("x,y,z,x\n0,0,0,0\n", "line 1: column 4: 'x' is already column 1"),
+    (HEAD + "0,0,0\n# a note\n1,a,0\n", r"line 4: column 2 \(y\): 'a' \(a finite number\)"),
+    (HEAD + "0,0,nan\n1,0,0\n", r"line 2: column 3 \(z\): 'nan'"),
+    (HEAD + "0,0\n1,0,0\n", r"line 2: has 2 values \(3, one a column\)"),
+    (HEAD + "0,0,0\n", r"has 1 points \(two or more\)"),
+    ("x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,1\n1,0,0,0,0,1,1\n", r"line 3: .* has length 1\.41421 \(1\)"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG)
+def test_a_wrong_file_is_refused_with_its_place(tmp_path, text, message):
+    file = tmp_path / "seam.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(DocumentError, match=message):
+        tp.ThroughPoints.from_csv(file)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(DocumentError, match=r"seam\.csv: can't be read: No such file"):
+        tp.ThroughPoints.from_csv(tmp_path / "seam.csv")
