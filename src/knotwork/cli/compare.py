@@ -82,34 +82,20 @@ def planners(as_json: bool) -> int:
 
     from knotwork.interpolation import PLANNER_SPECS, rules
 
-    specs = list(PLANNER_SPECS.values())
+    rows = [asdict(spec) for spec in PLANNER_SPECS.values()]
+    for row in rows:
+        del row["makes"]
+        row["rules"] = rules(row["name"])
     if as_json:
-        rows = [asdict(spec) for spec in specs]
-        for row in rows:
-            del row["makes"]
-            row["rules"] = rules(row["name"])
         click.echo(json.dumps(rows, indent=1))
         return PASSED
     from knotwork.cli import tables
 
-    table = tables.plain_table("Planners", ["name", "degree", "C", "meets", "can not", "options"])
-    for column in table.columns[3:]:
-        column.justify, column.no_wrap = "left", False
-    for spec in specs:
-        supports = ", ".join(spec.supports) or "-"
-        table.add_row(
-            spec.name,
-            str(spec.degree),
-            str(spec.continuity),
-            spec.guarantees,
-            spec.cannot,
-            supports,
-        )
-        table.add_section()
-    out = tables.console(wrap=True)
-    out.print(table)
+    words = {"meets": "guarantees", "can not": "cannot", "options": "supports"}
+    columns = {"name": "name", "degree": "degree", "C": "continuity", **words}
+    tables.print_rows("Planners", rows, columns, wrapped=3)
     ruled = ", ".join(f"{name}:{rule}" for name in PLANNER_SPECS for rule in rules(name))
-    out.print(f"With a rule for an option after a colon: {ruled}.")
+    tables.console(wrap=True).print(f"With a rule for an option after a colon: {ruled}.")
     return PASSED
 
 

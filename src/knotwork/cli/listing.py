@@ -17,17 +17,19 @@ def robots(name: str | None, as_json: bool) -> int:
 
     NAME is a shipped robot's name or the path of a robot file or URDF.
     """
-    from knotwork.cli import listing_tables
+    from knotwork.cli import robot_tables, tables
     from knotwork.robot import load_robot, robot_names
 
     shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
+    rows = [robot_tables.robot_to_dict(robot) for robot in shown]
     if as_json:
-        rows = [listing_tables.robot_to_dict(robot) for robot in shown]
         click.echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
     elif name is not None:
-        listing_tables.print_robot(shown[0])
+        robot_tables.print_robot(shown[0])
     else:
-        listing_tables.print_robots(shown)
+        columns = {"joints": "joints", "tool frame": "tool_frame", "description": "description"}
+        tables.print_rows("Robots", rows, {"name": "name", **columns})
+        click.echo("knotwork robots NAME shows one of them")
     return PASSED
 
 
@@ -36,25 +38,27 @@ def robots(name: str | None, as_json: bool) -> int:
 def scenarios(as_json: bool) -> int:
     """List the shipped scenarios."""
     from knotwork import resources
-    from knotwork.cli import listing_tables
     from knotwork.scenario import load_scenario
 
-    shown = [load_scenario(name) for name in resources.names("scenarios")]
+    rows = [
+        {
+            "name": scenario.name,
+            "description": scenario.description.strip(),
+            "robot": scenario.robot if isinstance(scenario.robot, str) else None,
+            "waypoints": len(scenario.waypoints),
+            "duration": float(scenario.times[-1] - scenario.times[0]),
+            "file": str(scenario.source),
+        }
+        for scenario in map(load_scenario, resources.names("scenarios"))
+    ]
     if as_json:
-        rows = [
-            {
-                "name": scenario.name,
-                "description": scenario.description.strip(),
-                "robot": scenario.robot if isinstance(scenario.robot, str) else None,
-                "waypoints": len(scenario.waypoints),
-                "duration": float(scenario.times[-1] - scenario.times[0]),
-                "file": str(scenario.source),
-            }
-            for scenario in shown
-        ]
         click.echo(json.dumps(rows, indent=1))
     else:
-        listing_tables.print_scenarios(shown)
+        from knotwork.cli import tables
+
+        columns = {"waypoints": "waypoints", "duration [s]": "duration"}
+        columns = {"name": "name", "robot": "robot", **columns, "description": "description"}
+        tables.print_rows("Scenarios", rows, columns)
     return PASSED
 
 

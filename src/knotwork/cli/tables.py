@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -50,6 +50,39 @@ def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     for i, column in enumerate(columns):
         table.add_column(escape(column), justify="left" if i < left else "right", no_wrap=True)
     return table
+
+
+def print_rows(
+    title: str, rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], wrapped: int = 1
+) -> None:
+    """Print plain data, a line for each row; where several columns wrap, lines divide the rows.
+
+    Args:
+        title: Title of the table.
+        rows: Values by key.
+        columns: The key of each column, by its heading.
+        wrapped: Number of columns, the last ones, with text that can be wrapped.
+    """
+    table = plain_table(title, list(columns), len(columns))
+    for column in table.columns[-wrapped:]:
+        column.no_wrap = False
+    for column, key in zip(table.columns, columns.values(), strict=True):
+        if any(isinstance(row[key], int | float) for row in rows):
+            column.justify = "right"
+    for row in rows:
+        table.add_row(*(escape(_plain_text(row[key])) for key in columns.values()))
+        if wrapped > 1:
+            table.add_section()
+    console(wrap=True).print(table)
+
+
+def _plain_text(value: Any) -> str:
+    """A value of plain data in a cell; of a mapping how many there are."""
+    if isinstance(value, list | tuple):
+        return ", ".join(value) or "-"
+    if isinstance(value, float):
+        return f"{value:g}"
+    return str(len(value) if isinstance(value, Mapping) else value or "-").strip()
 
 
 def print_plan(plan: Plan) -> None:

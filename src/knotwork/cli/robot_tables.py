@@ -1,54 +1,16 @@
-"""Tables of the shipped robots and scenarios for a terminal."""
+"""A robot for a terminal, and as plain data."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.markup import escape
 
 from knotwork.cli.tables import console, plain_table
-from knotwork.scenario import Scenario
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-
-
-def print_scenarios(scenarios: Sequence[Scenario]) -> None:
-    """Print the shipped scenarios."""
-    table = plain_table(
-        "Scenarios", ["name", "robot", "waypoints", "duration [s]", "description"], 2
-    )
-    table.columns[-1].justify = "left"
-    table.columns[-1].no_wrap = False
-    for scenario in scenarios:
-        robot = scenario.robot if isinstance(scenario.robot, str) else None
-        times = scenario.times
-        table.add_row(
-            escape(scenario.name),
-            escape(robot or "-"),
-            str(len(times)),
-            f"{times[-1] - times[0]:g}",
-            escape(scenario.description.strip()),
-        )
-    console(wrap=True).print(table)
-
-
-def print_robots(robots: Sequence[Robot]) -> None:
-    """Print the shipped robots."""
-    table = plain_table("Robots", ["name", "joints", "tool frame", "description"], 4)
-    table.columns[-1].no_wrap = False
-    for robot in robots:
-        table.add_row(
-            escape(robot.name),
-            str(len(robot.joint_names)),
-            escape(robot.tool_frame or "-"),
-            escape(robot.description.strip()),
-        )
-    out = console(wrap=True)
-    out.print(table)
-    out.print("knotwork robots NAME shows one of them")
 
 
 def print_robot(robot: Robot) -> None:
