@@ -13,17 +13,20 @@ from numpy.typing import NDArray
 from knotwork.waypoints import FloatArray
 
 ITERATIONS = 128
-"""Bound on safeguarded Newton steps; every third one at least halves the bracket, and 53 halvings
-exhaust the digits."""
+"""Bound on safeguarded Newton steps: each at least halves the step before it or the bracket, and 53
+halvings exhaust the digits."""
 
 RESOLUTION = 1e-14
-"""Steps as small as this, in the unit of the piece, end the search: values at the points depend on
-their errors only to second order."""
+"""Brackets as short as this, in the unit of the piece, end the search."""
+
+LAST_STEP = 1e-9
+"""So does a Newton step as small as this: the next would be its square, and values at the points
+depend on their errors only to second order."""
 
 
 def horner(c: FloatArray, s: FloatArray) -> FloatArray:
     """Evaluate polynomials with coefficients c[k, ...], highest power first, at s[..., ...]."""
-    value = np.broadcast_to(c[0], np.broadcast_shapes(c[0].shape, s.shape)).copy()
+    value: FloatArray = c[0] + 0.0 * s
     for coefficient in c[1:]:
         value *= s
         value += coefficient
@@ -106,24 +109,25 @@ def _bracketed_roots(c: FloatArray, cuts: FloatArray) -> FloatArray:
             np.broadcast_to(c[:, None], (c.shape[0], *low.shape)).reshape(c.shape[0], -1)[:, index]
         )
         rising = at_high.reshape(-1)[index] > 0.0
-        point.reshape(-1)[index] = _safeguarded_newton(
+        point.reshape(-1)[index] = safeguarded_newton(
             columns, low.reshape(-1)[index], high.reshape(-1)[index], rising
         )
     return point
 
 
-def _safeguarded_newton(
+def safeguarded_newton(
     c: FloatArray, low: FloatArray, high: FloatArray, rising: NDArray[np.bool_]
 ) -> FloatArray:
     """Roots of polynomials c[k, r] in brackets [low[r], high[r]] with a change of sign.
 
-    Newton's step is taken where it stays in the bracket, bisection elsewhere and at every third
-    step, so that multiple roots converge as well.
+    Newton's step is taken where it stays in the bracket and is at most half the step before it,
+    bisection elsewhere, so that multiple roots converge as well.
     """
     slope = differentiate(c)
     point = 0.5 * (low + high)
     roots, index = np.empty_like(point), np.arange(point.size)
-    for step in range(ITERATIONS):
+    step = high - low
+    for _ in range(ITERATIONS):
         value = horner(c, point)
         left = (value < 0.0) == rising
         low = np.where(left, point, low)
@@ -131,18 +135,18 @@ def _safeguarded_newton(
         middle = 0.5 * (low + high)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             newton = point - value / horner(slope, point)
-        inside = (newton > low) & (newton < high)
-        if step % 3 == 2:
-            inside &= False
+        inside = (newton > low) & (newton < high) & (np.abs(newton - point) <= 0.5 * step)
         following = np.where(inside, newton, middle)
         following = np.where(value == 0.0, point, following)
-        settled = (np.abs(following - point) <= RESOLUTION) | (high - low <= RESOLUTION)
+        step = np.abs(following - point)
+        settled = ((inside | (value == 0.0)) & (step <= LAST_STEP)) | (high - low <= RESOLUTION)
         point = following
         if settled.any():  # go on with the others alone
             roots[index[settled]] = point[settled]
             others = ~settled
             c, slope, index = c[:, others], slope[:, others], index[others]
-            point, low, high, rising = point[others], low[others], high[others], rising[others]
+            point, step, rising = point[others], step[others], rising[others]
+            low, high = low[others], high[others]
         if not index.size:
             break
     roots[index] = point

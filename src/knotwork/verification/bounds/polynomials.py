@@ -7,13 +7,13 @@ them bounds it. They are made anew for every interval: the shorter it is, the ti
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from math import comb, perm
+from math import perm
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.isolation import to_bernstein
 from knotwork.verification.bounds.chain import ORDERS
 from knotwork.waypoints import FloatArray
 
@@ -73,7 +73,7 @@ def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
             shifted[r] * (perm(r, order) * powers[r - order][:, None])
             for r in range(order, degree + 1)
         ]
-        values = np.tensordot(_bernstein(degree - order), np.array(terms), 1)
+        values = np.tensordot(to_bernstein(degree - order), np.array(terms), 1)
         bounds[order] = np.abs(values).max(axis=0)
     bounds += (EVALUATION_ROUNDING * max(degree, 1)) * sizes
     return Rates(
@@ -100,11 +100,3 @@ def _shifted(c: FloatArray, start: FloatArray) -> FloatArray:
             for r in range(1, last + 1):
                 c[r] += c[r - 1] * start
     return c
-
-
-@lru_cache(maxsize=64)
-def _bernstein(degree: int) -> FloatArray:
-    """Matrix that turns coefficients, lowest power first, into Bernstein coefficients on [0, 1]."""
-    return np.array(
-        [[comb(i, j) / comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
-    )
