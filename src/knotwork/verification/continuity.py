@@ -23,51 +23,42 @@ limits of arms are 100 times below."""
 
 
 def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Find the largest jump of position, velocity and acceleration, against what rounding makes.
+    """Find jumps of position, velocity and acceleration that are more than rounding makes.
 
-    The scenario's `continuity` says up to which derivative a jump fails. A change that is faster
-    than `FASTEST` is a jump as well.
+    Every joint that jumps is named; where none does, the one nearest to it. The scenario's
+    `continuity` says up to which derivative a jump fails. A change that is faster than `FASTEST` is
+    a jump as well.
     """
     for order, quantity in enumerate(DERIVATIVES[:ORDERS]):
         sizes, allowed = measured_jumps(motion.curve, order)
         if not len(sizes):
             sizes = allowed = np.zeros((1, len(space.joint_names)))
         share = np.divide(sizes, allowed, out=np.zeros_like(sizes), where=allowed > 0)
-        where, joint = divmod(int(share.argmax()), share.shape[1])
-        name, unit = space.joint_names[joint], rate_unit(space.joint_units[joint], order)
-        value, limit = float(sizes[where, joint]), float(allowed[where, joint])
-        time = float(motion.curve.x[min(where + 1, len(motion.curve.x) - 1)])
-        yield Finding(
-            group="Continuity",
-            subject="joint",
-            name=name,
-            quantity=f"{quantity}_jump",
-            verdict=judged(value <= limit, required=order <= scenario.continuity),
-            message=f"joint {name!r}: {quantity} jumps by {value:.3g} {unit} at {time:.6g} s",
-            value=value,
-            limit=limit,
-            margin=limit - value,
-            unit=unit,
-            time=time,
-        )
+        share[~(sizes <= allowed)] = np.inf
+        jumping = np.flatnonzero(np.isinf(share).any(axis=0))
+        for joint in jumping if jumping.size else [share.max(axis=0).argmax()]:
+            beyond = np.where(sizes[:, joint] <= allowed[:, joint], -1.0, sizes[:, joint])
+            where = int((beyond if jumping.size else share[:, joint]).argmax())
+            time = float(motion.curve.x[min(where + 1, len(motion.curve.x) - 1)])
+            value = float(sizes[where, joint])
+            unit = rate_unit(space.joint_units[joint], order)
+            yield _finding(
+                "Continuity", space.joint_names[joint], f"{quantity}_jump",
+                value, float(allowed[where, joint]), unit, time,
+                f"{quantity} jumps by {value:.3g} {unit} at {time:.6g} s",
+                required=order <= scenario.continuity,
+            )  # fmt: skip
         rates = motion.curve.extrema(order + 1)
         for i in np.flatnonzero(~(rates.peak <= FASTEST[order])):
-            name, unit = space.joint_names[i], rate_unit(space.joint_units[i], order + 1)
             value, time = float(rates.peak[i]), float(rates.peak_time[i])
-            yield Finding(
-                group="Continuity",
-                subject="joint",
-                name=name,
-                quantity=f"{quantity}_jump",
-                verdict=judged(False, required=order <= scenario.continuity),
-                message=f"joint {name!r}: {quantity} changes by {value:.3g} {unit} at "
-                f"{time:.6g} s, which is a jump for any drive (at most {FASTEST[order]:g} {unit})",
-                value=value,
-                limit=FASTEST[order],
-                margin=FASTEST[order] - value,
-                unit=unit,
-                time=time,
-            )
+            unit = rate_unit(space.joint_units[i], order + 1)
+            yield _finding(
+                "Continuity", space.joint_names[i], f"{quantity}_jump",
+                value, FASTEST[order], unit, time,
+                f"{quantity} changes by {value:.3g} {unit} at {time:.6g} s, which is a jump for "
+                f"any drive (at most {FASTEST[order]:g} {unit})",
+                required=order <= scenario.continuity,
+            )  # fmt: skip
 
 
 def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -79,19 +70,37 @@ def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     noise = evaluation_noise(motion.curve, ORDERS)
     for order, quantity in enumerate(DERIVATIVES[:ORDERS]):
         for i in np.flatnonzero(~(noise[order] <= NEGLIGIBLE[order])):
-            name, unit = space.joint_names[i], rate_unit(space.joint_units[i], order)
-            value = float(noise[order, i])
-            yield Finding(
-                group="Motion",
-                subject="joint",
-                name=name,
-                quantity=f"{quantity}_rounding",
-                verdict="failed",
-                message=f"joint {name!r}: the coefficients cancel one another so far that "
-                f"{quantity} is known to {value:.3g} {unit} only, not to {NEGLIGIBLE[order]:g} "
-                f"{unit}",
-                value=value,
-                limit=NEGLIGIBLE[order],
-                margin=NEGLIGIBLE[order] - value,
-                unit=unit,
-            )
+            value, limit = float(noise[order, i]), NEGLIGIBLE[order]
+            unit = rate_unit(space.joint_units[i], order)
+            yield _finding(
+                "Motion", space.joint_names[i], f"{quantity}_rounding", value, limit, unit, None,
+                f"the coefficients cancel one another so far that {quantity} is known to "
+                f"{value:.3g} {unit} only, not to {limit:g} {unit}",
+            )  # fmt: skip
+
+
+def _finding(
+    group: str,
+    joint: str,
+    quantity: str,
+    value: float,
+    limit: float,
+    unit: str,
+    time: float | None,
+    said: str,
+    *,
+    required: bool = True,
+) -> Finding:
+    return Finding(
+        group=group,
+        subject="joint",
+        name=joint,
+        quantity=quantity,
+        verdict=judged(value <= limit, required=required),
+        message=f"joint {joint!r}: {said}",
+        value=value,
+        limit=limit,
+        margin=limit - value,
+        unit=unit,
+        time=time,
+    )
