@@ -24,14 +24,18 @@ LIMITED = ("position", "velocity", "acceleration", "jerk")
 # What the check must never let through, whatever the motion: jumps, and changes within a piece.
 JUMPS = (1e-9, 1e-7, 1e-5)
 FASTEST = (1e3, 1e5, 1e6)
+EPSILON = float(np.finfo(float).eps)
 
 
 def moved(c: np.ndarray, by: np.ndarray) -> np.ndarray:
     """Coefficients c[k, m, d] about points that are `by` later, shape (m,)."""
-    c = np.array(c)
-    for last in range(len(c) - 1, 0, -1):
+    c, late = np.array(c), np.flatnonzero(by)
+    first = int(c.reshape(len(c), -1).any(axis=1).argmax())  # after the leading zeros
+    part = c[first:, late]
+    for last in range(len(part) - 1, 0, -1):
         for r in range(1, last + 1):
-            c[r] += c[r - 1] * by[:, None]
+            part[r] += part[r - 1] * by[late, None]
+    c[first:, late] = part
     return c
 
 
@@ -114,7 +118,7 @@ class Motion:
 def sound(rng: Rng) -> Motion:
     """A modified Hermite spline through random waypoints, with breaks at these as well."""
     n = int(rng.integers(3, 7))
-    spans = rng.uniform(0.3, 2.0, n) * rng.choice([0.3, 1.0, 30.0], size=n if n < 5 else 1)
+    spans = rng.uniform(0.3, 2.0, n) * rng.choice([0.3, 1.0, 6.0], size=n if n < 5 else 1)
     x = np.cumsum(spans) + rng.choice([0.0, -2.0, 300.0])
     size = 10.0 ** rng.uniform(-3, 0.5, JOINTS)
     y = rng.normal(size=(n, JOINTS)) * size + rng.choice([0.0, 5.0], size=JOINTS)
@@ -126,7 +130,11 @@ def sound(rng: Rng) -> Motion:
 
 
 def shaped(motion: Motion, rng: Rng) -> None:
-    """Spikes and waves of any width, height and degree, each as smooth as the motion."""
+    """Spikes and waves of any width, height and degree, each as smooth as the motion.
+
+    What the rounding of their coefficients makes stays below what counts as a jump.
+    """
+    peaks = [[np.abs(motion.values(j, order)).max() for order in range(3)] for j in range(JOINTS)]
     for _ in range(int(rng.integers(3))):
         k = int(rng.integers(motion.breaks.size - 1))
         start, span = motion.breaks[k], motion.breaks[k + 1] - motion.breaks[k]
@@ -140,6 +148,9 @@ def shaped(motion: Motion, rng: Rng) -> None:
             power = int(rng.integers(4, 13))
             jerk = 10.0 ** rng.uniform(-2, 5)
             height = min(jerk * span**3 / PEAKS[power][3], 10.0)
+            for order, (peak, counts) in enumerate(zip(peaks[joint], JUMPS, strict=True)):
+                rounding = EPSILON * 8.0**power * (2.0 * power / span) ** order
+                height = min(height, min(1e-10 * peak, 0.01 * counts) / rounding)
             motion.add(k, int(joint), rng.choice([-1, 1]) * height * HUMPS[power])
 
 
