@@ -1,4 +1,4 @@
-"""What is drawn of a curve: its points piece by piece, its jumps, and where it breaks a limit."""
+"""Lines to draw of a curve: its points piece by piece, its jumps, and where it breaks a limit."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ LINE_RADIUS = 0.012
 
 @dataclass(frozen=True, eq=False)
 class LinkShapes:
-    """What a robot looks like.
+    """Shapes of a robot's links.
 
     Attributes:
         parts: For each joint of the chain the meshes that it carries, in the joint's axes, and

@@ -1,4 +1,4 @@
-"""What pictures are made of: motions with their limits, and waypoints with what was asked there."""
+"""Content of pictures: motions with their limits, and waypoints with what was asked there."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from knotwork.waypoints import FloatArray, JointWaypoints
 
 
 class PlanLike(Protocol):
-    """What a picture needs of a `knotwork.Plan`."""
+    """The part of a `knotwork.Plan` that a picture needs."""
 
     @property
     def scenario(self) -> Scenario:
-        """What was asked for."""
+        """The task."""
 
     @property
     def space(self) -> JointSpace:
@@ -32,7 +32,7 @@ class PlanLike(Protocol):
 
     @property
     def joint_waypoints(self) -> JointWaypoints | None:
-        """What was asked for, at the joints, where it is known."""
+        """Joint values asked for at the waypoints, where they are known."""
 
     @property
     def trajectory(self) -> JointTrajectory:
@@ -40,7 +40,7 @@ class PlanLike(Protocol):
 
     @property
     def report(self) -> Report:
-        """Whether it does what was asked."""
+        """Result of the check."""
 
 
 Drawable: TypeAlias = PlanLike | JointTrajectory
@@ -161,7 +161,7 @@ def _marks(
     space: JointSpace | None,
     waypoints: JointWaypoints | None,
 ) -> Marks | None:
-    """What is known of the waypoints; without a plan no joint values of those given by poses."""
+    """Waypoints as far as they are known: without a plan no joint values of poses."""
     if waypoints is not None:
         order = [waypoints.joint_names.index(name) for name in trajectory.joint_names]
         asked = waypoints.position[:, order], waypoints.velocity[:, order]

@@ -1,4 +1,4 @@
-"""What a panel says in words of limits: which curve is nearest to its own, or beyond it."""
+"""Words about limits in a panel: which curve is nearest to its own, or beyond it."""
 
 from __future__ import annotations
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.view.mesh import Mesh
-from knotwork.waypoints import FloatArray
 
 
 def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
@@ -46,8 +45,3 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
 def packed_numbers(array: np.ndarray[Any, Any]) -> str:
     """Give an array's bytes in base64."""
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
-
-
-def hexadecimal(colour: FloatArray) -> str:
-    """Give a colour, red, green and blue in 0 … 1, as HTML does."""
-    return "#" + "".join(f"{round(255 * float(value)):02x}" for value in colour)

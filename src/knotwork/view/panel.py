@@ -38,15 +38,10 @@ class Series:
         """Index of the joint in the motion."""
         return self.motion.trajectory.joint_names.index(self.joint)
 
-    @property
-    def unit(self) -> str:
-        """Unit of the joint, `"rad"` or `"m"`."""
-        return self.motion.trajectory.joint_units[self.component]
-
 
 @dataclass
 class Panel:
-    """What a panel shows, and what drawing it has found.
+    """A panel and its curves; drawing them finds the range of values.
 
     Attributes:
         axis: Where.
@@ -69,19 +64,19 @@ class Panel:
         return DERIVATIVES.index(self.quantity)
 
     @property
+    def _shown(self) -> tuple[str, float]:
+        first = self.series[0]
+        return shown_unit(first.motion.trajectory.joint_units[first.component], self.degrees)
+
+    @property
     def factor(self) -> float:
         """From the SI unit to the shown one."""
-        return shown_unit(self.series[0].unit, self.degrees)[1]
+        return self._shown[1]
 
     @property
     def unit(self) -> str:
         """Unit that values are shown in."""
-        return rate_unit(shown_unit(self.series[0].unit, self.degrees)[0], self.order)
-
-    @property
-    def title(self) -> str:
-        """Label of the axis."""
-        return f"{self.quantity} [{self.unit}]"
+        return rate_unit(self._shown[0], self.order)
 
     @property
     def alone(self) -> bool:

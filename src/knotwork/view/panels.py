@@ -42,7 +42,7 @@ MOST_KNOT_ROWS, KNOT_TICK = 3, 0.035
 def draw_panel(panel: Panel) -> None:
     """Draw everything but limits, whose place depends on the range of a whole row."""
     dress(panel.axis)
-    panel.axis.set_ylabel(panel.title)
+    panel.axis.set_ylabel(f"{panel.quantity} [{panel.unit}]")
     for one in panel.series:
         _curve(panel, one)
     _waypoints(panel)

@@ -1,4 +1,4 @@
-"""What a scene holds: the arm, its motion, the task and what the check found, as plain data.
+"""Content of a scene: the arm, its motion, the task and what the check found, as plain data.
 
 Everything is in the axes of the URDF's root, z up, in m and s.
 """
@@ -24,7 +24,7 @@ from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
-from knotwork.view.packing import hexadecimal, packed, packed_numbers
+from knotwork.view.packing import packed, packed_numbers
 from knotwork.view.path import ToolPath, tool_path, tool_speed
 from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshes, tool_mesh
 from knotwork.view.stops import Stops, arm_triangles, find_stops
@@ -42,7 +42,7 @@ UNLIT = ("path", "limits broken", "failures")
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What a scene is composed of."""
+    """Parts that a scene is composed of."""
 
     robot: Robot
     curve: PiecewisePolynomial
@@ -140,7 +140,7 @@ def _gathered(
 def _failures(
     trajectory: JointTrajectory, scenario: Scenario | None, space: JointSpace | None
 ) -> list[str] | None:
-    """What another planner's motion fails in, or `None` where there is nothing to check it by."""
+    """Failures of another planner's motion; `None` where there is nothing to check it by."""
     if scenario is None:
         return None
     return [str(item) for item in check(trajectory, scenario, space=space).failures]
@@ -155,7 +155,6 @@ def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, 
     moved = {planner: shown.curve, **shown.motions}
     things, labels, legend = ([], [], {}) if path is None else _task_data(shown, path, size)
     hiding = np.concatenate([shown.curve(shown.curve.x[:1]), copies[: MOST_HIDING - 1]])
-    tip = robot.model.frames[robot.tcp_frame_id].placement if path is not None else None
     return {
         "joints": joint_tree(robot),
         "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
@@ -165,7 +164,6 @@ def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, 
         "things": things,
         "labels": labels,
         "legend": legend,
-        "tip": tip.translation.tolist() if tip is not None else None,
         "size": size,
         "floor": float(min(stops.outlines[..., 2].min(), 0.0)),
         "view": first_view(
@@ -197,7 +195,9 @@ def _task_data(
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     legend = {
         "high": float(path.speed.max()),
-        "colours": [hexadecimal(colour) for colour in SPEED_COLOURS],
+        "colours": [
+            "#" + bytes(colour).hex() for colour in np.round(255 * SPEED_COLOURS).astype(np.uint8)
+        ],
         **seconds,
         "broken": bool(path.broken.any()),
     }

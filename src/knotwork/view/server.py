@@ -58,18 +58,15 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         # A browser may reload or close in the middle of the page.
         with contextlib.suppress(ConnectionError):
-            self._answer()
-
-    def _answer(self) -> None:
-        if self.path.partition("?")[0] != "/":
-            self.send_error(HTTPStatus.NOT_FOUND)
-            return
-        self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Type", "text/html; charset=utf-8")
-        self.send_header("Content-Length", str(len(self.server.page)))
-        self.send_header("Cache-Control", "no-store")
-        self.end_headers()
-        self.wfile.write(self.server.page)
+            if self.path.partition("?")[0] != "/":
+                self.send_error(HTTPStatus.NOT_FOUND)
+                return
+            self.send_response(HTTPStatus.OK)
+            self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.send_header("Content-Length", str(len(self.server.page)))
+            self.send_header("Cache-Control", "no-store")
+            self.end_headers()
+            self.wfile.write(self.server.page)
 
     def log_message(self, format: str, *args: object) -> None:
         """Say nothing: a log is no part of what was asked for."""

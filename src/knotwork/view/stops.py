@@ -36,7 +36,7 @@ class Stops:
     outlines: FloatArray
 
     def distinct(self, size: float) -> list[int]:
-        """Which differ from each other, so that copies of the arm can be told apart.
+        """Find those that differ from each other, so that copies of the arm can be told apart.
 
         Args:
             size: Extent of the scene [m].

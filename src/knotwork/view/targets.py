@@ -1,4 +1,4 @@
-"""What each waypoint asks of the tool: its pose, and how fast it goes and turns."""
+"""Pose and velocity of the tool that each waypoint asks for."""
 
 from __future__ import annotations
 
