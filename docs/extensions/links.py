@@ -18,6 +18,7 @@ PACKAGES = (
     "knotwork.scenario",
     "knotwork.robot",
     "knotwork.kinematics",
+    "knotwork.tool_paths",
     "knotwork.task_to_joint",
     "knotwork.verification",
     "knotwork.storage",
@@ -30,12 +31,15 @@ PACKAGES = (
 MODULES = {
     "knotwork.errors": (
         "BranchError",
+        "CornerError",
         "DocumentError",
         "ExportError",
         "KnotError",
         "OptionError",
         "OutsideLimitsError",
+        "PathError",
         "Problem",
+        "RampError",
         "RobotError",
         "SingularityError",
         "TaskError",

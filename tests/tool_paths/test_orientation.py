@@ -35,7 +35,7 @@ def inside(curve, count=60, margin=1e-4):
     return s[(np.abs(s[:, None] - curve.s) > margin).all(axis=1)]
 
 
-@examples(40)
+@examples(20)
 @given(seeds)
 def test_the_curve_passes_what_is_given_on_both_sides(seed):
     curve = random_curve(seed, jumps=True)
@@ -47,7 +47,7 @@ def test_the_curve_passes_what_is_given_on_both_sides(seed):
         np.testing.assert_allclose(curve.rate(s, 1, side=side), curve.changes[inner, i], atol=1e-8)
 
 
-@examples(40)
+@examples(20)
 @given(seeds)
 def test_rates_are_those_of_the_rotations(seed):
     curve = random_curve(seed)
@@ -69,7 +69,7 @@ def test_pieces_go_on_beyond_their_ends():
         np.testing.assert_allclose((w[2] - w[0]) / (2 * h), curve.changes[1, 0], atol=1e-4)
 
 
-@examples(40)
+@examples(20)
 @given(seeds)
 def test_bounds_of_rates_are_never_below_them(seed):
     curve = random_curve(seed)
@@ -86,7 +86,7 @@ def test_bounds_of_rates_are_never_below_them(seed):
             assert rate[i] < 2.5 * np.abs(curve._v).max() * 25 / curve._steps.min()
 
 
-@examples(40)
+@examples(20)
 @given(seeds, st.floats(0.01, 3.1))
 def test_even_turning_is_slerp_with_exact_bounds(seed, angle):
     start = Rotation.random(random_state=seed)
@@ -101,7 +101,7 @@ def test_even_turning_is_slerp_with_exact_bounds(seed, angle):
     assert change[0] < 1e-7
 
 
-@examples(40)
+@examples(20)
 @given(seeds, st.floats(-20, 20).filter(lambda angle: abs(angle) > 1e-3))
 def test_turning_goes_about_its_axis_by_any_angle(seed, angle):
     start = Rotation.random(random_state=seed)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from knotwork.tool_paths.line import Line as Line
     from knotwork.tool_paths.orientation import OrientationCurve as OrientationCurve
     from knotwork.tool_paths.path import ToolPath as ToolPath
+    from knotwork.tool_paths.tangent import tangent_orientation as tangent_orientation
     from knotwork.tool_paths.through_points import ThroughPoints as ThroughPoints
     from knotwork.tool_paths.timed_path import TimedPath as TimedPath
     from knotwork.tool_paths.timing import Timing as Timing

@@ -22,9 +22,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.bernstein import basis, on_interval
+from knotwork.tool_paths.bernstein import basis
 from knotwork.tool_paths.curve import checked_order, unit
 from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm
+from knotwork.tool_paths.turn_bounds import TurnBounds
 from knotwork.waypoints import FloatArray, read_only
 
 HALF_TURN = math.pi - 1e-6
@@ -58,10 +59,13 @@ class OrientationCurve:
             (m, 2, 3), before and after, where it jumps (which it may where the tool stops).
         changes: Its derivative with respect to arc length [rad/m²], of the same shapes; by default
             zero.
+        breaks: Arc lengths at which a stretch begins that turns in another way, and both ends [m],
+            shape (b,); by default all of s.
 
     Attributes:
         s, rotations: As given.
         rates, changes: As given, shape (m, 2, 3).
+        breaks: As given. Between them s only divides what goes on.
         length: The last arc length [m].
 
     Raises:
@@ -71,7 +75,12 @@ class OrientationCurve:
     """
 
     def __init__(
-        self, s: ArrayLike, rotations: ArrayLike, rates: ArrayLike, changes: ArrayLike | None = None
+        self,
+        s: ArrayLike,
+        rotations: ArrayLike,
+        rates: ArrayLike,
+        changes: ArrayLike | None = None,
+        breaks: ArrayLike | None = None,
     ) -> None:
         count = len(np.atleast_1d(np.asarray(s)))
         self.s = read_only(s, (count,), "s")
@@ -86,10 +95,11 @@ class OrientationCurve:
         self.changes = _two_sided(
             0.0 * self.rates if changes is None else changes, count, "changes"
         )
+        self.breaks: FloatArray = np.array(self.s if breaks is None else breaks)
         self._steps: FloatArray = np.diff(self.s)
         # Vectors v of each piece, shape (m - 1, 5, 3).
         self._v = np.array([self._vectors(i) for i in range(count - 1)])
-        self._bounds = _BoundsOfPieces(self._v)
+        self._bounds = TurnBounds(self._v)
 
     def _vectors(self, i: int) -> FloatArray:
         """Rotation vectors v1 to v5 of piece i, shape (5, 3)."""
@@ -161,7 +171,7 @@ class OrientationCurve:
         rates, changes = (
             np.einsum("kij,kj->ki", checked.rotations, spline(checked.s, order)) for order in (1, 2)
         )
-        return cls(checked.s, checked.rotations, rates, changes)
+        return cls(checked.s, checked.rotations, rates, changes, checked.s[[0, -1]])
 
     @classmethod
     def turning(
@@ -178,7 +188,7 @@ class OrientationCurve:
         share = np.linspace(0.0, 1.0, parts + 1)
         rotations = exponentials(share[:, None] * angle * direction) @ R0
         rate = np.tile(direction * angle / length, (parts + 1, 1))
-        return cls(share * length, rotations, rate)
+        return cls(share * length, rotations, rate, breaks=[0.0, length])
 
     @classmethod
     def joined(
@@ -189,7 +199,7 @@ class OrientationCurve:
         Where the rates of two stretches that meet differ, the rate at the junction is the mean of
         both, each weighted by the length of the other. In the last part of the one and the first
         of the other, a quarter of the stretch at most, the rate passes smoothly to it; elsewhere
-        each turns as it does alone.
+        each turns as it does alone. Where the rate's derivatives differ, it is zero.
 
         Args:
             stretches: One after another.
@@ -211,13 +221,14 @@ class OrientationCurve:
             if i not in stops:
                 _meet(before, after)
         start = 0.0
-        arrays: list[list[FloatArray]] = [[], [], [], []]
+        arrays: list[list[FloatArray]] = [[], [], [], [], []]
         for i, part in enumerate(parts):
             last = i + 1 == len(parts)
             ends = (part.rates[-1, 0], part.changes[-1, 0])
             if not last:  # a junction is held by the stretch that begins there
                 parts[i + 1].rates[0, 0], parts[i + 1].changes[0, 0] = ends
-            values = (start + part.s, part.rotations, part.rates, part.changes)
+            breaks = start + np.sort(part.breaks)
+            values = (start + part.s, part.rotations, part.rates, part.changes, breaks)
             for array, value in zip(arrays, values, strict=True):
                 array.append(value if last else value[:-1])
             start += float(part.s[-1])
@@ -321,42 +332,6 @@ class OrientationCurve:
         return found
 
 
-class _BoundsOfPieces:
-    """Bounds of |ω| and |dω/du| on parts of pieces, ω the turn per unit of u.
-
-    With ai the axes vi in base axes, fi' = 5 B(i-1) of degree 4 and fi'' the difference of two
-    cubic ones:
-
-        ω = Σ fi' ai              dω/du = 20 Σ Bk (a(k+2) - a(k+1)) + Σ(j<i) fj' fi' aj × ai
-
-    with k = 0…3. Joint i does not turn its own axis: |a(i+1) - ai| = |v(i+1) - vi| and, for
-    neighbours, |aj × ai| = |vj × vi|. Beyond neighbours each joint between turns vi by at most
-    |vk × vi|, so that |aj × ai| <= |vj × vi| + |vj| Σ(j<k<i) |vk × vi|. Where all axes agree, the
-    bounds are what they bound.
-    """
-
-    def __init__(self, v: FloatArray) -> None:
-        size = np.linalg.norm(v, axis=2).T
-        cross = np.linalg.norm(np.cross(v[:, :, None], v[:, None]), axis=3)
-        self.rate = 5.0 * size
-        self.steps = 20.0 * np.linalg.norm(np.diff(v, axis=1), axis=2).T
-        self.products = np.zeros((9, len(v)))
-        for j, i in itertools.combinations(range(5), 2):
-            aside = cross[:, j, i] + size[j] * cross[:, j + 1 : i, i].sum(axis=1)
-            weight = 25.0 * math.comb(4, i) * math.comb(4, j) / math.comb(8, i + j)
-            self.products[i + j] += weight * np.minimum(aside, size[i] * size[j])
-
-    def __call__(
-        self, piece: NDArray[np.intp], u0: FloatArray, u1: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Bounds of |ω| and |dω/du| on [u0, u1] of pieces, shape (k,)."""
-        rate, steps, products = (
-            on_interval(coefficients[:, piece], u0, u1).max(axis=0)
-            for coefficients in (self.rate, self.steps, self.products)
-        )
-        return rate, steps + products
-
-
 class _Stretch:
     """Arrays of a curve, to be changed at its two ends."""
 
@@ -365,6 +340,7 @@ class _Stretch:
         self.s = np.array(curve.s)
         self.rotations = np.array(curve.rotations)
         self.rates, self.changes = np.array(curve.rates), np.array(curve.changes)
+        self.breaks = np.array(curve.breaks)
 
     def divide(self, at_end: bool) -> None:
         """Insert a break where the transition to a junction ends, if its piece turns evenly."""
@@ -379,6 +355,7 @@ class _Stretch:
         index = len(self.s) - 1 if at_end else 1
         at = np.array([s])
         self.s = np.insert(self.s, index, s)
+        self.breaks = np.append(self.breaks, s)
         self.rotations = np.insert(self.rotations, index, curve.rotation(at), axis=0)
         for name, order in (("rates", 0), ("changes", 1)):
             value = np.repeat(curve.rate(at, order)[:, None], 2, axis=1)
@@ -386,15 +363,16 @@ class _Stretch:
 
 
 def _meet(before: _Stretch, after: _Stretch) -> None:
-    """Give two stretches the same rate where they meet."""
-    ends = [(before.rates[-1, 0], after.rates[0, 1]), (before.changes[-1, 0], after.changes[0, 1])]
-    if any(np.abs(a - b).max() > EQUAL * max(np.abs(a).max(), np.abs(b).max()) for a, b in ends):
+    """Give two stretches the same rate where they meet, and the same change of it."""
+    scale = max(np.abs(part.curve.rates).max() for part in (before, after))
+    a, b = before.rates[-1, 0], after.rates[0, 1]
+    if np.abs(a - b).max() > EQUAL * scale:
         before.divide(at_end=True)
         after.divide(at_end=False)
     weight = before.curve.length / (before.curve.length + after.curve.length)
-    for name, (a, b) in zip(("rates", "changes"), ends, strict=True):
-        mean = (1.0 - weight) * a + weight * b
-        getattr(before, name)[-1, :] = getattr(after, name)[0, :] = mean
+    before.rates[-1, :] = after.rates[0, :] = (1.0 - weight) * a + weight * b
+    if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
+        before.changes[-1, :] = after.changes[0, :] = 0.0
 
 
 def _sums_of_basis(values: FloatArray) -> FloatArray:

@@ -41,8 +41,8 @@ class ToolPath:
         length: Length of the path [m].
         starts: Arc lengths at which the curves begin [m], shape (n,).
         breaks: Arc lengths at which a curve or a part of the orientation begins, and both ends of
-            the path [m]; between them everything is smooth, but the knots of a curve through
-            points, where the third derivative jumps.
+            the path [m]. Between them second derivatives are continuous; third ones jump within
+            curves through points or rotations.
 
     Raises:
         CornerError: The direction changes suddenly where there is no stop.
@@ -84,7 +84,7 @@ class ToolPath:
                     f"the rate at which the tool turns jumps at arc length {s:.9g} m, where it "
                     "does not stop; join the stretches with OrientationCurve.joined, or stop there"
                 )
-        self.breaks = self._merged(np.concatenate((self.starts, ends[-1:], orientation.s)))
+        self.breaks = self._merged(np.concatenate((self.starts, ends[-1:], orientation.breaks)))
 
     def _check_junctions(self) -> None:
         for i, (before, after) in enumerate(itertools.pairwise(self.curves)):

@@ -1,0 +1,98 @@
+"""`tangent_orientation`: a tool that keeps its direction to the curve that it goes along."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import PathError
+from knotwork.tool_paths.arc import Arc
+from knotwork.tool_paths.curve import Curve
+from knotwork.tool_paths.orientation import OrientationCurve
+from knotwork.tool_paths.polynomial_curve import PolynomialCurve
+from knotwork.tool_paths.rotations import checked_rotations, exponentials
+from knotwork.waypoints import FloatArray
+
+TOLERANCE = 1e-6
+"""How far the curve's direction may be from where the tool sees it [rad]."""
+
+LARGEST_TURN = 0.5
+"""Greatest turn in one part [rad]."""
+
+MOST_PARTS = 1 << 16
+"""Parts of a curve at which the search for enough of them ends."""
+
+
+def tangent_orientation(curve: Curve, rotation: ArrayLike) -> OrientationCurve:
+    """Turn a tool with the direction of a curve, and not about it.
+
+    The tool's rotation is carried along by the angular velocity T × T' per unit of length, with T
+    the direction of the curve (a rotation-minimising frame). On an arc this is an even turn about
+    its normal, on a line none. On other curves the direction that the tool sees stays the same
+    within 1e-6 rad.
+
+    Args:
+        curve: The curve.
+        rotation: Rotation matrix of the tool at its start, in base axes.
+
+    Raises:
+        PathError: The matrix is no rotation, or the curve turns too sharply to be followed.
+
+    >>> tp = kw.tool_paths
+    >>> blend = tp.Blend([0, 0, 0], [1, 0, 0], [1, 1, 0], 0.1)
+    >>> tp.tangent_orientation(blend, np.eye(3)).rotations[-1].round(9) + 0.0
+    array([[ 0., -1.,  0.],
+           [ 1.,  0.,  0.],
+           [ 0.,  0.,  1.]])
+    """
+    R0 = checked_rotations(rotation, (3, 3), "rotation")
+    if isinstance(curve, Arc):
+        return OrientationCurve.turning(R0, curve.normal, curve.angle, curve.length)
+    if not isinstance(curve, PolynomialCurve):
+        return OrientationCurve.constant(R0, curve.length)
+    seen = R0.T @ curve.position([0.0], 1)[0]  # the direction in the axes of the tool
+    s = curve.piece_ends
+    while len(s) <= MOST_PARTS:
+        middle = 0.5 * (s[1:] + s[:-1])
+        coarse = _turns(curve, s) > LARGEST_TURN
+        if not coarse.any():
+            found = _carried(curve, R0, s)
+            off = found.rotation(middle) @ seen - curve.position(middle, 1)
+            coarse = np.linalg.norm(off, axis=1) > TOLERANCE
+            if not coarse.any():
+                return found
+        s = np.sort(np.concatenate((s, middle[coarse])))
+    raise PathError(
+        f"the curve of {curve.length:.6g} m turns too sharply for a tool that turns with it"
+    )
+
+
+def _turns(curve: Curve, s: FloatArray) -> FloatArray:
+    """Angles between the directions at neighbouring arc lengths."""
+    T = curve.position(s, 1)
+    return np.asarray(np.arccos(np.clip(np.einsum("ki,ki->k", T[1:], T[:-1]), -1.0, 1.0)))
+
+
+def _carried(curve: Curve, R0: FloatArray, s: FloatArray) -> OrientationCurve:
+    """Orientation carried along a curve in steps, by Magnus' method of fourth order.
+
+    What is left between the direction seen and the curve's is turned away in each step.
+    """
+    h = np.diff(s)
+    gauss = [s[:-1] + (0.5 + sign * math.sqrt(3.0) / 6.0) * h for sign in (-1.0, 1.0)]
+    one, other = (np.cross(curve.position(at, 1), curve.position(at, 2)) for at in gauss)
+    vectors = 0.5 * h[:, None] * (one + other)
+    vectors -= math.sqrt(3.0) / 12.0 * (h**2)[:, None] * np.cross(one, other)
+    T = curve.position(s, 1)
+    rotations = [R0]
+    for i, step in enumerate(exponentials(vectors)):
+        R = step @ rotations[-1]
+        left = np.cross(step @ T[i], T[i + 1])
+        rotations.append(exponentials(left[None])[0] @ R)
+    # The third derivative of a spline jumps at its points: it is taken halfway there.
+    inside = 1e-9 * np.concatenate((h[:1], h, h[-1:]))
+    third = 0.5 * (curve.position(s - inside[:-1], 3) + curve.position(s + inside[1:], 3))
+    rates, changes = np.cross(T, curve.position(s, 2)), np.cross(T, third)
+    return OrientationCurve(s, np.array(rotations), rates, changes, s[[0, -1]])

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import knotwork as kw
+from knotwork.errors import PathError
+from sweeps import examples
+
+tp = kw.tool_paths
+
+
+def wave(seed):
+    rng = np.random.default_rng(seed)
+    return tp.ThroughPoints(0.1 * np.cumsum(rng.normal((1.5, 0, 0), 0.6, (6, 3)), axis=0))
+
+
+@examples(3)
+@given(st.integers(0, 10_000))
+def test_the_tool_sees_the_curve_in_the_same_direction_and_does_not_turn_about_it(seed):
+    curve = wave(seed)
+    start = Rotation.random(random_state=seed).as_matrix()
+    orientation = tp.tangent_orientation(curve, start)
+    assert orientation.length == pytest.approx(curve.length, rel=1e-12)
+    assert orientation.jumps.size == 0
+    s = np.linspace(0, curve.length, 200)
+    T = curve.position(s, 1)
+    seen = np.einsum("kji,kj->ki", orientation.rotation(s), T)
+    np.testing.assert_allclose(seen, np.tile(seen[0], (200, 1)), atol=2e-6)
+
+    # Very many small turns, each about the axis at its middle.
+    count = 20_000
+    middle = (np.arange(count) + 0.5) * curve.length / count
+    axes = np.cross(curve.position(middle, 1), curve.position(middle, 2))
+    truth = start
+    for turn in Rotation.from_rotvec(axes * curve.length / count).as_matrix():
+        truth = turn @ truth
+    np.testing.assert_allclose(orientation.rotations[-1], truth, atol=3e-6)
+
+
+def test_lines_and_arcs_are_exact():
+    arc = tp.Arc.about([0.1, 0, 0], [0, 0, 0], [0.1, 0, 0], [0, 0, 1], turns=1)
+    orientation = tp.tangent_orientation(arc, np.eye(3))
+    s = np.linspace(0, arc.length, 50)
+    T = np.einsum("kji,kj->ki", orientation.rotation(s), arc.position(s, 1))
+    np.testing.assert_allclose(T, np.tile([0, 1, 0], (50, 1)), atol=1e-12)
+    line = tp.Line([0, 0, 0], [0, 0.2, 0])
+    R = Rotation.random(random_state=1).as_matrix()
+    np.testing.assert_array_equal(tp.tangent_orientation(line, R).rotations, [R, R])
+
+
+def test_a_rounded_corner_with_a_tool_that_turns_is_a_path():
+    blend = tp.Blend([0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], 0.02)
+    curves = [tp.Line([0, 0, 0], blend.start), blend, tp.Line(blend.end, [0.1, 0.1, 0])]
+    stretches, R = [], np.eye(3)
+    for curve in curves:
+        stretches.append(tp.tangent_orientation(curve, R))
+        R = stretches[-1].rotations[-1]
+    path = tp.ToolPath(curves, tp.OrientationCurve.joined(stretches))
+    quarter = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    np.testing.assert_allclose(path.pose(path.length).rotation, quarter, atol=1e-6)
+    # rates are zero at both ends of the blend: no transition takes place on the lines
+    off = path.rotation(np.linspace(0, path.starts[1], 20)) - np.eye(3)
+    assert np.abs(off).max() < 1e-4
+
+
+def test_what_is_no_rotation_is_refused():
+    with pytest.raises(PathError, match="no rotation matrix"):
+        tp.tangent_orientation(wave(1), 2 * np.eye(3))
