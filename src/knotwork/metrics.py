@@ -81,6 +81,11 @@ def end_acceleration(trajectory: JointTrajectory) -> float:
 def peak(trajectory: JointTrajectory, order: int, limit: FloatArray) -> Peak:
     """Find the peak of a derivative.
 
+    >>> motion = kw.plan("paper_case").trajectory
+    >>> found = peak(motion, 1, limit=np.array([0.5]))
+    >>> found.joint, round(found.value, 3), round(found.use, 3)
+    ('joint_1', 0.207, 0.413)
+
     Args:
         trajectory: The motion.
         order: Order of the derivative.

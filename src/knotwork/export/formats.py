@@ -96,6 +96,11 @@ def save(
 ) -> Path:
     """Write a motion to a file in a format, whole or not at all.
 
+    >>> import knotwork as kw
+    >>> motion = kw.plan("paper_case").trajectory
+    >>> save(motion, "pvt", "axis_table.csv", force=True, degrees=True).name
+    'axis_table.csv'
+
     Args:
         trajectory: The motion.
         name: Name of the format.

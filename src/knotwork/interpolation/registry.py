@@ -45,6 +45,9 @@ def get_planner(name: str) -> Planner:
 def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
     """Split `planner` or `planner:rule` into the planner and the option that the rule stands for.
 
+    >>> planner_and_rule("quintic:estimated")
+    ('quintic', {'accelerations': 'estimated'})
+
     Raises:
         UnknownNameError: There is no such planner, or it has no such rule.
     """
@@ -65,7 +68,11 @@ def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
 
 
 def rules(planner: str) -> list[str]:
-    """Rules that may follow the name of a planner."""
+    """Rules that may follow the name of a planner.
+
+    >>> rules("modified-hermite")
+    ['paper', 'balanced']
+    """
     supports = PLANNER_SPECS[planner].supports
     return [rule for option in RULES if option in supports for rule in RULES[option]]
 
