@@ -26,21 +26,22 @@ def two_point_coefficients(t: FloatArray, derivatives: tuple[FloatArray, ...]) -
     """
     k = len(derivatives)
     h = np.diff(t)[:, None]
+    c = np.empty((2 * k, h.size, derivatives[0].shape[1]))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        scaled = [y * (1.0 / math.factorial(i)) for i, y in enumerate(derivatives)]
-        start = [y[:-1] * h**i for i, y in enumerate(scaled)]
+        powers = [h**i for i in range(2 * k)]
+        taylor = [y * (1.0 / math.factorial(i)) if i > 1 else y for i, y in enumerate(derivatives)]
         # the difference of positions first: it cancels their common part without rounding
-        rest = [(y[1:] - y[:-1]) * h**i for i, y in enumerate(scaled)]
-        for i in range(k):
-            for m in range(i + 1, k):
-                rest[i] = rest[i] - math.comb(m, i) * start[m]
-        weights = _closing_weights(k)
-        high = [
-            sum((w * r for w, r in zip(row, rest, strict=True)), np.zeros_like(rest[0]))
-            for row in weights
-        ]
-        powers = [*start, *high]
-        return np.stack([powers[i] / h**i for i in range(2 * k - 1, -1, -1)])
+        rest = [(y[1:] - y[:-1]) * powers[i] if i else y[1:] - y[:-1] for i, y in enumerate(taylor)]
+        for m in range(1, k):
+            start = taylor[m][:-1] * powers[m]
+            for i in range(m):
+                rest[i] -= math.comb(m, i) * start
+        for p, row in enumerate(_closing_weights(k)):
+            terms = [r if w == 1 else w * r for w, r in zip(row, rest, strict=True) if w]
+            np.divide(sum(terms[1:], terms[0]), powers[k + p], out=c[k - 1 - p])
+        for i, y in enumerate(taylor):
+            c[2 * k - 1 - i] = y[:-1]
+    return c
 
 
 def _closing_weights(k: int) -> list[list[int]]:
