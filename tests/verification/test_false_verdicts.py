@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
+from knotwork.scenario import ToleranceSet
 
 
 def one_joint(**rest: Any) -> kw.Scenario:
@@ -220,20 +222,33 @@ def test_a_spike_does_not_widen_the_tolerance_of_jumps(width: float) -> None:
         assert any("velocity jumps" in text for text in map(str, report.failures))
 
 
-def test_a_tolerance_that_underflows_lets_nothing_pass() -> None:
-    """In the file's unit the tolerance is so small that it is zero in radians."""
-    scenario = {
+@pytest.mark.parametrize("where", ["tolerances", "limits"])
+def test_what_is_zero_in_si_is_refused(knotwork: Command, tmp_path: Path, where: str) -> None:
+    """In the file's unit the number is so small that it is zero in radians: 45° off passed."""
+    key = {"tolerances": "joint_position", "limits": "velocity"}[where]
+    data = {
         "units": {"angle": "deg"},
-        "tolerances": {"joint_position": 5e-324},
+        where: {key: 5e-324},
+        "waypoints": [{"joints": {"turn": 0}}, {"joints": {"turn": 45}, "after": 2}],
+    }
+    path = tmp_path / "task.yaml"
+    path.write_text(json.dumps(data, indent=1), encoding="utf-8")
+    ran = knotwork("plan", path)
+    assert ran.code == 2
+    assert f"{path}: line 6: {where}.{key}: 5e-324: is so small that" in ran.err
+    assert "may round to zero in SI; give at least 1e-100" in ran.err
+
+
+def test_a_tolerance_of_zero_lets_nothing_pass() -> None:
+    """A scenario made in Python."""
+    data = {
         "waypoints": [
             {"joints": {"turn": 0, "other": 0}},
-            {"joints": {"turn": 45, "other": 0}, "after": 2},
+            {"joints": {"turn": 0.8, "other": 0}, "after": 2},
         ],
     }
+    none = {"rad": 0.0, "m": 0.0}
+    scenario = replace(kw.load_scenario(data), tolerances=ToleranceSet(joint_position=none))
     c = np.zeros((4, 1, 2))
     still = kw.JointTrajectory(("turn", "other"), kw.PiecewisePolynomial(c, [0.0, 2.0]))
-    try:
-        loaded = kw.load_scenario(scenario)
-    except kw.InputError:
-        return  # refused
-    assert not kw.check(still, loaded).ok
+    assert not kw.check(still, scenario).ok

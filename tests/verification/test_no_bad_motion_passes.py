@@ -126,7 +126,9 @@ def sound(rng: Rng) -> Motion:
     spline = kw.ModifiedHermiteSpline(x, y, v)
     motion = Motion(x, y, v, np.array(spline.c), np.array(spline.x))
     motion.divide(x)
-    return motion
+    peaks = [max(np.abs(motion.values(j, nu)).max() for j in range(JOINTS)) for nu in (1, 2, 3)]
+    # short intervals beside long ones can make it too fast for any drive
+    return motion if (np.array(peaks) < 0.3 * np.array(FASTEST)).all() else sound(rng)
 
 
 def shaped(motion: Motion, rng: Rng) -> None:

@@ -20,10 +20,20 @@ from pydantic import (
 # No length, angle, time or limit of a real task is larger, and nothing computed from numbers of
 # this size leaves the range of floats.
 LARGEST = 1e12
+# Nothing real is smaller; in other units, or divided by a time, what is could round to zero.
+SMALLEST = 1e-100
+
+
+def _above_rounding(value: float) -> float:
+    if value < SMALLEST:
+        raise ValueError(f"is so small that it may round to zero in SI; give at least {SMALLEST:g}")
+    return value
+
+
 Text = Annotated[str, Field(strict=True, min_length=1)]
 Finite = Annotated[float, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
-Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST)]
+Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST), AfterValidator(_above_rounding)]
 Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Vector4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
 JointMap = Annotated[dict[Text, Number], Field(min_length=1)]
