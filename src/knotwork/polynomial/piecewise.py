@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import operator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError, TimeRangeError
+from knotwork.polynomial.coefficients import checked_coefficients, checked_order
 from knotwork.polynomial.critical_points import horner
 from knotwork.polynomial.evaluation import evaluate, falling_factorials, first_outside
 from knotwork.polynomial.extrema import Extrema, piecewise_extrema
@@ -18,75 +17,6 @@ from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
-
-
-def checked_order(nu: Any, what: str = "derivative order nu") -> int:
-    """Return a derivative order as an integer.
-
-    Raises:
-        InputError: It is no integer or negative.
-    """
-    order: int = -1
-    if not isinstance(nu, bool | np.bool_):
-        with contextlib.suppress(TypeError):
-            order = int(operator.index(nu))
-    if order < 0:
-        raise InputError(f"{what} is {nu!r}; it must be an integer, 0 or greater")
-    return order
-
-
-MAX_DEGREE = 30
-"""Higher degrees are refused: no planner makes them, rounding spoils them, extrema take minutes."""
-
-LARGEST = 1e200
-"""Larger numbers are refused, so that neither values nor derivatives overflow anywhere."""
-
-
-def _of_bounded_degree(c: FloatArray) -> FloatArray:
-    """Return coefficients without the leading zeros that are beyond the bound.
-
-    Raises:
-        InputError: The degree is too high even so.
-    """
-    excess = c.shape[0] - 1 - MAX_DEGREE
-    if excess <= 0:
-        return c
-    if c[:excess].any():
-        used = c.reshape(c.shape[0], -1).any(axis=1)
-        degree = c.shape[0] - 1 - int(used.argmax())
-        raise InputError(f"the degree is {degree}; at most {MAX_DEGREE} is accepted")
-    return np.ascontiguousarray(c[excess:])
-
-
-def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
-    """Check that the sizes of all terms add up to a number that leaves room for derivatives.
-
-    Raises:
-        InputError: A coefficient, a piece or a sum of terms is too large.
-    """
-    size = np.abs(c)
-    with np.errstate(over="ignore"):
-        span = np.diff(x)
-        longest = float(span.max())
-    largest = float(size.max(initial=0.0))
-    if largest > LARGEST:
-        index = np.unravel_index(int(size.argmax()), size.shape)
-        raise InputError(
-            f"coefficient {[int(i) for i in index]} is {c[index]:.6g}; at most {LARGEST:g} is "
-            "accepted"
-        )
-    if not longest <= LARGEST:
-        raise InputError(f"a piece lasts {longest:.6g} s; at most {LARGEST:g} s is accepted")
-    if math.log10(max(largest, 1.0)) + c.shape[0] * math.log10(max(longest, 1.0) * 2.0) < 200.0:
-        return
-    with np.errstate(over="ignore"):
-        reached = horner(size, span.reshape(-1, *[1] * (c.ndim - 2)))
-    if not (reached <= LARGEST).all():
-        piece = int(np.argwhere(~(reached <= LARGEST))[0][0])
-        raise InputError(
-            f"the terms of piece {piece} reach {reached.max():.6g} within its {span[piece]:.6g} s; "
-            f"at most {LARGEST:g} is accepted"
-        )
 
 
 class PiecewisePolynomial(ReadOnlyArrays):
@@ -118,30 +48,8 @@ class PiecewisePolynomial(ReadOnlyArrays):
     _extrema: dict[int, Extrema]
 
     def __init__(self, c: ArrayLike, x: ArrayLike, *, axis: int = 0) -> None:
-        coefficients = np.asarray(c)
-        if coefficients.dtype.kind not in "buif":
-            raise InputError(f"coefficients must be real numbers, not {coefficients.dtype}")
-        if coefficients.ndim < 2 or not 0 <= axis < coefficients.ndim - 1:
-            raise InputError(
-                f"coefficients have shape {coefficients.shape}, axis is {axis}; axes {axis} and "
-                f"{axis + 1} of the coefficients must be those of powers and pieces"
-            )
-        coefficients = np.moveaxis(coefficients, (axis, axis + 1), (0, 1))
         breaks = checked_times(x)
-        if coefficients.shape[0] == 0 or coefficients.shape[1] != breaks.size - 1:
-            raise InputError(
-                f"{breaks.size} breaks bound {breaks.size - 1} pieces; the coefficients have "
-                f"{coefficients.shape[0]} powers and {coefficients.shape[1]} pieces"
-            )
-        if not np.isfinite(coefficients).all():
-            index = np.argwhere(~np.isfinite(coefficients))[0]
-            raise InputError(
-                f"coefficient {index.tolist()} is {coefficients[tuple(index)]}; "
-                "every coefficient must be finite"
-            )
-        c = _of_bounded_degree(np.array(coefficients, dtype=float, order="C"))
-        _check_magnitudes(c, breaks)
-        self._assign(c, breaks, axis)
+        self._assign(checked_coefficients(c, breaks, axis), breaks, axis)
 
     def _assign(self, c: FloatArray, x: FloatArray, axis: int) -> None:
         """Take over checked arrays without copying them: c of shape (k+1, m, ...)."""
@@ -343,13 +251,7 @@ class PiecewisePolynomial(ReadOnlyArrays):
         return self._extrema[nu]
 
     def _find_extrema(self, nu: int) -> Extrema:
-        size = max(1, self._c.shape[0] - nu)
-        c = self._flat
-        if nu:
-            c = c[:size] * np.array(falling_factorials(size, nu))[:, None, None]
-            if self._c.shape[0] <= nu:
-                c = np.zeros_like(c)
-        found = piecewise_extrema(self._x, c)
+        found = piecewise_extrema(self._x, self.derivative(nu)._flat)
         trailing = self._c.shape[2:]
         arrays = (found.minimum, found.minimum_time, found.maximum, found.maximum_time)
         for values in arrays:

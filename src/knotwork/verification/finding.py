@@ -15,6 +15,11 @@ Proof = Literal["exact", "bounded", "sampled"]
 class Finding:
     """One thing that the check says.
 
+    >>> report = kw.plan("ur5_deburring").report
+    >>> (speed,) = report.select(quantity="tool_speed")
+    >>> speed.ok, speed.limit, speed.proof
+    (True, 0.25, 'bounded')
+
     Everything that shows a report (table, page, JSON, marks in the 3D scene, exit code) iterates
     over findings and knows no check by name.
 

@@ -76,7 +76,7 @@ class Reached:
 
 
 def bounded(found: Bound) -> Reached:
-    """What a bound says of a value: how far beyond it the truth may lie, if that is proved."""
+    """A bounded value, and how far beyond it the truth may lie, if that is proved."""
     if not found.proved:
         return Reached(found.value, found.time, "sampled")
     return Reached(found.value, found.time, "bounded", found.excess)

@@ -8,7 +8,12 @@ from knotwork.trajectory import JointTrajectory
 
 
 class Motion:
-    """What is checked; every check is given the same.
+    """The motion to be checked; every check is given the same.
+
+    >>> plan = kw.plan("paper_case")
+    >>> motion = kw.verification.Motion(plan.trajectory, plan.space)
+    >>> motion.end_time, motion.curve(25.0)
+    (25.0, array([3.14159265]))
 
     Attributes:
         trajectory: As it was given.

@@ -1,4 +1,4 @@
-"""What is plausibly a slip in a scenario: said as a warning, and never a failure."""
+"""Warnings of plausible slips in a scenario; they never fail."""
 
 from __future__ import annotations
 

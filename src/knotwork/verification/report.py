@@ -1,4 +1,4 @@
-"""What the check found: findings, and the verdict on them."""
+"""The report: findings of the check, and the verdict on them."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ class Report:
 
     @property
     def failures(self) -> tuple[Finding, ...]:
-        """What fails, in the order of the report."""
+        """Findings that fail, in the order of the report."""
         return tuple(found for found in self.findings if not found.ok)
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """What is plausibly a slip; it fails nothing."""
+        """Findings that are plausibly slips; they fail nothing."""
         return tuple(found for found in self.findings if found.verdict == "warning")
 
     @property

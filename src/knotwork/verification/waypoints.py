@@ -1,4 +1,4 @@
-"""What waypoints ask for, against what the motion does at their times."""
+"""The motion at the times of waypoints, against what these ask for."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ less than 7·2⁻⁴² + 2,000·7·2⁻⁵³ < 2⁻³⁸."""
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """What is to be bounded, in c components.
+    """A quantity to be bounded, in c components.
 
     Attributes:
         values: From joint positions, velocities and accelerations, shape (k, d) each, to φ(g),

@@ -25,7 +25,7 @@ ORDERS = 5
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """What of a Pinocchio model the bounds need.
+    """The joints of a Pinocchio model, as far as the bounds need them.
 
     Attributes:
         parent: Index of each joint's parent; joint 0 is the base.

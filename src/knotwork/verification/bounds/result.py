@@ -1,4 +1,4 @@
-"""What is proved of a quantity, and what every public bound takes."""
+"""`Bound`: a quantity as found and as proved; arguments that every public bound takes."""
 
 from __future__ import annotations
 

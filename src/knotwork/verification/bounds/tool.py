@@ -67,6 +67,12 @@ def tool_acceleration_bound(
 
     It holds over all time, on both sides of breaks. Arguments and errors are those of
     `tool_speed_bound`, the limit in m/s².
+
+    >>> plan = kw.plan("ur5_deburring")
+    >>> robot = plan.space.robot
+    >>> found = kw.verification.tool_acceleration_bound(robot, plan.trajectory, limit=1.0)
+    >>> found.ok, found.proved, found.value < found.bound < 1.0
+    (True, True, True)
     """
     return _bound(robot, trajectory, frame, limit, budget, 2, "tool acceleration")
 

@@ -69,7 +69,7 @@ def torque_bound(
 
 @dataclass(frozen=True, eq=False)
 class Masses:
-    """What of the links' inertias the bounds need, by joint; entry 0, the base, is not used.
+    """Inertias of the links, by joint; entry 0, the base, is not used.
 
     Attributes:
         mass: [kg].

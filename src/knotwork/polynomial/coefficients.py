@@ -1,0 +1,124 @@
+"""Coefficients and orders of derivatives, checked at the gate: nothing overflows behind it."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import operator
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.errors import InputError
+from knotwork.polynomial.critical_points import horner
+from knotwork.waypoints import FloatArray
+
+
+def checked_order(nu: Any, what: str = "derivative order nu") -> int:
+    """Return a derivative order as an integer.
+
+    Raises:
+        InputError: It is no integer or negative.
+    """
+    order: int = -1
+    if not isinstance(nu, bool | np.bool_):
+        with contextlib.suppress(TypeError):
+            order = int(operator.index(nu))
+    if order < 0:
+        raise InputError(f"{what} is {nu!r}; it must be an integer, 0 or greater")
+    return order
+
+
+MAX_DEGREE = 30
+"""Higher degrees are refused: no planner makes them, rounding spoils them, extrema take minutes."""
+
+LARGEST = 1e200
+"""Larger numbers are refused, so that neither values nor derivatives overflow anywhere."""
+
+
+def _of_bounded_degree(c: FloatArray) -> FloatArray:
+    """Return coefficients without the leading zeros that are beyond the bound.
+
+    Raises:
+        InputError: The degree is too high even so.
+    """
+    excess = c.shape[0] - 1 - MAX_DEGREE
+    if excess <= 0:
+        return c
+    if c[:excess].any():
+        used = c.reshape(c.shape[0], -1).any(axis=1)
+        degree = c.shape[0] - 1 - int(used.argmax())
+        raise InputError(f"the degree is {degree}; at most {MAX_DEGREE} is accepted")
+    return np.ascontiguousarray(c[excess:])
+
+
+def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
+    """Check that the sizes of all terms add up to a number that leaves room for derivatives.
+
+    Raises:
+        InputError: A coefficient, a piece or a sum of terms is too large.
+    """
+    size = np.abs(c)
+    with np.errstate(over="ignore"):
+        span = np.diff(x)
+        longest = float(span.max())
+    largest = float(size.max(initial=0.0))
+    if largest > LARGEST:
+        index = np.unravel_index(int(size.argmax()), size.shape)
+        raise InputError(
+            f"coefficient {[int(i) for i in index]} is {c[index]:.6g}; at most {LARGEST:g} is "
+            "accepted"
+        )
+    if not longest <= LARGEST:
+        raise InputError(f"a piece lasts {longest:.6g} s; at most {LARGEST:g} s is accepted")
+    if math.log10(max(largest, 1.0)) + c.shape[0] * math.log10(max(longest, 1.0) * 2.0) < 200.0:
+        return
+    with np.errstate(over="ignore"):
+        reached = horner(size, span.reshape(-1, *[1] * (c.ndim - 2)))
+    if not (reached <= LARGEST).all():
+        piece = int(np.argwhere(~(reached <= LARGEST))[0][0])
+        raise InputError(
+            f"the terms of piece {piece} reach {reached.max():.6g} within its {span[piece]:.6g} s; "
+            f"at most {LARGEST:g} is accepted"
+        )
+
+
+def checked_coefficients(c: ArrayLike, breaks: FloatArray, axis: int) -> FloatArray:
+    """Copy coefficients with the axes of powers and pieces in front.
+
+    Args:
+        c: As `PiecewisePolynomial` takes them.
+        breaks: Of the pieces, shape (m+1,).
+        axis: Where the axis of powers stands.
+
+    Returns:
+        Shape (k+1, m, ...).
+
+    Raises:
+        InputError: They are complex, not finite or above 1e200, do not fit the breaks or the axis,
+            or are of a degree above 30.
+    """
+    coefficients = np.asarray(c)
+    if coefficients.dtype.kind not in "buif":
+        raise InputError(f"coefficients must be real numbers, not {coefficients.dtype}")
+    if coefficients.ndim < 2 or not 0 <= axis < coefficients.ndim - 1:
+        raise InputError(
+            f"coefficients have shape {coefficients.shape}, axis is {axis}; axes {axis} and "
+            f"{axis + 1} of the coefficients must be those of powers and pieces"
+        )
+    coefficients = np.moveaxis(coefficients, (axis, axis + 1), (0, 1))
+    if coefficients.shape[0] == 0 or coefficients.shape[1] != breaks.size - 1:
+        raise InputError(
+            f"{breaks.size} breaks bound {breaks.size - 1} pieces; the coefficients have "
+            f"{coefficients.shape[0]} powers and {coefficients.shape[1]} pieces"
+        )
+    if not np.isfinite(coefficients).all():
+        index = np.argwhere(~np.isfinite(coefficients))[0]
+        raise InputError(
+            f"coefficient {index.tolist()} is {coefficients[tuple(index)]}; "
+            "every coefficient must be finite"
+        )
+    result = _of_bounded_degree(np.array(coefficients, dtype=float, order="C"))
+    _check_magnitudes(result, breaks)
+    return result
