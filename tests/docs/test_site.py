@@ -30,6 +30,7 @@ PACKAGES = (
     "robot",
     "scenario",
     "storage",
+    "tool_paths",
     "view",
     "verification",
 )

@@ -204,8 +204,12 @@ def test_points_from_a_file(tmp_path):
     np.testing.assert_allclose(curve.points, [[0, 0, 0], [0.1, 0, 0.005], [0.2, 0.05, 0.005]])
     half = 0.5**0.5
     np.testing.assert_allclose(curve.quaternions, [[0, 0, 0, 1], [0, 0, 0, 1], [0, half, 0, half]])
+    np.testing.assert_allclose(curve.rotations[2] @ [1, 0, 0], [0, 0, -1], atol=1e-15)
+    turning = tp.OrientationCurve.through(curve.arc_lengths, curve.rotations)
+    np.testing.assert_allclose(turning.rotation(curve.arc_lengths), curve.rotations, atol=1e-12)
     file.write_text("x,y,z\n0,0,0\n1,0,0\n", encoding="utf-8")
     assert tp.ThroughPoints.from_csv(file).quaternions is None
+    assert tp.ThroughPoints.from_csv(file).rotations is None
 
 
 HEAD = "x,y,z\n"

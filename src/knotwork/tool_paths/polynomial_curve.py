@@ -103,21 +103,25 @@ class PolynomialCurve(Curve):
 
         By the chain rule, with w' = 1/|C'|, w'' = -C'·C''/|C'|⁴ and so on.
         """
-        checked_order(order)
-        span, w = self._parameters(np.asarray(s, dtype=float))
+        return self._derivatives(np.asarray(s, dtype=float), checked_order(order))[order]
+
+    def _derivatives(self, s: FloatArray, order: int) -> list[FloatArray]:
+        """Points and their derivatives up to an order, each of shape (k, 3)."""
+        span, w = self._parameters(s)
         C = [_values([c[span] for c in self._c[i]], w) for i in range(order + 1)]
-        if order == 0:
-            return C[0]
-        speed = _norm(C[1])[:, None]
-        if order == 1:
-            return np.asarray(C[1] / speed)
-        along = _dot(C[1], C[2])
-        first, second = 1.0 / speed, -along / speed**4
-        if order == 2:
-            return np.asarray(C[2] * first**2 + C[1] * second)
-        growth = _dot(C[2], C[2]) + _dot(C[1], C[3])
-        third = -growth / speed**5 + 4.0 * along**2 / speed**7
-        return np.asarray(C[3] * first**3 + 3.0 * C[2] * first * second + C[1] * third)
+        found = C[:1]
+        if order >= 1:
+            speed = _norm(C[1])[:, None]
+            found.append(C[1] / speed)
+        if order >= 2:
+            along = _dot(C[1], C[2])
+            first, second = 1.0 / speed, -along / speed**4
+            found.append(C[2] * first**2 + C[1] * second)
+        if order >= 3:
+            growth = _dot(C[2], C[2]) + _dot(C[1], C[3])
+            third = -growth / speed**5 + 4.0 * along**2 / speed**7
+            found.append(C[3] * first**3 + 3.0 * C[2] * first * second + C[1] * third)
+        return found
 
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
         """Arc lengths of the nearest points, by Newton's method from the guess.
@@ -128,8 +132,8 @@ class PolynomialCurve(Curve):
         s: FloatArray = np.clip(np.array(guess, dtype=float), 0.0, self.length)
         going = np.arange(s.size)
         for _ in range(ITERATIONS):
-            off = self.position(s[going]) - points[going]
-            tangent, bend = self.position(s[going], 1), self.position(s[going], 2)
+            at, tangent, bend = self._derivatives(s[going], 2)
+            off = at - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)
             before = _norm(off)

@@ -75,6 +75,15 @@ class ThroughPoints(PolynomialCurve):
         self.arc_lengths: FloatArray = self.piece_ends
         self.quaternions = None if quaternions is None else _aligned(quaternions, count)
 
+    @property
+    def rotations(self) -> FloatArray | None:
+        """Rotation matrices of the tool at the points, shape (n, 3, 3), or `None`."""
+        from scipy.spatial.transform import Rotation
+
+        if self.quaternions is None:
+            return None
+        return np.asarray(Rotation.from_quat(self.quaternions).as_matrix())
+
     @classmethod
     def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:
         """Read the points from a CSV file.
