@@ -54,7 +54,7 @@ class Curve(ABC):
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,)."""
 
     def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
-        """Upper bounds of |d²P/dτ²| as arc length goes evenly from s0 to s1, τ from 0 to 1.
+        """Upper bounds of the norm of d²P/dτ²; arc length goes evenly from s0 to s1, τ from 0 to 1.
 
         A point moving so is off the chord by an eighth of this at most.
 

@@ -303,7 +303,7 @@ class OrientationCurve:
         return np.asarray(change / step**2 if order else rate / step)
 
     def rate_bounds(self, s0: ArrayLike, s1: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Upper bounds of |rate| [rad/m] and |d rate/ds| [rad/m²] from arc length s0 to s1.
+        """Upper bounds of the sizes of rate [rad/m] and d rate/ds [rad/m²] from s0 to s1.
 
         Where the rate jumps, the bound of its derivative leaves out the jump.
 

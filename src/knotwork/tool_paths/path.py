@@ -207,7 +207,7 @@ class ToolPath:
         return best
 
     def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
-        """Upper bounds of |d²P/dτ²| as arc length goes evenly from s0 to s1, τ from 0 to 1.
+        """Upper bounds of the norm of d²P/dτ²; arc length goes evenly from s0 to s1, τ from 0 to 1.
 
         Across a junction the direction goes on and the curvature jumps: the bound is that of the
         greater curvature, and a point moving so is still off the chord by an eighth of it at most.
@@ -239,7 +239,7 @@ class ToolPath:
         """Upper bounds of the Frobenius norm of d²R/dτ² for the same motion as in `bend`.
 
         With the rate w and its derivative, R'' = ([w'] + [w]²) R, where [w] is the cross product:
-        of norm √2 (|w'| + |w|²) at most. Across a stop it is infinite.
+        of norm √2 (‖w'‖ + ‖w‖²) at most. Across a stop it is infinite.
 
         Args:
             s0: Arc lengths at the start, in [0, length] [m], shape (k,).

@@ -101,7 +101,7 @@ class PolynomialCurve(Curve):
     def position(self, s: ArrayLike, order: int = 0) -> FloatArray:
         """Points of the curve, or their derivatives: see `Curve.position`.
 
-        By the chain rule, with w' = 1/|C'|, w'' = -C'·C''/|C'|⁴ and so on.
+        By the chain rule, with w' = 1/‖C'‖, w'' = -C'·C''/‖C'‖⁴ and so on.
         """
         return self._derivatives(np.asarray(s, dtype=float), checked_order(order))[order]
 
@@ -153,7 +153,7 @@ class PolynomialCurve(Curve):
     def curvature_bound(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the curvature from arc length s0 to s1 [1/m], shape (k,).
 
-        Of the spans there: |C' × C''| / |C'|³ by the Bernstein coefficients of both.
+        Of the spans there: ‖C' × C''‖ / ‖C'‖³ by the Bernstein coefficients of both.
         """
         ends = np.broadcast_arrays(np.asarray(s0, dtype=float), np.asarray(s1, dtype=float))
         low, high = self._span_of(np.minimum(*ends)), self._span_of(np.maximum(*ends))

@@ -29,6 +29,7 @@ class ThroughPoints(PolynomialCurve):
     Attributes:
         points: As given.
         quaternions: Of length one, each on the side of the one before; or `None`.
+        rotations: The same as matrices, shape (n, 3, 3); or `None`.
         arc_lengths: Arc lengths at the points [m], shape (n,).
 
     Raises:
@@ -73,16 +74,13 @@ class ThroughPoints(PolynomialCurve):
         # SciPy's coefficients are for the distance along the chord, these for a unit parameter.
         super().__init__(c * np.diff(x)[:, None] ** powers)
         self.arc_lengths: FloatArray = self.piece_ends
-        self.quaternions = None if quaternions is None else _aligned(quaternions, count)
+        self.quaternions: FloatArray | None = None
+        self.rotations: FloatArray | None = None
+        if quaternions is not None:
+            from scipy.spatial.transform import Rotation
 
-    @property
-    def rotations(self) -> FloatArray | None:
-        """Rotation matrices of the tool at the points, shape (n, 3, 3), or `None`."""
-        from scipy.spatial.transform import Rotation
-
-        if self.quaternions is None:
-            return None
-        return np.asarray(Rotation.from_quat(self.quaternions).as_matrix())
+            self.quaternions = _aligned(quaternions, count)
+            self.rotations = Rotation.from_quat(self.quaternions).as_matrix()
 
     @classmethod
     def from_csv(cls, path: str | Path, length_unit: float = 1.0) -> ThroughPoints:
