@@ -109,7 +109,7 @@ def solve_velocity_ik(
     if not wanted.any() and rest is None:
         return np.zeros(robot.dof)
     U, s, Vt = np.linalg.svd(J, full_matrices=False)
-    v = _least_norm(J, wanted, _speeds(robot), rest, (U, s, Vt))
+    v = _least_norm(J, wanted, joint_scales(robot), rest, (U, s, Vt))
     residual = wanted - J @ v
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
@@ -145,7 +145,7 @@ def solve_velocities(
         smallest singular value, shape (n,).
     """
     J = joint_axes(robot).jacobians(q)
-    scale = _speeds(robot)
+    scale = joint_scales(robot)
     U, s, Vt = np.linalg.svd(J * scale, full_matrices=False)
     smallest = s[:, -1] if robot.dof <= 6 else np.linalg.svd(J, compute_uv=False)[:, -1]
     wanted = np.broadcast_to(twists, (len(q), 6))
@@ -178,7 +178,7 @@ def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     return np.where(bounded, rate * (middle(limits) - position), 0.0)
 
 
-def _speeds(robot: Robot) -> FloatArray:
+def joint_scales(robot: Robot) -> FloatArray:
     """The scale of each joint in the least norm, shape (d,)."""
     if robot.dof <= 6:
         return np.ones(robot.dof)

@@ -117,7 +117,9 @@ def _once(q: FloatArray) -> FloatArray:
 
 def _start(first: Layer, index: Any) -> Reached:
     came = np.zeros(len(index), dtype=int)
-    return Reached(first.cost, first.q, first.flags, first.weight, index, came, first.velocity)
+    return Reached(
+        first.cost, first.q, first.flags, first.weight, index, came, first.velocity, first.way
+    )
 
 
 def _moved(
@@ -139,7 +141,8 @@ def _moved(
     flags = np.where(layer.flags[kept] == 0.0, state.flags[came], layer.flags[kept])
     velocity = None if layer.velocity is None else layer.velocity[kept]
     cost = cost.take(kept).without_zeros()
-    return Reached(cost, q, flags, layer.weight[kept], kept, came, velocity)
+    way = None if layer.way is None else layer.way[kept]
+    return Reached(cost, q, flags, layer.weight[kept], kept, came, velocity, way)
 
 
 def way_to(states: list[Reached], row: int) -> list[int]:
@@ -155,7 +158,10 @@ def positions_of(layers: list[Layer], index: tuple[int, ...], rules: Rules) -> F
     """Positions of a sequence, joints without limits at the turn they come to the short way."""
     q = np.array([layer.q[k] for layer, k in zip(layers, index, strict=True)])
     for i in range(1, len(q)):
-        if not layers[i].fixed:
+        before = layers[i].before
+        if before is not None:
+            q[i] = q[i - 1] + layers[i].q[index[i]] - before[index[i]]
+        elif not layers[i].fixed:
             q[i] = np.where(rules.unbounded, q[i] - whole_turns(q[i] - q[i - 1]), q[i])
     return q
 

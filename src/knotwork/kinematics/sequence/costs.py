@@ -107,6 +107,9 @@ class Layer:
         fixed: The positions are given, turns and all.
         velocity: Joint velocities at each [rad/s or m/s], shape (m, d), or `None` to leave out of
             account how fast joints are between waypoints.
+        way: Where the arm waits or follows a path, which of the ways each is on, shape (m,).
+        before: Where each way comes from at the waypoint before [rad or m], shape (m, d): then no
+            other step leads to it. `None` where any may.
     """
 
     q: FloatArray
@@ -115,6 +118,8 @@ class Layer:
     flags: FloatArray
     fixed: bool = False
     velocity: FloatArray | None = None
+    way: Any = None
+    before: FloatArray | None = None
 
     def take(self, index: Any) -> Layer:
         """Those candidates of the given indices."""
@@ -125,6 +130,8 @@ class Layer:
             self.flags[index],
             self.fixed,
             None if self.velocity is None else self.velocity[index],
+            None if self.way is None else self.way[index],
+            None if self.before is None else self.before[index],
         )
 
 
@@ -161,6 +168,7 @@ class Reached:
         index: Which candidates of the layer they are, shape (m,).
         came: From which of those kept at the layer before, shape (m,).
         velocity: Joint velocities at each, shape (m, d), or `None`.
+        way: Which way each is on where the arm waits or follows a path, shape (m,), or `None`.
     """
 
     cost: Cost
@@ -170,6 +178,7 @@ class Reached:
     index: Any
     came: Any
     velocity: FloatArray | None
+    way: Any = None
 
 
 def step_costs(
@@ -187,6 +196,8 @@ def step_costs(
     Returns:
         Costs, shape (l, m), and the motion of the joints without limits, shape (u, l, m).
     """
+    if layer.before is not None:
+        return _steps_along(rules, state, layer, layer.before)
     shape = len(state.q), len(layer.q)
     fastest, halfway, square = np.zeros((3, *shape))
     move, size = np.empty((2, *shape))
@@ -229,4 +240,17 @@ def step_costs(
             cost = cost._replace(impossible=np.where(changed, np.inf, 0.0))
         elif changed.any():
             cost = cost._replace(changes=changed.astype(float))
+    return cost, turns
+
+
+def _steps_along(
+    rules: Rules, state: Reached, layer: Layer, before: FloatArray
+) -> tuple[Cost, FloatArray]:
+    """Steps where each candidate follows from one at the waypoint before, and from no other."""
+    shape = len(state.q), len(layer.q)
+    move = layer.q - before
+    travel = layer.weight * np.linalg.norm(move / rules.speed, axis=1)
+    other = state.way[:, None] != layer.way[None, :]
+    turns = np.broadcast_to(move.T[rules.unbounded][:, None, :], (rules.unbounded.sum(), *shape))
+    cost = Cost(impossible=np.where(other, np.inf, 0.0), travel=np.broadcast_to(travel, shape).copy())
     return cost, turns

@@ -1,0 +1,182 @@
+"""Waypoints along a tool path: as many as hold the curve between them to the path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.interpolation import ModifiedHermiteSpline
+from knotwork.kinematics.chain.joint_axes import joint_axes
+from knotwork.kinematics.following.continuation import accelerations, continue_along
+from knotwork.robot import Robot
+from knotwork.tool_paths import TimedPath
+from knotwork.waypoints import FloatArray
+
+# Places in each interval where the curve is compared with the path: where its error is largest.
+SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+# Waypoints are inserted until the errors there are down to this part of the tolerances.
+PART = 0.75
+# Beyond so many the tolerances are refused.
+MOST = 100_000
+MOST_PARTS = 8
+# Joints move by no more than this in a step, so that self-motion is exact to about 1e-9 rad.
+STEP = 0.05
+
+
+@dataclass(frozen=True)
+class PathTolerance:
+    """How near a motion has to be to its path.
+
+    Attributes:
+        position: Distance from the path [m].
+        orientation: Angle from the orientation there [rad].
+        speed: Difference of speed, as a part of the path's.
+    """
+
+    position: float
+    orientation: float
+    speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedPath:
+    """Waypoints that hold the joints to a path.
+
+    Attributes:
+        time: [s], shape (k,).
+        position, velocity, acceleration: Of the joints, shape (k, d).
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+
+def follow_path(
+    robot: Robot,
+    path: TimedPath,
+    start: FloatArray,
+    tolerance: PathTolerance,
+    *,
+    times: FloatArray | None = None,
+    pull: float = 0.0,
+) -> FollowedPath:
+    """Find waypoints along a path that hold the modified Hermite curve to it.
+
+    Between two waypoints whose positions, velocities and accelerations are those of the path the
+    curve is a section of its own. Its error falls with the fourth power of the interval, so few
+    are needed. Where the curvature of the path jumps the acceleration is the mean of both sides,
+    and waypoints gather there.
+
+    Args:
+        robot: The arm.
+        path: Poses of the tool over time.
+        start: Joint positions where it begins [rad or m], shape (d,).
+        tolerance: What to hold.
+        times: Times to have a waypoint at, besides those where something begins anew [s].
+        pull: See `JointField`.
+
+    Raises:
+        InputError: The tolerance takes more waypoints than can be.
+    """
+    wanted = np.union1d(path.breaks, [] if times is None else times)
+    followed = _at(robot, path, start, wanted, pull)
+    while True:
+        parts = _parts(robot, path, followed, tolerance)
+        if (parts == 1).all():
+            return followed
+        if parts.sum() > MOST:
+            raise InputError(
+                f"the tolerances {tolerance.position:g} m, {tolerance.orientation:g} rad and "
+                f"{tolerance.speed:g} of the speed would take more than {MOST} waypoints along "
+                "the path; wider ones would do, or a round corner where its curvature jumps"
+            )
+        more = [
+            np.linspace(a, b, n + 1)[1:-1]
+            for a, b, n in zip(followed.time[:-1], followed.time[1:], parts, strict=True)
+            if n > 1
+        ]
+        followed = _with(robot, path, followed, np.concatenate(more), pull)
+
+
+def _at(
+    robot: Robot, path: TimedPath, start: FloatArray, times: FloatArray, pull: float
+) -> FollowedPath:
+    q = continue_along(robot, path, start[None], times, pull=pull, step=STEP).q[:, 0]
+    return FollowedPath(times, q, *_rates(robot, path, times, q, pull))
+
+
+def _rates(
+    robot: Robot, path: TimedPath, times: FloatArray, q: FloatArray, pull: float
+) -> tuple[FloatArray, FloatArray]:
+    """Velocities and accelerations; at a jump of the acceleration the mean of both sides."""
+    v, a = np.empty(q.shape), np.empty(q.shape)
+    breaks = set(np.asarray(path.breaks)[1:-1].tolist())
+    for i, time in enumerate(times):
+        side = "left" if time == path.end_time else "right"
+        v[i], a[i] = accelerations(robot, path, q[i], float(time), side, pull=pull)
+        if time in breaks:
+            a[i] = 0.5 * (
+                a[i] + accelerations(robot, path, q[i], float(time), "left", pull=pull)[1]
+            )
+    return v, a
+
+
+def _with(
+    robot: Robot, path: TimedPath, known: FollowedPath, more: FloatArray, pull: float
+) -> FollowedPath:
+    """Add waypoints, each followed from the one before it that is known."""
+    before = np.searchsorted(known.time, more, "right") - 1
+    q = np.empty((len(more), known.position.shape[1]))
+    for i in np.unique(before):
+        own = np.flatnonzero(before == i)
+        times = np.concatenate((known.time[i : i + 1], more[own]))
+        start = known.position[i : i + 1]
+        q[own] = continue_along(robot, path, start, times, pull=pull, step=STEP).q[1:, 0]
+    rates = _rates(robot, path, more, q, pull)
+    time = np.concatenate((known.time, more))
+    order = np.argsort(time)
+    values = zip((known.position, known.velocity, known.acceleration), (q, *rates), strict=True)
+    return FollowedPath(time[order], *(np.concatenate(both)[order] for both in values))
+
+
+def _parts(
+    robot: Robot, path: TimedPath, followed: FollowedPath, tolerance: PathTolerance
+) -> FloatArray:
+    """Into how many parts to divide each interval."""
+    spline = ModifiedHermiteSpline(
+        followed.time,
+        followed.position,
+        followed.velocity,
+        acceleration=followed.acceleration,
+    )
+    start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
+    times = (start + length * np.array(SAMPLES)).ravel()
+    use = errors(robot, path, spline(times), spline(times, 1), times) / (
+        PART * np.array([tolerance.position, tolerance.orientation, tolerance.speed])
+    )
+    worst = use.reshape(len(start), -1).max(axis=1)
+    needed = np.ceil(np.maximum(worst, 1e-9) ** 0.25)
+    return np.where(worst <= 1.0, 1, np.clip(needed, 2, MOST_PARTS)).astype(int)
+
+
+def errors(
+    robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
+) -> FloatArray:
+    """Distance [m], angle [rad] and part of the speed by which joints are off a path; (k, 3)."""
+    axes = joint_axes(robot)
+    tip, columns, points, directions = axes.forward(q)
+    J = axes.jacobian(tip, points, directions).transpose(2, 0, 1)
+    moved = np.einsum("nij,nj->ni", J, v)[:, :3]
+    s = path.path.nearest(tip.T, path.arc_length(times))
+    distance = np.linalg.norm(tip.T - path.path.position(s), axis=1)
+    # |R - R*|² = 8 sin²(angle / 2) in the Frobenius norm
+    gap = np.linalg.norm(columns.transpose(2, 1, 0) - path.path.rotation(s), axis=(1, 2))
+    angle = 2.0 * np.arcsin(np.minimum(gap / np.sqrt(8.0), 1.0))
+    wanted = path.state(times)[2][:, :3]
+    fastest = max(float(np.linalg.norm(wanted, axis=1).max()), 1e-12)
+    off = np.abs(np.linalg.norm(moved, axis=1) - np.linalg.norm(wanted, axis=1)) / fastest
+    return np.stack((distance, angle, off), axis=1)
