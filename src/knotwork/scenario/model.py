@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -17,6 +18,8 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     import pinocchio as pin
+
+    from knotwork.tool_paths import TimedPath
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,44 @@ class JointTarget:
 ScenarioWaypoint = CartesianWaypoint | JointTarget
 
 
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """The part of a tool path that leads from one waypoint to the next.
+
+    Attributes:
+        kind: `"line"`, `"arc"` or `"points"`.
+        start, end: When it begins and ends [s].
+        speed: That of the TCP along it [m/s].
+        full_speed: From when to when [s] that speed is asked for; outside, the speed changes.
+    """
+
+    kind: str
+    start: float
+    end: float
+    speed: float
+    full_speed: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class ScenarioPath:
+    """A tool path through consecutive waypoints of a scenario.
+
+    Attributes:
+        first: Index of the waypoint where it begins.
+        motion: Poses of the tool over time.
+        stretches: From waypoint to waypoint.
+    """
+
+    first: int
+    motion: TimedPath
+    stretches: tuple[Stretch, ...]
+
+    @property
+    def last(self) -> int:
+        """Index of the waypoint where it ends."""
+        return self.first + len(self.stretches)
+
+
 @dataclass(frozen=True)
 class ToolPlacement:
     """The frame that carries the tool, and the place of the tool centre point (TCP) in it.
@@ -105,6 +146,9 @@ class ToleranceSet:
         joint_velocity: Difference at the same waypoints, by unit of the joint, per second.
         joint_acceleration: Difference at the two ends, where asked for, by unit of the joint, per
             second squared.
+        path: Distance of the TCP from a tool path [m].
+        path_orientation: Angle from the orientation along it [rad].
+        path_speed: Difference from the speed along it, as a part of that speed.
 
     >>> ToleranceSet(position=1e-4).joint_position
     {'rad': 1e-06, 'm': 1e-06}
@@ -117,6 +161,9 @@ class ToleranceSet:
     joint_position: Mapping[str, float] = field(default_factory=_one_for_each_unit)
     joint_velocity: Mapping[str, float] = field(default_factory=_one_for_each_unit)
     joint_acceleration: Mapping[str, float] = field(default_factory=_one_for_each_unit)
+    path: float = 1e-4
+    path_orientation: float = math.radians(0.1)
+    path_speed: float = 0.01
 
 
 @dataclass(frozen=True)
@@ -179,6 +226,7 @@ class Scenario:
             (`"zero"`, `"estimated"`, or joint values for each waypoint that the planner has a
             choice at), `"jerks"`, `"snaps"` (joint values for each waypoint), and
             `"transition_time"` [s], one or shape (n,).
+        paths: Tool paths between its waypoints, in order of time.
         limits: Limits that take the place of the robot's, by quantity; of position pairs of a
             lower and an upper one. Efforts are in SI whatever the file's units [N m or N].
         motion_limits: Limits on the motion of tool and links.
@@ -212,6 +260,7 @@ class Scenario:
     end_acceleration: str | tuple[JointValues, JointValues] | None = None
     presets: Mapping[str, Any] = field(default_factory=dict)
     limits: Mapping[str, JointValues] = field(default_factory=dict)
+    paths: tuple[ScenarioPath, ...] = ()
     motion_limits: MotionLimits = field(default_factory=MotionLimits)
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)
     continuity: int = 2

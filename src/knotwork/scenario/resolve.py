@@ -100,10 +100,12 @@ class _Resolver:
             self._check_description_in_si(file.robot)
         if file.frame is not None or file.frames:
             self.reader.frames.find(file.frame or "base", ("frame",))
+        waypoints, paths = self.reader.waypoints()
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
-            waypoints=self.reader.waypoints(),
+            waypoints=waypoints,
+            paths=paths,
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
             length_unit=file.units.length,
@@ -245,6 +247,7 @@ class _Resolver:
             if name.startswith("joint"):
                 values[name] = {"rad": value * self.angle, "m": value * self.length}
             else:
-                linear = name in ("position", "linear_velocity")
-                values[name] = value * (self.length if linear else self.angle)
+                linear = name in ("position", "linear_velocity", "path")
+                unit = 1.0 if name == "path_speed" else self.length if linear else self.angle
+                values[name] = value * unit
         return ToleranceSet(**values)

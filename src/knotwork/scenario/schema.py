@@ -126,6 +126,27 @@ class Tolerances(StrictModel):
     joint_acceleration: Positive | None = Field(
         default=None, description="At the ends, where asked for [angle/s² or length/s²]"
     )
+    path: Positive | None = Field(
+        default=None, description="Distance of the TCP from a path [length]; left out: 0.1 mm"
+    )
+    path_orientation: Positive | None = Field(
+        default=None, description="Of the tool along a path [angle]; left out: 0.1 degrees"
+    )
+    path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
+        default=None,
+        description="Of the speed along a path, as a part of it, where full speed is asked for; "
+        "left out: 0.01",
+    )
+
+
+class PathOptionsFile(StrictModel):
+    """How the tool moves along paths."""
+
+    acceleration: Positive | None = Field(
+        None,
+        description="Largest acceleration along the path where its speed changes, at a stop or "
+        "where two speeds meet [length/s²]; left out: 1 m/s²",
+    )
 
 
 class ScenarioFile(StrictModel):
@@ -222,6 +243,7 @@ class ScenarioFile(StrictModel):
     continuity: Literal[0, 1, 2] = Field(
         2, description="Continuity the check asks for: 2 means no jump of acceleration"
     )
+    path: PathOptionsFile = Field(PathOptionsFile(), description="How the tool moves along paths")
     rate: Positive = Field(100.0, description="Samples per second in samples.csv [Hz]")
     waypoints: Annotated[list[Waypoint], Field(min_length=1)] = Field(
         description="In order of time; two at least, or one after a start"

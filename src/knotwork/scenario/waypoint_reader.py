@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.documents import Document, Location
-from knotwork.scenario.model import JointTarget, JointValues, ScenarioWaypoint
+from knotwork.scenario.model import JointTarget, JointValues, ScenarioPath, ScenarioWaypoint
 from knotwork.scenario.schema import ScenarioFile
-from knotwork.scenario.waypoint_schema import JointWaypoint, Placement, PoseWaypoint, Velocity
+from knotwork.scenario.waypoint_schema import (
+    JointWaypoint,
+    PathWaypoint,
+    Placement,
+    PoseWaypoint,
+    Velocity,
+)
 from knotwork.waypoints import CartesianWaypoint
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.scenario.geometry import Frames
+    from knotwork.scenario.path_reader import PathOfFile
 
 START = "start"
 
@@ -41,14 +49,18 @@ class WaypointReader:
         """Joint values of the file, to be read once the joints are known."""
         return JointValues(values, self.length, self.angle, self.document, location)
 
-    def waypoints(self) -> tuple[ScenarioWaypoint, ...]:
-        """All waypoints in order, the start first if there is one.
+    def waypoints(self) -> tuple[tuple[ScenarioWaypoint, ...], tuple[ScenarioPath, ...]]:
+        """All waypoints in order, the start first if there is one, and the paths between them.
+
+        A waypoint with `wait` stands twice: when the wait begins, and when it is over.
 
         Raises:
             DocumentError: A time, frame, pose or velocity is missing or wrong.
         """
+        import pinocchio as pin
+
         given = self.file.waypoints
-        names, times = self._names(), self._times()
+        names = self._names()
         offset = 1 if self.file.start is not None else 0
         if len(given) + offset < 2:
             raise self.document.error(
@@ -57,6 +69,9 @@ class WaypointReader:
                 "two or more, or one with start: where the motion begins",
             )
         poses = self._poses()
+        times, paths = self._times(poses)
+        motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
+        index: dict[int, int] = {}
         waypoints: list[ScenarioWaypoint] = []
         if self.file.start is not None:
             joints = self.joint_values(self.file.start, ("start",))
@@ -68,11 +83,23 @@ class WaypointReader:
             if isinstance(waypoint, JointWaypoint):
                 velocity = self._joint_velocity(i, waypoint, inner)
                 joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
-                waypoints.append(JointTarget(names[i], times[i], joints, velocity, where))
-                continue
-            twist = self._twist(i, waypoint, inner, poses)
-            waypoints.append(CartesianWaypoint(names[i], times[i], poses[i], twist, where))
-        return tuple(waypoints)
+                made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
+            else:
+                on_path = motions.get(i)
+                if on_path is not None and not self._stops(i):
+                    state = on_path.state(np.array([times[i]]))
+                    twist = pin.Motion(state[2][0])
+                else:
+                    twist = self._twist(i, waypoint, inner, poses)
+                made = CartesianWaypoint(names[i], times[i], poses[i], twist, where)
+            waypoints.append(made)
+            if waypoint.wait is not None:
+                over = f"{names[i]}, after the wait"
+                waypoints.append(replace(made, name=over, time=times[i] + waypoint.wait))
+            index[i] = len(waypoints) - 1
+        return tuple(waypoints), tuple(
+            ScenarioPath(index[one.first], one.motion, one.stretches) for one in paths
+        )
 
     def _names(self) -> list[str]:
         names: list[str] = []
@@ -89,11 +116,27 @@ class WaypointReader:
             names.append(name)
         return names
 
-    def _times(self) -> list[float]:
+    def _times(self, poses: dict[int, pin.SE3]) -> tuple[list[float], list[PathOfFile]]:
+        """Times of the waypoints, and the paths between them, whose poses are put in as well."""
+        from knotwork.scenario.path_reader import PathReader
+
         times: list[float] = []
+        paths: list[PathOfFile] = []
+        frames = {
+            i: self.frames[self._frame(i, waypoint)]
+            for i, waypoint in enumerate(self.file.waypoints)
+            if isinstance(waypoint, PathWaypoint)
+        }
+        reader = PathReader(self.file, self.document, self.length, frames, poses, self._stops)
         before: float | None = 0.0 if self.file.start is not None else None
         for i, waypoint in enumerate(self.file.waypoints):
             location: Location = ("waypoints", i)
+            if isinstance(waypoint, PathWaypoint):
+                if i == 0 or reader.begins(i - 1):
+                    paths.append(reader.read(i - 1, before or 0.0))
+                times.append(paths[-1].stretches[i - 1 - paths[-1].first].end)
+                before = times[-1] + (waypoint.wait or 0.0)
+                continue
             if waypoint.time is not None:
                 time = waypoint.time
                 location = (*location, "time")
@@ -114,17 +157,21 @@ class WaypointReader:
                     f"a time greater than {before:g} s",
                 )
             times.append(time)
-            before = time
-        return times
+            before = time + (waypoint.wait or 0.0)
+        return times, paths
 
     def _poses(self) -> dict[int, pin.SE3]:
         """Poses in the base frame of those waypoints that are given by one."""
-        return {
-            i: self.frames[self._frame(i, waypoint)]
-            * self.placement(waypoint.pose, ("waypoints", i, "pose"))
-            for i, waypoint in enumerate(self.file.waypoints)
-            if isinstance(waypoint, PoseWaypoint)
-        }
+        poses = {}
+        for i, waypoint in enumerate(self.file.waypoints):
+            if isinstance(waypoint, PoseWaypoint | PathWaypoint):
+                placed = self.placement(waypoint.pose, ("waypoints", i, "pose"))
+                poses[i] = self.frames[self._frame(i, waypoint)] * placed
+                if waypoint.orientation_in is not None:
+                    where: Location = ("waypoints", i, "orientation_in")
+                    axes = self.frames[self.frames.find(waypoint.orientation_in, where)]
+                    poses[i].rotation = axes.rotation @ placed.rotation
+        return poses
 
     def placement(self, given: Placement, location: Location) -> pin.SE3:
         """A placement of the file, in its parent frame, in SI."""
@@ -139,18 +186,30 @@ class WaypointReader:
 
         return Frames(self.file.frames, self.length, self.angle, self.document)
 
-    def _frame(self, i: int, waypoint: PoseWaypoint) -> str:
+    def _frame(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> str:
         if waypoint.frame is not None:
             return self.frames.find(waypoint.frame, ("waypoints", i, "frame"))
         if self.file.frame is not None:
             return self.frames.find(self.file.frame, ("frame",))
         return "base"
 
+    def _stops(self, i: int) -> bool:
+        """Whether the tool stands still at a waypoint where a path begins or ends."""
+        waypoint = self.file.waypoints[i]
+        at_start = i == 0 and self.file.start is None
+        return bool(waypoint.stop or waypoint.wait) or at_start or i == len(self.file.waypoints) - 1
+
     def _twist(
-        self, i: int, waypoint: PoseWaypoint, inner: bool, poses: Mapping[int, pin.SE3]
+        self,
+        i: int,
+        waypoint: PoseWaypoint | PathWaypoint,
+        inner: bool,
+        poses: Mapping[int, pin.SE3],
     ) -> pin.Motion:
         import pinocchio as pin
 
+        if isinstance(waypoint, PathWaypoint):
+            return pin.Motion.Zero()
         if waypoint.velocity is not None:
             return self._given_twist(i, waypoint, waypoint.velocity, poses[i])
         if waypoint.speed is not None:
@@ -207,7 +266,8 @@ class WaypointReader:
         return None
 
     def _check_stop(self, i: int, inner: bool, accepted: str) -> None:
-        if inner and self.file.waypoints[i].stop is None:
+        waypoint = self.file.waypoints[i]
+        if inner and not (waypoint.stop or waypoint.wait):
             raise self.document.error(
                 ("waypoints", i),
                 "is passed in motion and gives no speed",

@@ -105,17 +105,33 @@ class _Waypoint(StrictModel):
     time: Number | None = Field(None, description="Time since the start [s]")
     after: Positive | None = Field(None, description="Time since the waypoint before [s]")
     stop: Literal[True] | None = Field(None, description="The arm stands still here")
+    wait: Positive | None = Field(
+        None, description="The arm stops here and stands still for so long [s]"
+    )
 
 
-class PoseWaypoint(_Waypoint):
-    """A waypoint given by the pose of the tool."""
+class _Posed(_Waypoint):
+    """What waypoints given by poses have in common."""
 
-    ALTERNATIVES = (("time", "after"), ("velocity", "speed", "stop"))
-
-    pose: Pose = Field(description="Of the TCP")
     frame: Text | None = Field(
         None, description="Frame the pose is in; left out: the file's `frame`, else base"
     )
+    orientation_in: Text | None = Field(
+        None, description="Frame the orientation alone is in; left out: that of the pose"
+    )
+
+
+class PoseWaypoint(_Posed):
+    """A waypoint given by the pose of the tool."""
+
+    ALTERNATIVES = (
+        ("time", "after"),
+        ("velocity", "speed", "stop"),
+        ("velocity", "wait"),
+        ("speed", "wait"),
+    )
+
+    pose: Pose = Field(description="Of the TCP")
     velocity: Velocity | None = Field(
         None,
         description="Of the tool as it passes; the first and last waypoint stop without one, "
@@ -128,10 +144,113 @@ class PoseWaypoint(_Waypoint):
     )
 
 
+class ArcFile(StrictModel):
+    """An arc from the waypoint before to this one, in one of three forms."""
+
+    ALTERNATIVES = (("through", "centre", "radius"),)
+
+    through: Vector3 | None = Field(None, description="A point on the way [length]")
+    centre: Vector3 | None = Field(
+        None, description="Centre of the circle [length]; the shorter way round, without a normal"
+    )
+    radius: Positive | None = Field(
+        None,
+        description="Radius [length]; the shorter of the two arcs, and normal says on which side",
+    )
+    normal: Vector3 | None = Field(
+        None,
+        description="Axis that the arc turns about in the positive sense; for a full circle (with "
+        "centre) and with radius it is needed",
+    )
+    turns: Annotated[int, Field(strict=True, ge=0, le=1000)] | None = Field(
+        None, description="With centre: full turns before the rest of the arc"
+    )
+    large: Literal[True] | None = Field(
+        None, description="With radius: the longer of the two arcs, more than half a turn"
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> ArcFile:
+        forms = [
+            name for name in ("through", "centre", "radius") if getattr(self, name) is not None
+        ]
+        if not forms:
+            raise ValueError("gives no form of arc; give one of through, centre, radius")
+        form = forms[0]
+        extra = {"through": (), "centre": ("normal", "turns"), "radius": ("normal", "large")}
+        for name in ("normal", "turns", "large"):
+            if getattr(self, name) is not None and name not in extra[form]:
+                raise ValueError(f"gives {name} beside {form}, where it says nothing; leave it out")
+        if form == "radius" and self.normal is None:
+            raise ValueError("gives radius without normal, the axis that the arc turns about")
+        return self
+
+
+class AlongArc(StrictModel):
+    """Along an arc."""
+
+    arc: ArcFile = Field(description="The arc")
+
+
+class AlongPoints(StrictModel):
+    """Along a smooth curve through points."""
+
+    points: Text | Annotated[list[Vector3], Field(min_length=1)] = Field(
+        description="A CSV file (columns x, y, z, and qx, qy, qz, qw for orientations; relative to "
+        "this file), or the points themselves, in the waypoint's frame [length]"
+    )
+
+
+def _along_kind(value: Any) -> str | None:
+    if value == "line":
+        return "line"
+    if isinstance(value, AlongArc) or (isinstance(value, dict) and "arc" in value):
+        return "arc"
+    if isinstance(value, AlongPoints) or (isinstance(value, dict) and "points" in value):
+        return "points"
+    return None
+
+
+Along = Annotated[
+    Annotated[Literal["line"], Tag("line")]
+    | Annotated[AlongArc, Tag("arc")]
+    | Annotated[AlongPoints, Tag("points")],
+    Discriminator(
+        _along_kind,
+        custom_error_type="along_kind",
+        custom_error_message="must be line, {arc: {through, centre or radius}} or {points: a CSV file}",
+    ),
+]
+
+
+class PathWaypoint(_Posed):
+    """The end of a tool path that begins at the waypoint before."""
+
+    ALTERNATIVES = (("time", "after"), ("blend", "stop"), ("blend", "wait"))
+
+    along: Along = Field(description="The path from the waypoint before to this one")
+    pose: Placement = Field(
+        description="Of the TCP at the end of the path; without orientation the tool keeps the one "
+        "it has, or turns with the path"
+    )
+    speed: Positive | None = Field(
+        None,
+        description="Speed of the TCP along the path [length/s]; the time of arrival follows from "
+        "it. Left out: the constant speed that takes the time given",
+    )
+    orientation: Literal["tangent"] | None = Field(
+        None, description="tangent: the tool turns with the path; left out: evenly, pose to pose"
+    )
+    blend: Positive | None = Field(
+        None,
+        description="Between two lines: the corner is rounded within this distance of it [length]",
+    )
+
+
 class JointWaypoint(_Waypoint):
     """A waypoint given by joint values."""
 
-    ALTERNATIVES = (("time", "after"), ("velocity", "stop"))
+    ALTERNATIVES = (("time", "after"), ("velocity", "stop"), ("velocity", "wait"))
 
     joints: JointsOrName = Field(
         description="A configuration of the robot by name, or every joint [angle or length]"
@@ -143,11 +262,11 @@ class JointWaypoint(_Waypoint):
 
 
 def _waypoint_kind(value: Any) -> str | None:
-    if isinstance(value, PoseWaypoint | JointWaypoint):
+    if isinstance(value, PoseWaypoint | PathWaypoint | JointWaypoint):
         return type(value).__name__
     if not isinstance(value, dict) or ("pose" in value and "joints" in value):
         return None
-    kinds = {"pose": "PoseWaypoint", "joints": "JointWaypoint"}
+    kinds = {"along": "PathWaypoint", "pose": "PoseWaypoint", "joints": "JointWaypoint"}
     for key, kind in kinds.items():
         if key in value:
             return kind
@@ -157,7 +276,9 @@ def _waypoint_kind(value: Any) -> str | None:
 
 
 Waypoint = Annotated[
-    Annotated[PoseWaypoint, Tag("PoseWaypoint")] | Annotated[JointWaypoint, Tag("JointWaypoint")],
+    Annotated[PoseWaypoint, Tag("PoseWaypoint")]
+    | Annotated[PathWaypoint, Tag("PathWaypoint")]
+    | Annotated[JointWaypoint, Tag("JointWaypoint")],
     Discriminator(
         _waypoint_kind,
         custom_error_type="waypoint_kind",

@@ -1,0 +1,430 @@
+"""The tool paths of a scenario file: curves, orientation and timing in SI in the base frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork import tool_paths
+from knotwork.documents import Document, Location
+from knotwork.errors import CornerError, InputError, PathError, RampError
+from knotwork.scenario.model import ScenarioPath, Stretch
+from knotwork.scenario.waypoint_schema import ORIENTATIONS, AlongArc, AlongPoints, PathWaypoint
+from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from knotwork.scenario.schema import ScenarioFile
+
+ACCELERATION = 1.0
+"""Largest acceleration along a path where its speed changes, if the file gives none [m/s²]."""
+
+AGREE = 1e-6
+"""Speeds and times, and orientations [rad], may differ by this much, relative to them."""
+
+# Rounds in which speeds that follow from times, and those at junctions, come to agree.
+ROUNDS = 100
+
+
+@dataclass(frozen=True, eq=False)
+class PathOfFile:
+    """A tool path, by the waypoints of the file.
+
+    Attributes:
+        first: Index in the file of the waypoint where it begins.
+        motion: Poses of the tool over time.
+        stretches: From waypoint to waypoint.
+    """
+
+    first: int
+    motion: TimedPath
+    stretches: tuple[Stretch, ...]
+
+    @property
+    def last(self) -> int:
+        """Index in the file of the waypoint where it ends."""
+        return self.first + len(self.stretches)
+
+
+@dataclass(frozen=True, eq=False)
+class PathReader:
+    """Reads the tool paths of one file.
+
+    Attributes:
+        file: What the file says.
+        document: Where it says it, for errors.
+        length: The file's unit of length [m].
+        frames: For each waypoint the placement of the frame that its path is in, by index.
+        poses: Of waypoints given by poses, by index; paths correct those of theirs.
+        stops: Whether the tool stands still at a waypoint, by index.
+    """
+
+    file: ScenarioFile
+    document: Document
+    length: float
+    frames: Mapping[int, pin.SE3]
+    poses: dict[int, pin.SE3]
+    stops: Callable[[int], bool]
+
+    def begins(self, i: int) -> bool:
+        """Whether a path begins at a waypoint, rather than going on through it."""
+        given = self.file.waypoints
+        if i + 1 >= len(given) or not isinstance(given[i + 1], PathWaypoint):
+            return False
+        return not isinstance(given[i], PathWaypoint) or self.stops(i)
+
+    def read(self, first: int, start: float) -> PathOfFile:
+        """The path that begins at a waypoint and ends where the next one stops, or is none.
+
+        `poses` then holds those of its waypoints, too.
+
+        Args:
+            first: Index of the waypoint in the file.
+            start: When it begins [s].
+
+        Raises:
+            DocumentError: The path can't be made as asked.
+        """
+        given = self.file.waypoints
+        if first not in self.poses:
+            raise self.document.error(
+                ("waypoints", first + 1, "along"),
+                "no pose is known where this path begins",
+                "a waypoint with a pose before it",
+            )
+        self._check_start(first)
+        last = first + 1
+        while (
+            not self.stops(last)
+            and last + 1 < len(given)
+            and isinstance(given[last + 1], PathWaypoint)
+        ):
+            last += 1
+        return self._path(first, last, start)
+
+    def _check_start(self, first: int) -> None:
+        waypoint = self.file.waypoints[first]
+        for key in ("velocity", "speed"):
+            if not isinstance(waypoint, PathWaypoint) and getattr(waypoint, key, None) is not None:
+                raise self.document.error(
+                    ("waypoints", first, key),
+                    "is given where a path begins, which has its own",
+                    f"no {key} here: the waypoint takes that of the path; or stop: true",
+                )
+
+    def _path(self, first: int, last: int, start: float) -> PathOfFile:
+        given = [self._waypoint(i) for i in range(first + 1, last + 1)]
+        curves = [self._curve(i) for i in range(first + 1, last + 1)]
+        turns = [
+            self._orientation(first + 1 + k, curve, one)
+            for k, (curve, one) in enumerate(zip(curves, given, strict=True))
+        ]
+        pieces, ends = self._blended(first + 1, curves, given)
+        lengths = np.diff(ends, prepend=0.0)
+        with self._errors(last):
+            turned = [stretched(turn, length) for turn, length in zip(turns, lengths, strict=True)]
+            orientation = OrientationCurve.joined(turned)
+        try:
+            path = ToolPath(pieces, orientation)
+        except CornerError as error:
+            where = float(path_start(pieces, error.junction + 1))
+            corner = first + 1 + int(np.abs(ends - where).argmin())
+            raise self.document.error(
+                ("waypoints", corner), str(error), "blend: a length, or stop: true"
+            ) from error
+        except PathError as error:
+            raise self.document.error(("waypoints", last, "along"), str(error)) from error
+        timing, speeds = self._timing(first, lengths, given, start)
+        # a rounded corner is passed in its middle
+        self.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})
+        times, full = start + timing.times, start + timing.full_speed
+        stretches = tuple(
+            Stretch(kind_of(one), float(begin), float(end), speed, (float(low), float(high)))
+            for one, speed, (begin, end), (low, high) in zip(
+                given, speeds, pairwise(times), full, strict=True
+            )
+        )
+        return PathOfFile(first, TimedPath(path, timing, start), stretches)
+
+    def _waypoint(self, i: int) -> PathWaypoint:
+        waypoint = self.file.waypoints[i]
+        assert isinstance(waypoint, PathWaypoint)
+        return waypoint
+
+    @contextmanager
+    def _errors(self, i: int, *key: str) -> Iterator[None]:
+        """Have errors of geometry name the waypoint's key."""
+        try:
+            yield
+        except InputError as error:
+            raise self.document.error(("waypoints", i, *(key or ("along",))), str(error)) from error
+
+    def _point(self, i: int, given: list[float]) -> FloatArray:
+        return np.asarray(self.frames[i].act(self.length * np.array(given)))
+
+    def _curve(self, i: int) -> Curve:
+        """The curve from the waypoint before to waypoint i."""
+        start, end = self.poses[i - 1].translation, self.poses[i].translation
+        along = self._waypoint(i).along
+        with self._errors(i):
+            if isinstance(along, AlongArc):
+                curve: Curve = self._arc(i, along, start, end)
+            elif isinstance(along, AlongPoints):
+                curve = self._through_points(i, along, start, end)
+            else:
+                curve = tool_paths.Line(start, end)
+        return curve
+
+    def _arc(self, i: int, along: AlongArc, start: FloatArray, end: FloatArray) -> Curve:
+        arc = along.arc
+        normal = None
+        if arc.normal is not None:
+            normal = self.frames[i].rotation @ np.array(arc.normal)
+        if arc.through is not None:
+            return tool_paths.Arc.through(start, self._point(i, arc.through), end)
+        if arc.centre is not None:
+            centre = self._point(i, arc.centre)
+            return tool_paths.Arc.about(start, centre, end, normal, arc.turns or 0)
+        assert arc.radius is not None and normal is not None
+        return tool_paths.Arc.of_radius(
+            start, end, self.length * arc.radius, normal, large=bool(arc.large)
+        )
+
+    def _through_points(
+        self, i: int, along: AlongPoints, start: FloatArray, end: FloatArray
+    ) -> Curve:
+        if isinstance(along.points, str):
+            file = Path(along.points)
+            folder = self.document.file.parent if self.document.file is not None else Path()
+            read = tool_paths.ThroughPoints.from_csv(folder / file, length_unit=self.length)
+            points = read.points
+        else:
+            points = self.length * np.array(along.points)
+        placed = points @ self.frames[i].rotation.T + self.frames[i].translation
+        same = 1e-9
+        if np.linalg.norm(placed[0] - start) > same:
+            placed = np.vstack((start, placed))
+        if np.linalg.norm(placed[-1] - end) > same:
+            placed = np.vstack((placed, end))
+        return tool_paths.ThroughPoints(placed)
+
+    def _orientation(self, i: int, curve: Curve, waypoint: PathWaypoint) -> OrientationCurve:
+        """How the tool turns on the way to waypoint i; its rotation there is put into the poses."""
+        before = np.array(self.poses[i - 1].rotation)
+        asked = any(getattr(waypoint.pose, name) is not None for name in ORIENTATIONS)
+        own = np.array(self.poses[i].rotation)
+        with self._errors(i, "pose" if asked else "along"):
+            if waypoint.orientation == "tangent":
+                turn = tool_paths.tangent_turning(before, curve)
+                if asked:
+                    self._check_tangent(i, turn.rotations[-1], own)
+            elif asked:
+                turn = OrientationCurve.even_turning(before, own, curve.length)
+            else:
+                turn = OrientationCurve.constant(before, curve.length)
+        pose = self.poses[i].copy()
+        pose.rotation = turn.rotations[-1]
+        self.poses[i] = pose
+        return turn
+
+    def _check_tangent(self, i: int, turned: FloatArray, own: FloatArray) -> None:
+        import pinocchio as pin
+
+        angle = float(np.linalg.norm(pin.log3(turned.T @ own)))
+        if angle > 1e-3:
+            raise self.document.error(
+                ("waypoints", i, "pose"),
+                f"is turned {np.degrees(angle):.4g} degrees from where the path takes the tool",
+                "no orientation beside orientation: tangent, or the one that the path leads to",
+            )
+
+    def _blended(
+        self, first: int, curves: list[Curve], given: list[PathWaypoint]
+    ) -> tuple[list[Curve], FloatArray]:
+        """The curves with corners rounded, and the arc lengths where stretches end."""
+        pieces: list[Curve] = []
+        ends, length = [], 0.0
+        trimmed = 0.0
+        for k, (curve, waypoint) in enumerate(zip(curves, given, strict=True)):
+            i = first + k
+            following = curves[k + 1] if k + 1 < len(curves) else None
+            if waypoint.blend is None:
+                piece = (
+                    curve
+                    if not trimmed
+                    else tool_paths.Line(pieces[-1].position([pieces[-1].length])[0], curve.end)
+                )
+                pieces.append(piece)
+                length += piece.length
+                ends.append(length)
+                trimmed = 0.0
+                continue
+            if not (isinstance(curve, tool_paths.Line) and isinstance(following, tool_paths.Line)):
+                raise self.document.error(
+                    ("waypoints", i, "blend"),
+                    "rounds the corner between two lines, and this is none",
+                    "no blend here",
+                )
+            distance = self.length * waypoint.blend
+            room = 0.5 * min(curve.length, following.length)
+            if distance > room * (1.0 + AGREE):
+                raise self.document.error(
+                    ("waypoints", i, "blend"),
+                    f"is {waypoint.blend:g}, more than half of the shorter of the two lines",
+                    f"at most {room / self.length:g}",
+                )
+            with self._errors(i, "blend"):
+                blend = tool_paths.Blend(curve.start, curve.end, following.end, distance)
+            start = pieces[-1].position([pieces[-1].length])[0] if trimmed else curve.start
+            enter = blend.position([0.0])[0]
+            if np.linalg.norm(enter - start) > 1e-9:
+                straight = tool_paths.Line(start, enter)
+                pieces.append(straight)
+                length += straight.length
+            pieces.append(blend)
+            ends.append(length + 0.5 * blend.length)
+            length += blend.length
+            trimmed = distance
+        return pieces, np.array(ends)
+
+    def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:
+        """What the file says of how long each stretch takes [s]."""
+        durations: list[float | None] = []
+        before: float | None = start
+        for k, one in enumerate(given):
+            taken = one.after
+            if one.time is not None and before is not None:
+                taken = one.time - before
+            elif one.time is not None and one.speed is None:
+                raise self.document.error(
+                    ("waypoints", first + 1 + k, "time"),
+                    "does not say how long the path takes, as the time of the waypoint before it "
+                    "follows from a speed",
+                    "after: the time that it takes [s], or speed",
+                )
+            if taken is not None and taken <= 0.0:
+                raise self.document.error(
+                    ("waypoints", first + 1 + k, "time"),
+                    f"is not later than {before:g} s, the time of the waypoint before it",
+                    f"a time greater than {before:g} s",
+                )
+            if taken is None and one.speed is None:
+                raise self.document.error(
+                    ("waypoints", first + 1 + k),
+                    "has neither speed nor after, so that nothing says how fast the tool moves",
+                    "speed: along the path, or after: the time that it takes [s]",
+                )
+            durations.append(taken)
+            known = before is not None and taken is not None
+            before = before + taken if known else one.time  # type: ignore[operator]
+        return durations
+
+    def _timing(
+        self, first: int, lengths: FloatArray, given: list[PathWaypoint], start: float
+    ) -> tuple[Timing, tuple[float, ...]]:
+        acceleration = self.file.path.acceleration
+        limit = ACCELERATION if acceleration is None else self.length * acceleration
+        last = first + len(given)
+        ends: list[float | None] = [None, None]
+        if self.stops(first):
+            ends[0] = 0.0
+        if self.stops(last):
+            ends[1] = 0.0
+        speeds = [self.length * one.speed if one.speed is not None else None for one in given]
+        durations = self._durations(first, given, start)
+        try:
+            timing, found = timed(lengths, speeds, durations, ends, limit)
+        except RampError as error:
+            fits = error.highest_speed
+            raise self.document.error(
+                ("waypoints", first + 1 + error.stretch, "speed"),
+                f"the path is {error.length / self.length:.6g} long here, but its changes of speed "
+                f"take {error.needed / self.length:.6g} at {limit / self.length:.6g} per s²",
+                (f"at most {fits / self.length:.6g}, or " if fits else "")
+                + f"path: {{acceleration: {error.lowest_acceleration / self.length:.6g}}} or more",
+            ) from error
+        except PathError as error:
+            raise self.document.error(("waypoints", last), str(error)) from error
+        for k, (one, taken) in enumerate(zip(given, np.diff(timing.times), strict=True)):
+            said = durations[k]
+            if said is not None and abs(taken - said) > AGREE * taken:
+                raise self.document.error(
+                    ("waypoints", first + 1 + k, "after" if one.after else "time"),
+                    f"leaves {said:.6g} s, but at the speed given the path takes {taken:.6g} s",
+                    "speed or time, not both",
+                )
+        return timing, found
+
+
+def kind_of(waypoint: PathWaypoint) -> str:
+    """What a path to a waypoint is: `"line"`, `"arc"` or `"points"`."""
+    if isinstance(waypoint.along, AlongArc):
+        return "arc"
+    return "points" if isinstance(waypoint.along, AlongPoints) else "line"
+
+
+def path_start(curves: list[Curve], index: int) -> float:
+    """Arc length where a curve begins [m]."""
+    return float(sum(curve.length for curve in curves[:index]))
+
+
+def stretched(turn: OrientationCurve, length: float) -> OrientationCurve:
+    """The same turn on a stretch of another length, as a rounded corner makes it [m]."""
+    if turn.length == length:
+        return turn
+    factor = length / turn.length
+    return OrientationCurve(
+        turn.s * factor, turn.rotations, turn.rates / factor, turn.changes / factor**2
+    )
+
+
+def timed(
+    lengths: FloatArray,
+    speeds: list[float | None],
+    durations: list[float | None],
+    ends: list[float | None],
+    acceleration: float,
+) -> tuple[Timing, tuple[float, ...]]:
+    """Time stretches of which each has a speed [m/s] or a duration [s].
+
+    The speed at a junction is the lower one of its two stretches. So speeds that follow from
+    durations depend on one another, and are found in rounds.
+
+    Raises:
+        PathError: A stretch is too short for its changes of speed, or a duration can't be had.
+    """
+    count = len(lengths)
+    found = [
+        float(lengths[k] / duration)
+        if speed is None and duration is not None
+        else float(speed or 0)
+        for k, (speed, duration) in enumerate(zip(speeds, durations, strict=True))
+    ]
+    for _ in range(ROUNDS):
+        before = list(found)
+        for k in range(count):
+            if speeds[k] is not None:
+                continue
+            left = ends[0] if k == 0 else found[k - 1]
+            right = ends[1] if k == count - 1 else found[k + 1]
+            found[k] = tool_paths.speed_for_duration(
+                float(lengths[k]),
+                float(durations[k] or 0.0),
+                acceleration=acceleration,
+                start_speed=None if left is None or (k and left >= found[k]) else left,
+                end_speed=None if right is None or (k < count - 1 and right >= found[k]) else right,
+            )
+        if np.allclose(found, before, rtol=1e-12, atol=0.0):
+            break
+    timing = tool_paths.speed_profile(
+        lengths, found, start_speed=ends[0], end_speed=ends[1], acceleration=acceleration
+    )
+    return timing, tuple(found)
