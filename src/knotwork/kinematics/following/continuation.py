@@ -7,14 +7,14 @@ that the self-motion of a redundant arm stays that of the integral. Branch and t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
-from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of, middle
+from knotwork.kinematics.chain.joint_ranges import limits_of, middle
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT, joint_scales
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
@@ -24,6 +24,8 @@ from knotwork.waypoints import FloatArray
 STEP = 0.1
 # And each stretch takes so many of them at least.
 LEAST_STEPS = 4
+# The path is evaluated for so many steps at once.
+TOGETHER = 16
 # The tool is brought back onto the path to within this [m, rad]; if that fails it can't go on.
 ON_PATH = 1e-11
 LOST = 1e-7
@@ -50,7 +52,7 @@ class Obstacle:
         value: The joint's worst value [rad or m, or per second].
         limit: The limit it is beyond.
         worst: When it is worst [s].
-        smallest_singular_value: Of the Jacobian where it begins.
+        smallest_singular_value: Of the Jacobian when it is worst.
     """
 
     kind: str
@@ -64,15 +66,69 @@ class Obstacle:
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """Joint positions along a path from m starts.
+    """Joints along a path from m starts; NaN where a start leads no further.
 
     Attributes:
-        q: At k times [rad or m], shape (k, m, d); NaN where a start leads no further.
-        obstacles: For each start the first thing that is in its way, or `None`.
+        q: At the k times asked for [rad or m], shape (k, m, d).
+        time: Of every step [s], shape (n,).
+        position: Joint positions then [rad or m], shape (n, m, d).
+        velocity: Joint velocities then [rad/s or m/s], shape (n, m, d).
+        smallest: Smallest singular values then, shape (n, m).
     """
 
     q: FloatArray
-    obstacles: tuple[Obstacle | None, ...]
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    smallest: FloatArray
+
+    def obstacle(self, robot: Robot, start: int, turns: FloatArray) -> Obstacle | None:
+        """The first thing that is in the way of a start, whole turns away from it.
+
+        Args:
+            robot: The arm.
+            start: Index of the start.
+            turns: How far each joint is turned from it [rad], shape (d,).
+        """
+        q, v = self.position[:, start] + turns, self.velocity[:, start]
+        limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
+        lower, upper = limits_of(robot)
+        over = np.maximum(q - upper, lower - q)
+        use = np.abs(v) / limit
+        found = []
+        for kind, values, beyond in (
+            ("velocity limit", np.abs(v), use > 1.0 + AT_LIMIT),
+            ("joint limit", q, over > AT_LIMIT),
+        ):
+            when = np.flatnonzero(beyond.any(axis=1))
+            if when.size:
+                measure = use if kind == "velocity limit" else over
+                j = int(np.nanargmax(measure[when[0]]))
+                k = int(np.nanargmax(measure[:, j]))
+                bound = (
+                    limit[j]
+                    if kind == "velocity limit"
+                    else (upper[j], lower[j])[int(q[k, j] < lower[j])]
+                )
+                found.append(
+                    Obstacle(
+                        kind,
+                        float(self.time[when[0]]),
+                        j,
+                        float(values[k, j]),
+                        float(bound),
+                        float(self.time[k]),
+                        float(self.smallest[k, start]),
+                    )
+                )
+        lost = np.flatnonzero(np.isnan(q).any(axis=1))
+        if lost.size and not found:
+            last = max(int(lost[0]) - 1, 0)
+            time = float(self.time[last])
+            found.append(
+                Obstacle("singularity", time, 0, 0.0, 0.0, time, float(self.smallest[last, start]))
+            )
+        return min(found, key=lambda one: one.time, default=None)
 
 
 class JointField:
@@ -90,18 +146,23 @@ class JointField:
         self.pull = np.where(np.isfinite(limits).all(axis=0), pull, 0.0)
         self.middle = middle(limits)
 
-    def velocities(self, q: FloatArray, twist: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def velocities(
+        self, q: FloatArray, twist: FloatArray, share: ArrayLike = 1.0
+    ) -> tuple[FloatArray, FloatArray]:
         """Joint velocities and smallest singular values, shape (n, d) and (n,).
 
         Args:
             q: Joint positions [rad or m], shape (n, d).
             twist: Of the tool, in base axes [m/s, rad/s], shape (n, 6) or (6,).
+            share: Part of its full speed that the tool has, so that self-motion rests where the
+                tool does; a number, or shape (n,).
         """
         J = self.axes.jacobians(q)
         U, s, Vt = np.linalg.svd(J * self.scale, full_matrices=False)
         w = _inverse(U, s, Vt, np.broadcast_to(twist, (len(q), 6)))
         if self.pull.any():
-            free = self.pull * (self.middle - q) / self.scale
+            free = np.multiply.outer(np.asarray(share), np.ones(1)) * self.pull
+            free = free * (self.middle - q) / self.scale
             w += free - np.einsum("nkd,nk->nd", Vt, np.einsum("nkd,nd->nk", Vt, free))
         return w * self.scale, s[:, -1]
 
@@ -148,7 +209,7 @@ def continue_along(
     pull: float = 0.0,
     step: float = STEP,
 ) -> Continuation:
-    """Follow a path from some starts.
+    """Follow a path from some starts, whatever limits are broken on the way.
 
     Args:
         robot: The arm.
@@ -159,104 +220,87 @@ def continue_along(
         step: Joints move by no more than this between corrections [rad or m].
     """
     field = JointField(robot, pull)
-    progress = _Progress(robot, starts)
+    limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
     q = np.array(starts, dtype=float)
     result = np.full((len(times), *q.shape), np.nan)
     result[0] = q
     stops = np.union1d(times, [t for t in path.breaks if times[0] < t < times[-1]])
     at = {float(t): i for i, t in enumerate(times)}
+    steps: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
     for start, end in pairwise(stops):
-        now = float(start)
-        while now < end:
-            v = progress.look(field, path, q, now, "right")
-            alive = np.flatnonzero(~progress.lost)
-            if not alive.size:
-                return Continuation(result, tuple(progress.obstacles))
-            fastest, left = float(np.abs(v[alive]).max()), end - now
-            parts = max(
-                1, np.ceil(left * fastest / step), np.ceil(LEAST_STEPS * left / (end - start))
-            )
-            q[alive], error = _step(field, path, q[alive], now, left / parts)
-            now = float(end) if parts == 1 else now + left / parts
-            progress.stray(now, alive, error)
-        progress.look(field, path, q, float(end), "left")
+        now, least = float(start), (end - start) / LEAST_STEPS
+        v, smallest = _velocities(field, path, q, now, "right")
+        while now < end and np.isfinite(q).any():
+            fastest = float(np.nanmax(np.abs(v), initial=0.0))
+            h = min(least, step / fastest) if fastest else least
+            parts = int(np.ceil((end - now) / h - 1e-9))
+            h = (end - now) / parts
+            parts = min(parts, TOGETHER)
+            last = float(end) if now + (parts + 0.5) * h > end else now + parts * h
+            when = np.linspace(now, last, 2 * parts + 1)
+            position, rotation, twist, _ = path.state(when, at=0.5 * (now + last))
+            share = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
+            for k in range(0, 2 * parts, 2):
+                steps.append((float(when[k]), q.copy(), v, smallest))
+                q[(np.abs(v) > HOPELESS * limit).any(axis=1)] = np.nan
+                alive = np.flatnonzero(np.isfinite(q).all(axis=1))
+                if alive.size:
+                    stages = slice(k, k + 3)
+                    moved = _step(
+                        field,
+                        q[alive],
+                        v[alive],
+                        twist[stages],
+                        share[stages],
+                        2 * (when[k + 1] - when[k]),
+                    )
+                    moved, error = field.corrected(moved, position[k + 2], rotation[k + 2])
+                    moved[~(error <= LOST)] = np.nan
+                    q[alive] = moved
+                v, smallest = _finite_velocities(field, q, twist[k + 2], share[k + 2])
+            now = last
+        steps.append((now, q.copy(), v, smallest))
         if float(end) in at:
-            result[at[float(end)]] = np.where(progress.lost[:, None], np.nan, q)
-    return Continuation(result, tuple(progress.obstacles))
+            result[at[float(end)]] = q
+    time, positions, velocities, values = zip(*steps, strict=True)
+    return Continuation(
+        result, np.array(time), np.array(positions), np.array(velocities), np.array(values)
+    )
 
 
-def _twists(path: TimedPath, t: FloatArray, at: float, side: str) -> FloatArray:
-    return path.state(t, at=at, side=side)[2]
+def _velocities(
+    field: JointField, path: TimedPath, q: FloatArray, time: float, side: str
+) -> tuple[FloatArray, FloatArray]:
+    """Joint velocities and smallest singular values; NaN for starts that lead no further."""
+    (twist,), (share,) = _demand(path, np.array([time]), time, side)
+    return _finite_velocities(field, q, twist, share)
+
+
+def _finite_velocities(
+    field: JointField, q: FloatArray, twist: FloatArray, share: float
+) -> tuple[FloatArray, FloatArray]:
+    v, smallest = np.full(q.shape, np.nan), np.full(len(q), np.nan)
+    alive = np.flatnonzero(np.isfinite(q).all(axis=1))
+    if alive.size:
+        v[alive], smallest[alive] = field.velocities(q[alive], twist, share)
+    return v, smallest
+
+
+def _demand(path: TimedPath, t: FloatArray, at: float, side: str) -> tuple[FloatArray, FloatArray]:
+    """Twists of the tool, and the part of the path's full speed that it has."""
+    twist = path.state(t, at=at, side=side)[2]
+    speed = np.linalg.norm(twist[:, :3], axis=1)
+    return twist, speed / path.full_speed
 
 
 def _step(
-    field: JointField, path: TimedPath, q: FloatArray, t: float, h: float
-) -> tuple[FloatArray, FloatArray]:
-    """One Runge-Kutta step and its correction."""
-    when = np.array([t, t + 0.5 * h, t + h])
-    position, rotation, twist, _ = path.state(when, at=t + 0.5 * h)
-    k1, _ = field.velocities(q, twist[0])
-    k2, _ = field.velocities(q + 0.5 * h * k1, twist[1])
-    k3, _ = field.velocities(q + 0.5 * h * k2, twist[1])
-    k4, _ = field.velocities(q + h * k3, twist[2])
-    q = q + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-    return field.corrected(q, position[2], rotation[2])
-
-
-class _Progress:
-    """How far each start has come, and what it met."""
-
-    def __init__(self, robot: Robot, starts: FloatArray) -> None:
-        self.lower, self.upper = limits_of(robot)
-        self.limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
-        self.lost: BoolArray = np.zeros(len(starts), dtype=bool)
-        self.smallest = np.full(len(starts), np.nan)
-        self.obstacles: list[Obstacle | None] = [None] * len(starts)
-
-    def look(
-        self, field: JointField, path: TimedPath, q: FloatArray, time: float, side: str
-    ) -> FloatArray:
-        """Note limits that are broken, and return the joint velocities, shape (m, d)."""
-        rows = np.flatnonzero(~self.lost)
-        v = np.zeros(q.shape)
-        v[rows], self.smallest[rows] = field.velocities(
-            q[rows], _twists(path, np.array([time]), time, side)[0]
-        )
-        beyond = np.maximum(q - self.upper, self.lower - q)
-        use = np.abs(v) / self.limit
-        for row in rows:
-            if use[row].max() > 1.0 + AT_LIMIT:
-                j = int(use[row].argmax())
-                self._note(row, "velocity limit", time, j, abs(v[row, j]), self.limit[j])
-                self.lost[row] = use[row, j] > HOPELESS
-            elif beyond[row].max() > AT_LIMIT:
-                j = int(beyond[row].argmax())
-                limit = self.upper[j] if q[row, j] > self.upper[j] else self.lower[j]
-                self._note(row, "joint limit", time, j, q[row, j], limit)
-        return v
-
-    def stray(self, time: float, rows: Any, error: FloatArray) -> None:
-        """Give up starts from which the tool can't stay on the path."""
-        for row in rows[~(error <= LOST)]:
-            self.lost[row] = True
-            if self.obstacles[row] is None:
-                self._note(row, "singularity", time, 0, 0.0, 0.0)
-
-    def _note(
-        self, row: int, kind: str, time: float, joint: int, value: float, limit: float
-    ) -> None:
-        """Keep the first obstacle, with the worst value it comes to."""
-        known = self.obstacles[row]
-        if known is None:
-            smallest = float(self.smallest[row])
-            known = Obstacle(kind, time, joint, float(value), float(limit), time, smallest)
-        elif (
-            known.kind == kind
-            and known.joint == joint
-            and abs(value - limit) > abs(known.value - known.limit)
-        ):
-            known = replace(known, value=float(value), limit=float(limit), worst=time)
-        self.obstacles[row] = known
+    field: JointField, q: FloatArray, v: FloatArray, twist: FloatArray, share: FloatArray, h: float
+) -> FloatArray:
+    """One Runge-Kutta step; `v` are the velocities at its start, twists are at three times."""
+    k2, _ = field.velocities(q + 0.5 * h * v, twist[1], share[1])
+    k3, _ = field.velocities(q + 0.5 * h * k2, twist[1], share[1])
+    k4, _ = field.velocities(q + h * k3, twist[2], share[2])
+    return np.asarray(q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4))
 
 
 def accelerations(
@@ -274,12 +318,11 @@ def accelerations(
     differences of fourth order: exact to about 1e-10 of its size.
     """
     field = JointField(robot, pull)
-    v, _ = field.velocities(q[None], _twists(path, np.array([time]), time, side)[0])
+    v, _ = field.velocities(q[None], *_demand(path, np.array([time]), time, side))
     fastest, length = float(np.abs(v).max()), _piece_duration(path, time, side)
     h = DIFFERENCE_TIME * length if fastest == 0.0 else min(DIFFERENCE / fastest, length)
     offsets = h * np.array([-1.0, -0.5, 0.5, 1.0])
-    twists = _twists(path, time + offsets, time, side)
-    f, _ = field.velocities(q + offsets[:, None] * v, twists)
+    f, _ = field.velocities(q + offsets[:, None] * v, *_demand(path, time + offsets, time, side))
     coarse, fine = (f[3] - f[0]) / (2.0 * h), (f[2] - f[1]) / h
     return v[0], (4.0 * fine - coarse) / 3.0
 

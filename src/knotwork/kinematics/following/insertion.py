@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.errors import InputError
+from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.following.continuation import accelerations, continue_along
@@ -17,12 +17,14 @@ from knotwork.waypoints import FloatArray
 # Places in each interval where the curve is compared with the path: where its error is largest.
 SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 # Waypoints are inserted until the errors there are down to this part of the tolerances.
-PART = 0.75
+PART = 0.9
 # Beyond so many the tolerances are refused.
 MOST = 100_000
 MOST_PARTS = 8
-# Joints move by no more than this in a step, so that self-motion is exact to about 1e-9 rad.
-STEP = 0.05
+EVEN_ROUNDS = 3
+# Joints of an arm that has self-motion move by no more than this in a step [rad or m], so that it is
+# exact to about 1e-9; others are brought back onto the path after any step.
+STEP, LONG_STEP = 0.05, 0.2
 
 
 @dataclass(frozen=True)
@@ -80,32 +82,45 @@ def follow_path(
         pull: See `JointField`.
 
     Raises:
-        InputError: The tolerance takes more waypoints than can be.
+        PathError: The tolerances take more waypoints than can be.
     """
-    wanted = np.union1d(path.breaks, [] if times is None else times)
-    followed = _at(robot, path, start, wanted, pull)
-    while True:
-        parts = _parts(robot, path, followed, tolerance)
-        if (parts == 1).all():
+    ends = np.union1d(path.breaks, [] if times is None else times)
+    count = np.ones(len(ends) - 1, dtype=int)
+    followed = _at(robot, path, start, ends, pull)
+    for _ in range(EVEN_ROUNDS):  # even intervals first: fewest waypoints where all is smooth
+        use = _use(robot, path, followed, tolerance)
+        worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
+        if (worst <= 1.0).all():
             return followed
-        if parts.sum() > MOST:
-            raise InputError(
-                f"the tolerances {tolerance.position:g} m, {tolerance.orientation:g} rad and "
-                f"{tolerance.speed:g} of the speed would take more than {MOST} waypoints along "
-                "the path; wider ones would do, or a round corner where its curvature jumps"
-            )
-        more = [
-            np.linspace(a, b, n + 1)[1:-1]
-            for a, b, n in zip(followed.time[:-1], followed.time[1:], parts, strict=True)
-            if n > 1
-        ]
-        followed = _with(robot, path, followed, np.concatenate(more), pull)
+        more = np.ceil(count * np.minimum(worst, MOST_PARTS**4) ** 0.25).astype(int)
+        count = np.where(worst > 1.0, np.maximum(more, count + 1), count)
+        _check_count(count.sum(), tolerance)
+        pieces = zip(ends[:-1], ends[1:], count, strict=True)
+        wanted = [np.linspace(a, b, n + 1)[:-1] for a, b, n in pieces]
+        followed = _at(robot, path, start, np.append(np.concatenate(wanted), ends[-1]), pull)
+    while True:  # then only where it is needed, as beside a jump of the curvature
+        use = _use(robot, path, followed, tolerance)
+        if (use <= 1.0).all():
+            return followed
+        _check_count(len(use) + (use > 1.0).sum(), tolerance)
+        middle = 0.5 * (followed.time[1:] + followed.time[:-1])
+        followed = _with(robot, path, followed, middle[use > 1.0], pull)
+
+
+def _check_count(count: int, tolerance: PathTolerance) -> None:
+    if count > MOST:
+        raise PathError(
+            f"the tolerances {tolerance.position:g} m, {tolerance.orientation:g} rad and "
+            f"{tolerance.speed:g} of the speed would take more than {MOST} waypoints along the "
+            "path; wider ones would do, or a round corner where its curvature jumps"
+        )
 
 
 def _at(
     robot: Robot, path: TimedPath, start: FloatArray, times: FloatArray, pull: float
 ) -> FollowedPath:
-    q = continue_along(robot, path, start[None], times, pull=pull, step=STEP).q[:, 0]
+    step = STEP if robot.dof > 6 else LONG_STEP
+    q = continue_along(robot, path, start[None], times, pull=pull, step=step).q[:, 0]
     return FollowedPath(times, q, *_rates(robot, path, times, q, pull))
 
 
@@ -135,7 +150,8 @@ def _with(
         own = np.flatnonzero(before == i)
         times = np.concatenate((known.time[i : i + 1], more[own]))
         start = known.position[i : i + 1]
-        q[own] = continue_along(robot, path, start, times, pull=pull, step=STEP).q[1:, 0]
+        step = STEP if robot.dof > 6 else LONG_STEP
+        q[own] = continue_along(robot, path, start, times, pull=pull, step=step).q[1:, 0]
     rates = _rates(robot, path, more, q, pull)
     time = np.concatenate((known.time, more))
     order = np.argsort(time)
@@ -143,10 +159,10 @@ def _with(
     return FollowedPath(time[order], *(np.concatenate(both)[order] for both in values))
 
 
-def _parts(
+def _use(
     robot: Robot, path: TimedPath, followed: FollowedPath, tolerance: PathTolerance
 ) -> FloatArray:
-    """Into how many parts to divide each interval."""
+    """The part of the tolerances that each interval uses, shape (k - 1,)."""
     spline = ModifiedHermiteSpline(
         followed.time,
         followed.position,
@@ -158,9 +174,7 @@ def _parts(
     use = errors(robot, path, spline(times), spline(times, 1), times) / (
         PART * np.array([tolerance.position, tolerance.orientation, tolerance.speed])
     )
-    worst = use.reshape(len(start), -1).max(axis=1)
-    needed = np.ceil(np.maximum(worst, 1e-9) ** 0.25)
-    return np.where(worst <= 1.0, 1, np.clip(needed, 2, MOST_PARTS)).astype(int)
+    return np.asarray(use.reshape(len(start), -1).max(axis=1))
 
 
 def errors(
