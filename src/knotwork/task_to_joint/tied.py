@@ -1,0 +1,215 @@
+"""Waypoints whose solutions follow from those before: along tool paths, and where the arm waits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from knotwork.errors import FollowingError
+from knotwork.joint_space import JointSpace
+from knotwork.kinematics.following.continuation import Continuation, Obstacle, continue_along
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.kinematics.sequence.nearness import limit_nearness
+from knotwork.kinematics.solutions.configuration_flags import configuration_flags
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+SAME = 1e-12
+"""Poses and joint positions nearer than this [m, rad] are one."""
+
+
+def waits(scenario: Scenario, space: JointSpace) -> tuple[int, ...]:
+    """Waypoints at which the arm stands still until the next one, by index."""
+    found = []
+    for i, (one, next_one) in enumerate(zip(scenario.waypoints, scenario.waypoints[1:], strict=False)):
+        if isinstance(one, CartesianWaypoint) and isinstance(next_one, CartesianWaypoint):
+            gap = one.pose.homogeneous - next_one.pose.homogeneous
+            moving = [*one.twist.vector, *next_one.twist.vector]
+        else:
+            states = space.targets[i], space.targets[i + 1]
+            if states[0] is None or states[1] is None:
+                continue
+            gap = states[0].position - states[1].position
+            moving = [*states[0].velocity, *states[1].velocity]
+        if np.abs(gap).max() <= SAME and not np.any(moving):
+            found.append(i)
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Ties:
+    """Which waypoints follow from the one before.
+
+    Attributes:
+        scenario: The task.
+        waits: Waypoints with an equal one after them, by index.
+    """
+
+    scenario: Scenario
+    waits: tuple[int, ...]
+
+    @property
+    def groups(self) -> list[range]:
+        """Runs of waypoints that follow from their first."""
+        after = {i + 1 for i in self.waits}
+        for path in self.scenario.paths:
+            after.update(range(path.first + 1, path.last + 1))
+        groups: list[range] = []
+        for i in sorted(after):
+            if groups and groups[-1].stop == i:
+                groups[-1] = range(groups[-1].start, i + 1)
+            else:
+                groups.append(range(i - 1, i + 1))
+        return groups
+
+    @property
+    def free(self) -> list[int]:
+        """Waypoints that don't follow from one before, by index."""
+        tied = {i for group in self.groups for i in group[1:]}
+        return [i for i in range(len(self.scenario.waypoints)) if i not in tied]
+
+    def completed(
+        self, robot: Robot, candidates: list[Candidates | None]
+    ) -> list[Candidates | None]:
+        """Candidates at all waypoints, from those at the waypoints that are free.
+
+        Those that lead through a whole group are kept. Row k of each waypoint in a group follows
+        from row k of the waypoint before.
+
+        Raises:
+            FollowingError: None leads along a path.
+        """
+        result = list(candidates)
+        for group in self.groups:
+            first = result[group[0]]
+            if first is None:
+                continue
+            chain = self._chain(robot, group, first)
+            for i, one in zip(group, chain, strict=True):
+                result[i] = one
+        return result
+
+    def _chain(self, robot: Robot, group: range, first: Candidates) -> list[Candidates]:
+        chain = [first]
+        paths = {path.first: path for path in self.scenario.paths}
+        i = group[0]
+        while i < group[-1]:
+            path = paths.get(i)
+            if path is None:
+                chain.append(chain[-1])
+                i += 1
+                continue
+            kept, onward = self._along(robot, path, chain[-1])
+            chain = [taken(one, kept) for one in chain] + onward
+            i = path.last
+        return chain
+
+    def _along(
+        self, robot: Robot, path: ScenarioPath, start: Candidates
+    ) -> tuple[Any, list[Candidates]]:
+        """Rows that lead along a path, and the candidates at its waypoints after the first."""
+        branches, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
+        times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
+        pull = self.scenario.pull_to_middle
+        found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
+        turns = start.q - start.q[own][back]
+        obstacles = [found.obstacle(robot, int(b), turn) for b, turn in zip(back, turns, strict=True)]
+        kept = np.flatnonzero([one is None for one in obstacles])
+        if not kept.size:
+            raise self._blocked(robot, path, start, obstacles)
+        return kept, [
+            self._candidates(robot, path, start, found, kept, back, turns, k)
+            for k in range(1, len(times))
+        ]
+
+    def _candidates(
+        self,
+        robot: Robot,
+        path: ScenarioPath,
+        start: Candidates,
+        found: Continuation,
+        kept: Any,
+        back: Any,
+        turns: FloatArray,
+        k: int,
+    ) -> Candidates:
+        row = int(np.abs(found.time - path.stretches[k - 1].end).argmin())
+        q = found.q[k][back[kept]] + turns[kept]
+        return replace(
+            taken(start, kept),
+            q=q,
+            flags=configuration_flags(robot, q),
+            weight=1.0 + limit_nearness(robot, q),
+            velocity=found.velocity[row][back[kept]],
+            excess=np.zeros(len(kept)),
+            lost=np.zeros(len(kept), dtype=bool),
+        )
+
+    def _blocked(
+        self,
+        robot: Robot,
+        path: ScenarioPath,
+        start: Candidates,
+        obstacles: list[Obstacle | None],
+    ) -> FollowingError:
+        """The error for a path that can't be followed: where the best start comes to an end."""
+        best = max((one for one in obstacles if one is not None), key=lambda one: one.time)
+        k = next(k for k, one in enumerate(path.stretches) if best.time <= one.end)
+        begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
+        travelled = [float(path.motion.arc_length(np.array([t]))[0]) for t in (begin.time, best.time)]
+        unit, name = (1e3, "mm") if self.scenario.length_unit == "mm" else (1.0, "m")
+        far = (travelled[1] - travelled[0]) * unit
+        said = describe_obstacle(robot, best, path, unit, name)
+        count = len(obstacles)
+        tried = "the only solution" if count == 1 else f"the best of all {count} solutions"
+        return FollowingError(
+            end.name,
+            f"the path from {begin.name!r} can't be followed: with {tried} at {begin.name!r}, "
+            f"{far:.4g} {name} along it {said}. Move the path, turn the tool about an axis that the "
+            "task leaves free, or divide it by a stop where the arm may change its branch",
+            where=end.where,
+            arc_length=travelled[1],
+            cause=best.kind,
+            joint=robot.joint_names[best.joint] if best.kind != "singularity" else "",
+        )
+
+
+def describe_obstacle(
+    robot: Robot, one: Obstacle, path: ScenarioPath, scale: float, unit: str
+) -> str:
+    """Say what is in the way, and by how much."""
+    if one.kind == "singularity":
+        return (
+            "the arm is stretched out or singular and can't go on (smallest singular value "
+            f"{one.smallest_singular_value:.3g})"
+        )
+    joint, kind = robot.joint_names[one.joint], robot.joint_units[one.joint]
+    if one.kind == "joint limit":
+        return f"{joint} comes to its limit {one.limit:.4g} {kind}; it would have to go to {one.value:.4g} {kind}"
+    slower = one.limit / one.value
+    singular = (
+        f" (close to a singularity, smallest singular value {one.smallest_singular_value:.3g})"
+        if one.smallest_singular_value < 0.05
+        else ""
+    )
+    return (
+        f"{joint} would have to turn at {one.value:.4g} {kind}/s, and its limit is {one.limit:.4g}"
+        f"{singular}; at {slower:.3g} of the speed it could be done"
+    )
+
+
+def taken(candidates: Candidates, rows: Any) -> Candidates:
+    """Some of the candidates."""
+    return replace(
+        candidates,
+        q=candidates.q[rows],
+        branch=candidates.branch[rows],
+        flags=candidates.flags[rows],
+        excess=candidates.excess[rows],
+        weight=candidates.weight[rows],
+        velocity=candidates.velocity[rows],
+        lost=candidates.lost[rows],
+    )
