@@ -8,6 +8,7 @@ from __future__ import annotations
 import copyreg
 import difflib
 import itertools
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork import tool_paths
-from knotwork.documents import Document, Location
+from knotwork.documents import Document
 from knotwork.errors import CornerError, InputError, PathError, RampError
-from knotwork.scenario.model import ScenarioPath, Stretch
+from knotwork.scenario.model import Stretch
 from knotwork.scenario.waypoint_schema import ORIENTATIONS, AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.waypoints import FloatArray

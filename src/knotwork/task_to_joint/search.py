@@ -11,6 +11,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
 from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
+from knotwork.kinematics.following.continuation import velocity_on_path
 from knotwork.kinematics.sequence.candidates import Candidates, find_candidates
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
 from knotwork.kinematics.sequence.costs import Cost, Layer, Rules
@@ -21,6 +22,7 @@ from knotwork.kinematics.solutions.configuration_flags import configuration_flag
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
+from knotwork.task_to_joint.tied import Ties, waits
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"
@@ -78,6 +80,8 @@ class Search:
     ) -> None:
         self.scenario, self.space, self.robot = scenario, space, robot
         self.given, self.speeds, self.near = given, speeds, near
+        self.ties = Ties(scenario, waits(scenario, space))
+        self.groups = {i: group for group in self.ties.groups for i in group}
         check_branch(scenario, robot)
         limit = robot.velocity_limit
         self.revolute = joint_axes(robot).revolute
@@ -108,7 +112,11 @@ class Search:
     def choose(self, candidates: list[Candidates | None]) -> Sequence:
         """The best sequence of candidates at each waypoint."""
         self.candidates = candidates
-        self.rows = [allowed(self.scenario, self.robot, i, c) for i, c in self._numbered()]
+        self.rows = []
+        for i, c in enumerate(self.candidates):
+            first = self.groups[i][0] if i in self.groups else i
+            tied = c is not None and first < i
+            self.rows.append(self.rows[first] if tied else allowed(self.scenario, self.robot, i, c))
         self.layers = [self._layer(i) for i in range(len(self.given))]
         if self.robot.dof <= 6 or self.near is not None:
             return choose_sequence(self.layers, self.durations, self.rules)
@@ -148,7 +156,8 @@ class Search:
         mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples, ends=False)
         most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
         travel = np.linalg.norm(move / self.rules.speed, axis=1)
-        return Cost(beyond=beyond, travel=travel * mean + h * most)
+        open_ = np.array([layer.before is None for layer in layers])[interval + 1]
+        return Cost(beyond=beyond * open_, travel=(travel * mean + h * most) * open_)
 
     @property
     def durations(self) -> FloatArray:
@@ -169,21 +178,18 @@ class Search:
         )
         return passes[1:] | passes[:-1]
 
-    def _numbered(self) -> enumerate[Candidates | None]:
-        return enumerate(self.candidates)
-
     def _candidates(self) -> list[Candidates | None]:
         poses = [
             (i, target)
-            for i, target in enumerate(self.scenario.waypoints)
-            if isinstance(target, CartesianWaypoint)
+            for i in self.ties.free
+            if isinstance(target := self.scenario.waypoints[i], CartesianWaypoint)
         ]
         references = [self._reference(i) for i, _ in poses]
         found = find_candidates(self.robot, [target for _, target in poses], references)
         result: list[Candidates | None] = [None] * len(self.given)
         for (i, _), candidates in zip(poses, found, strict=True):
             result[i] = candidates
-        return result
+        return self.ties.completed(self.robot, result)
 
     def _reference(self, index: int) -> FloatArray:
         """The configuration nearest in the sequence that is known beforehand."""
@@ -205,6 +211,12 @@ class Search:
             # waypoint and then follow the motion, or joints would be wound back on the way.
             gap = difference(q, self.near, self.revolute)
             distance = np.linalg.norm(gap / self.rules.speed, axis=1)
+        group = self.groups.get(index)
+        way = rows if group is not None else None
+        before = None
+        if group is not None and index > group[0]:
+            previous = self.candidates[index - 1]
+            before = previous.q[rows] if previous is not None else None
         if index == 0:
             gap = q - (home(self.space) if self.near is None else self.near)
             turns = np.where(self.rules.unbounded, whole_turns(gap), 0.0)
@@ -212,11 +224,14 @@ class Search:
         lost, excess = candidates.lost[rows], candidates.excess[rows]
         cost = Cost(lost, excess, distance=distance, travel=travel).without_zeros()
         weight, flags = candidates.weight[rows], candidates.flags[rows]
-        return Layer(q, cost, weight, flags, velocity=candidates.velocity[rows])
+        velocity = candidates.velocity[rows]
+        return Layer(q, cost, weight, flags, velocity=velocity, way=way, before=before)
 
     def _refined(self, chosen: Sequence) -> FloatArray:
         """Move waypoints of an arm that moves freely to where the whole motion is better."""
-        free = [c is not None and c.free for c in self.candidates]
+        free = [
+            c is not None and c.free and i not in self.groups for i, c in enumerate(self.candidates)
+        ]
         if not any(free):
             return chosen.q
         v = [
@@ -242,6 +257,12 @@ class Search:
         target, given = self.scenario.waypoints[index], self.speeds[index]
         if given is not None or not isinstance(target, CartesianWaypoint):
             return np.array(given)
+
+        for path in self.scenario.paths:
+            if path.first <= index <= path.last:
+                return velocity_on_path(
+                    self.robot, path.motion, q, target.time, self.scenario.pull_to_middle
+                )
 
         def solved(preferred: FloatArray | None) -> FloatArray:
             return solve_velocity_ik(

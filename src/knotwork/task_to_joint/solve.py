@@ -10,6 +10,7 @@ from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
+from knotwork.task_to_joint.inserted import completed_waypoints
 from knotwork.waypoints import JointWaypoints
 
 
@@ -83,14 +84,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
         positions, velocities = found.positions, found.velocities
     else:
         positions, velocities = np.array(given, float), np.array(speeds, float)
-    waypoints = JointWaypoints(
-        joint_names=space.joint_names,
-        time=scenario.times,
-        position=positions,
-        velocity=velocities,
-        names=tuple(waypoint.name for waypoint in targets),
-        joint_units=space.joint_units,
-    )
+    waypoints = completed_waypoints(scenario, space, positions, velocities)
     return TaskSolution(waypoints, infeasibilities, explain)
 
 

@@ -24,7 +24,9 @@ SAME = 1e-12
 def waits(scenario: Scenario, space: JointSpace) -> tuple[int, ...]:
     """Waypoints at which the arm stands still until the next one, by index."""
     found = []
-    for i, (one, next_one) in enumerate(zip(scenario.waypoints, scenario.waypoints[1:], strict=False)):
+    for i, (one, next_one) in enumerate(
+        zip(scenario.waypoints, scenario.waypoints[1:], strict=False)
+    ):
         if isinstance(one, CartesianWaypoint) and isinstance(next_one, CartesianWaypoint):
             gap = one.pose.homogeneous - next_one.pose.homogeneous
             moving = [*one.twist.vector, *next_one.twist.vector]
@@ -116,7 +118,9 @@ class Ties:
         pull = self.scenario.pull_to_middle
         found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
         turns = start.q - start.q[own][back]
-        obstacles = [found.obstacle(robot, int(b), turn) for b, turn in zip(back, turns, strict=True)]
+        obstacles = [
+            found.obstacle(robot, int(b), turn) for b, turn in zip(back, turns, strict=True)
+        ]
         kept = np.flatnonzero([one is None for one in obstacles])
         if not kept.size:
             raise self._blocked(robot, path, start, obstacles)
@@ -159,7 +163,9 @@ class Ties:
         best = max((one for one in obstacles if one is not None), key=lambda one: one.time)
         k = next(k for k, one in enumerate(path.stretches) if best.time <= one.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
-        travelled = [float(path.motion.arc_length(np.array([t]))[0]) for t in (begin.time, best.time)]
+        travelled = [
+            float(path.motion.arc_length(np.array([t]))[0]) for t in (begin.time, best.time)
+        ]
         unit, name = (1e3, "mm") if self.scenario.length_unit == "mm" else (1.0, "m")
         far = (travelled[1] - travelled[0]) * unit
         said = describe_obstacle(robot, best, path, unit, name)

@@ -303,6 +303,16 @@ def _step(
     return np.asarray(q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4))
 
 
+def velocity_on_path(
+    robot: Robot, path: TimedPath, q: FloatArray, time: float, pull: float = 0.0
+) -> FloatArray:
+    """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
+    side = "left" if time >= path.end_time else "right"
+    time = min(max(time, path.start_time), path.end_time)
+    v, _ = JointField(robot, pull).velocities(q[None], *_demand(path, np.array([time]), time, side))
+    return v[0]
+
+
 def accelerations(
     robot: Robot,
     path: TimedPath,

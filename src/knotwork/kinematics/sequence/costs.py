@@ -252,5 +252,7 @@ def _steps_along(
     travel = layer.weight * np.linalg.norm(move / rules.speed, axis=1)
     other = state.way[:, None] != layer.way[None, :]
     turns = np.broadcast_to(move.T[rules.unbounded][:, None, :], (rules.unbounded.sum(), *shape))
-    cost = Cost(impossible=np.where(other, np.inf, 0.0), travel=np.broadcast_to(travel, shape).copy())
+    cost = Cost(
+        impossible=np.where(other, np.inf, 0.0), travel=np.broadcast_to(travel, shape).copy()
+    )
     return cost, turns

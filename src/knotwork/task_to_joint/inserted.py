@@ -1,0 +1,96 @@
+"""The waypoints at the joints, with those inserted along tool paths and what waits ask for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.errors import PathError
+from knotwork.joint_space import JointSpace
+from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.task_to_joint.tied import waits
+from knotwork.waypoints import FloatArray, JointWaypoints
+
+
+def completed_waypoints(
+    scenario: Scenario, space: JointSpace, positions: FloatArray, velocities: FloatArray
+) -> JointWaypoints:
+    """Joint waypoints from the solutions at a scenario's waypoints.
+
+    Along a tool path waypoints are inserted until the motion keeps its tolerances; there, and where
+    the arm waits, accelerations are known as well.
+
+    Args:
+        scenario: The task.
+        space: Its joints.
+        positions: At its waypoints [rad or m], shape (n, d).
+        velocities: There [rad/s or m/s], shape (n, d).
+
+    Raises:
+        PathError: The tolerances take too many waypoints.
+    """
+    times = scenario.times
+    known = np.full(positions.shape, np.nan)
+    for i in waits(scenario, space):
+        known[i : i + 2], positions[i + 1] = 0.0, positions[i]
+    names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
+    parts: list[tuple[FloatArray, ...]] = []
+    done = 0
+    for path in scenario.paths:
+        own = slice(done, path.first)
+        parts.append((times[own], names[own], positions[own], velocities[own], known[own]))
+        followed = _followed(scenario, space, path, positions)
+        # a path that begins where the one before ends: its first waypoint stands there already
+        parts.append(followed)
+        done = path.last + 1
+        if any(other.first == path.last for other in scenario.paths):
+            parts[-1] = tuple(part[:-1] for part in followed)
+            done = path.last
+    rest = slice(done, None)
+    parts.append((times[rest], names[rest], positions[rest], velocities[rest], known[rest]))
+    time, name, position, velocity, acceleration = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
+    return JointWaypoints(
+        joint_names=space.joint_names,
+        time=time,
+        position=position,
+        velocity=velocity,
+        names=tuple(str(one) for one in name),
+        joint_units=space.joint_units,
+        acceleration=None if np.isnan(acceleration).all() else acceleration,
+    )
+
+
+def _followed(
+    scenario: Scenario, space: JointSpace, path: ScenarioPath, positions: FloatArray
+) -> tuple[FloatArray, ...]:
+    """Times, names, positions, velocities and accelerations along a path."""
+    from knotwork.kinematics.following.insertion import PathTolerance, follow_path
+
+    assert space.robot is not None
+    tolerances = scenario.tolerances
+    tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
+    ends = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
+    try:
+        followed = follow_path(
+            space.robot,
+            path.motion,
+            positions[path.first],
+            tolerance,
+            times=ends,
+            pull=scenario.pull_to_middle,
+        )
+    except PathError as error:
+        error.locate(scenario.waypoints[path.last].where)
+        raise
+    index = np.searchsorted(followed.time, ends)
+    scale, unit = (1e3, "mm") if scenario.length_unit == "mm" else (1.0, "m")
+    along = path.motion.arc_length(followed.time)
+    names = np.empty(len(along), dtype=object)
+    for k, low in enumerate(index):
+        waypoint = scenario.waypoints[path.first + k]
+        names[low] = waypoint.name
+        high = index[k + 1] if k + 1 < len(index) else low + 1
+        for i in range(low + 1, high):
+            names[i] = f"{waypoint.name} + {scale * (along[i] - along[low]):.4g} {unit}"
+    return followed.time, names, followed.position, followed.velocity, followed.acceleration
