@@ -1,0 +1,288 @@
+"""Proved bounds on how far the tool is off a path, in place, orientation and speed.
+
+At each sample the nearest point of the path is found. Between two samples the tool is compared with
+a point that goes along the path from the one to the other. The difference g(t) of both is within
+h²/8 · max |g''| of its chord, and |g''| is at most the tool's acceleration, which the chain of joints
+bounds, and that of the point, which the curvature of the path bounds. Orientations are compared as
+matrices: two that are an angle φ apart differ by √8 sin(φ/2) in the Frobenius norm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.verification.bounds.adaptive import ROUNDING
+from knotwork.verification.bounds.chain import tree, tree_motion
+from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.frames import frame_index
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.tool_paths import TimedPath
+
+BUDGET = 100_000
+"""Samples of one stretch. A verdict that is still open then is not proved."""
+
+FIRST = 64
+"""Intervals that a stretch is first divided into, at least."""
+
+PRECISION = 0.05
+"""How near a bound comes to the largest sample, as a part of the tolerance."""
+
+MOST_PARTS = 16
+ROUNDS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class PathLimits:
+    """What a stretch allows: distance [m], angle [rad], and difference of speed [m/s]."""
+
+    position: float
+    orientation: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class PathBound:
+    """The worst of one quantity along a stretch of a path.
+
+    Attributes:
+        value: The worst sample.
+        time: When [s].
+        bound: What it is not above at any time.
+        proved: Whether the bound keeps the limit, or a sample breaks it.
+    """
+
+    value: float
+    time: float
+    bound: float
+    proved: bool
+
+
+@dataclass(frozen=True, eq=False)
+class StretchBounds:
+    """Bounds on a stretch of a path.
+
+    Attributes:
+        position: Distance from the path [m].
+        orientation: Angle from the orientation on it [rad].
+        speed: Difference from the speed asked for [m/s], where it is asked for in full; `None` if
+            it is nowhere.
+        slowest, fastest: Proved bounds on the speed there [m/s].
+    """
+
+    position: PathBound
+    orientation: PathBound
+    speed: PathBound | None
+    slowest: float
+    fastest: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """The tool at k times, and the nearest points of the path."""
+
+    s: FloatArray
+    distance: FloatArray
+    gap: FloatArray
+    velocity: FloatArray
+
+
+class _Stretch:
+    """One stretch of a path, and the motion that is to follow it."""
+
+    def __init__(
+        self, robot: Robot, curve: PiecewisePolynomial, motion: TimedPath, start: float, end: float
+    ) -> None:
+        self.robot, self.curve, self.motion = robot, curve, motion
+        self.frame = frame_index(robot, None)
+        self.joints, self.data = tree(robot.model), robot.model.createData()
+        placed = robot.model.frames[self.frame]
+        self.joint = placed.parentJoint
+        self.lever = float(np.linalg.norm(placed.placement.translation))
+        ends = motion.arc_length(np.array([start, end]))
+        self.low, self.high = float(ends[0]), float(ends[1])
+
+    def sample(self, t: FloatArray) -> _Samples:
+        model, data, frame = self.robot.model, self.data, self.frame
+        q, v = self.curve(t), self.curve(t, 1)
+        position, rotation = np.empty((len(t), 3)), np.empty((len(t), 3, 3))
+        velocity = np.empty((len(t), 3))
+        for i in range(len(t)):
+            pin.forwardKinematics(model, data, q[i], v[i])
+            placed = pin.updateFramePlacement(model, data, frame)
+            position[i], rotation[i] = placed.translation, placed.rotation
+            velocity[i] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        base = self.robot.base_placement.inverse()
+        position = position @ base.rotation.T + base.translation
+        rotation, velocity = base.rotation @ rotation, velocity @ base.rotation.T
+        path = self.motion.path
+        inside = np.clip(t, self.motion.start_time, self.motion.end_time)
+        s = np.clip(path.nearest(position, self.motion.arc_length(inside)), self.low, self.high)
+        distance = np.linalg.norm(position - path.position(s), axis=1)
+        gap = np.linalg.norm(rotation - path.rotation(s), axis=(1, 2))
+        return _Samples(s, distance, gap, velocity)
+
+    def sizes(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Bounds between times: tool acceleration, jerk, |R''|, and the rounding of a position."""
+        middle = 0.5 * (t[1:] + t[:-1])
+        piece = np.clip(np.searchsorted(self.curve.x, middle) - 1, 0, len(self.curve.x) - 2)
+        start = np.maximum(t[:-1] - self.curve.x[piece], 0.0)
+        rates = joint_rates(self.curve, Intervals(piece, start, np.diff(t)))
+        moved = tree_motion(self.joints, rates.bounds)
+        point, spin = moved.point(self.joint, self.lever), moved.angular[self.joint]
+        turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
+        turn = np.sqrt(2.0) * (spin[1] + spin[0] ** 2)
+        return point[2], point[3], turn, ROUNDING * turned * (point[0] + point[1] + 1.0)
+
+
+def path_bounds(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    motion: TimedPath,
+    interval: tuple[float, float],
+    full_speed: tuple[float, float],
+    speed: float,
+    limits: PathLimits,
+    budget: int = BUDGET,
+) -> StretchBounds:
+    """Bound how far the tool is off a stretch of a path, over all its time.
+
+    Args:
+        robot: The arm.
+        curve: Joint positions, trailing shape (d,).
+        motion: The path and its timing.
+        interval: From when to when the tool is on the stretch [s].
+        full_speed: From when to when the speed is asked for [s].
+        speed: That speed [m/s].
+        limits: Verdicts are decided against these.
+        budget: How many samples may be taken.
+    """
+    stretch = _Stretch(robot, curve, motion, *interval)
+    t = _first_times(curve, interval, full_speed)
+    most = np.array(
+        [limits.position, np.sqrt(8.0) * np.sin(0.5 * min(limits.orientation, np.pi)), limits.speed]
+    )
+    # the bounds alone tell how fine the samples must be, before any is taken
+    for _ in range(4):
+        length = np.diff(t)
+        acceleration, jerk, turn, _ = stretch.sizes(t)
+        rough = length**2 / 8.0 * np.array([acceleration, turn, jerk])
+        needed = np.sqrt((rough / (PRECISION * most[:, None])).max(axis=0))
+        t = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), budget)
+    found = stretch.sample(t)
+    for _ in range(ROUNDS):
+        values, excess = _compared(stretch, found, t, full_speed, speed)
+        upper = values + excess
+        is_open = (upper > most[:, None]) & ~(values.max(axis=1) > most)[:, None]
+        if not is_open.any():
+            break
+        gap = np.maximum(most[:, None] - values, 1e-3 * most[:, None])
+        needed = np.where(is_open, np.sqrt(excess / gap), 0.0).max(axis=0)
+        finer = _divided(
+            t, np.where(is_open.any(axis=0), np.clip(np.ceil(needed), 2, MOST_PARTS), 1), budget
+        )
+        if len(finer) == len(t):
+            break
+        t, found = finer, stretch.sample(finer)
+    return _summed(t, found, values, upper, most, full_speed, speed)
+
+
+def _first_times(
+    curve: PiecewisePolynomial, interval: tuple[float, float], full: tuple[float, float]
+) -> FloatArray:
+    low, high = max(interval[0], float(curve.x[0])), min(interval[1], float(curve.x[-1]))
+    inner = curve.x[(curve.x > low) & (curve.x < high)]
+    known = [t for t in full if low < t < high]
+    return np.unique(np.concatenate((np.linspace(low, high, FIRST + 1), inner, known)))
+
+
+def _divided(t: FloatArray, parts: FloatArray, budget: int) -> FloatArray:
+    """Divide intervals into parts, all alike fewer where the budget does not do."""
+    parts = parts.astype(int)
+    if parts.sum() > budget:
+        return t
+    index = np.repeat(np.arange(len(parts)), parts)
+    step = np.arange(len(index)) - np.repeat(np.cumsum(parts) - parts, parts)
+    inner = t[index] + (t[index + 1] - t[index]) * (step / parts[index])
+    return np.append(inner, t[-1])
+
+
+def _compared(
+    stretch: _Stretch, found: _Samples, t: FloatArray, full: tuple[float, float], speed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Worst end of each interval, and how much worse it may be between; shape (3, n) both."""
+    length = np.diff(t)
+    acceleration, jerk, turn, rounding = stretch.sizes(t)
+    path = stretch.motion.path
+    bend = path.bend(found.s[:-1], found.s[1:])
+    turn_bend = path.turn_bend(found.s[:-1], found.s[1:])
+    excess = np.stack(
+        (
+            (length**2 * acceleration + bend) / 8.0 + rounding,
+            (length**2 * turn + turn_bend) / 8.0 + rounding,
+            length**2 * jerk / 8.0 + rounding,
+        )
+    )
+    values = np.stack(
+        (
+            np.maximum(found.distance[:-1], found.distance[1:]),
+            np.maximum(found.gap[:-1], found.gap[1:]),
+            np.maximum(*_speed_ends(found, speed)),
+        )
+    )
+    outside = (t[:-1] < full[0]) | (t[1:] > full[1])
+    values[2, outside] = excess[2, outside] = 0.0
+    return values, excess
+
+
+def _speed_ends(found: _Samples, speed: float) -> tuple[FloatArray, FloatArray]:
+    """How much too fast, and too slow, the ends of each interval are.
+
+    Between them the speed is at least that along one direction, which is that of their sum.
+    """
+    v = found.velocity
+    size = np.linalg.norm(v, axis=1)
+    both = v[1:] + v[:-1]
+    along = both / np.maximum(np.linalg.norm(both, axis=1, keepdims=True), 1e-300)
+    slow = np.minimum((v[:-1] * along).sum(axis=1), (v[1:] * along).sum(axis=1))
+    return np.maximum(size[:-1], size[1:]) - speed, speed - slow
+
+
+def _summed(
+    t: FloatArray,
+    found: _Samples,
+    values: FloatArray,
+    upper: FloatArray,
+    most: FloatArray,
+    full: tuple[float, float],
+    speed: float,
+) -> StretchBounds:
+    inside = (t >= full[0]) & (t <= full[1])
+    fast, slow = _speed_ends(found, speed)
+    off = np.where(inside, np.abs(np.linalg.norm(found.velocity, axis=1) - speed), -np.inf)
+    worst: list[PathBound] = []
+    for row, samples in enumerate((found.distance, found.gap, off)):
+        i = int(samples.argmax())
+        bound = float(upper[row].max())
+        proved = bool(bound <= most[row] or samples[i] > most[row])
+        value = float(samples[i])
+        if row == 1:
+            value, bound = (
+                float(2.0 * np.arcsin(min(x / np.sqrt(8.0), 1.0))) for x in (value, bound)
+            )
+        worst.append(PathBound(value, float(t[i]), bound, proved))
+    asked: NDArray[np.bool_] = (t[:-1] >= full[0]) & (t[1:] <= full[1])
+    if not asked.any():
+        return StretchBounds(worst[0], worst[1], None, np.nan, np.nan)
+    excess = upper[2] - values[2]
+    fastest = float((speed + fast + excess)[asked].max())
+    slowest = float((speed - slow - excess)[asked].min())
+    return StretchBounds(worst[0], worst[1], worst[2], slowest, fastest)
