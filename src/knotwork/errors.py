@@ -8,7 +8,6 @@ from __future__ import annotations
 import copyreg
 import difflib
 import itertools
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -288,6 +287,20 @@ class SingularityError(TaskError):
     smallest_singular_value: float = 0.0
     residual: tuple[float, float] = (0.0, 0.0)
     joint_velocity: Mapping[str, float] = MappingProxyType({})
+
+
+class FollowingError(TaskError):
+    """A tool path that the arm can't follow.
+
+    Attributes:
+        arc_length: How far along the path it comes [m].
+        cause: `"joint limit"`, `"velocity limit"` or `"singularity"`.
+        joint: Name of the joint that would be beyond its limit; empty at a singularity.
+    """
+
+    arc_length: float = 0.0
+    cause: str = ""
+    joint: str = ""
 
 
 class ExportError(InputError):

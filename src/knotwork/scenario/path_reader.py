@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -29,6 +29,9 @@ ACCELERATION = 1.0
 
 AGREE = 1e-6
 """Speeds and times, and orientations [rad], may differ by this much, relative to them."""
+
+NEAR = 1e-9
+"""Points nearer than this [m] are one."""
 
 # Rounds in which speeds that follow from times, and those at junctions, come to agree.
 ROUNDS = 100
@@ -155,9 +158,7 @@ class PathReader:
         return PathOfFile(first, TimedPath(path, timing, start), stretches)
 
     def _waypoint(self, i: int) -> PathWaypoint:
-        waypoint = self.file.waypoints[i]
-        assert isinstance(waypoint, PathWaypoint)
-        return waypoint
+        return cast(PathWaypoint, self.file.waypoints[i])
 
     @contextmanager
     def _errors(self, i: int, *key: str) -> Iterator[None]:
@@ -193,10 +194,9 @@ class PathReader:
         if arc.centre is not None:
             centre = self._point(i, arc.centre)
             return tool_paths.Arc.about(start, centre, end, normal, arc.turns or 0)
-        assert arc.radius is not None and normal is not None
-        return tool_paths.Arc.of_radius(
-            start, end, self.length * arc.radius, normal, large=bool(arc.large)
-        )
+        radius = self.length * (arc.radius or 0.0)
+        axis = np.zeros(3) if normal is None else normal
+        return tool_paths.Arc.of_radius(start, end, radius, axis, large=bool(arc.large))
 
     def _through_points(
         self, i: int, along: AlongPoints, start: FloatArray, end: FloatArray
@@ -209,12 +209,12 @@ class PathReader:
         else:
             points = self.length * np.array(along.points)
         placed = points @ self.frames[i].rotation.T + self.frames[i].translation
-        same = 1e-9
-        if np.linalg.norm(placed[0] - start) > same:
+        if np.linalg.norm(placed[0] - start) > NEAR:
             placed = np.vstack((start, placed))
-        if np.linalg.norm(placed[-1] - end) > same:
+        if np.linalg.norm(placed[-1] - end) > NEAR:
             placed = np.vstack((placed, end))
-        return tool_paths.ThroughPoints(placed)
+        curve: Curve = tool_paths.ThroughPoints(placed)
+        return curve
 
     def _orientation(self, i: int, curve: Curve, waypoint: PathWaypoint) -> OrientationCurve:
         """How the tool turns on the way to waypoint i; its rotation there is put into the poses."""
@@ -252,48 +252,47 @@ class PathReader:
         """The curves with corners rounded, and the arc lengths where stretches end."""
         pieces: list[Curve] = []
         ends, length = [], 0.0
-        trimmed = 0.0
+        begin: FloatArray | None = None  # where a line begins after a rounded corner
         for k, (curve, waypoint) in enumerate(zip(curves, given, strict=True)):
-            i = first + k
-            following = curves[k + 1] if k + 1 < len(curves) else None
+            if begin is not None and isinstance(curve, tool_paths.Line):
+                curve = tool_paths.Line(begin, curve.end)
             if waypoint.blend is None:
-                piece = (
-                    curve
-                    if not trimmed
-                    else tool_paths.Line(pieces[-1].position([pieces[-1].length])[0], curve.end)
-                )
-                pieces.append(piece)
-                length += piece.length
+                pieces.append(curve)
+                length += curve.length
                 ends.append(length)
-                trimmed = 0.0
+                begin = None
                 continue
-            if not (isinstance(curve, tool_paths.Line) and isinstance(following, tool_paths.Line)):
-                raise self.document.error(
-                    ("waypoints", i, "blend"),
-                    "rounds the corner between two lines, and this is none",
-                    "no blend here",
-                )
-            distance = self.length * waypoint.blend
-            room = 0.5 * min(curve.length, following.length)
-            if distance > room * (1.0 + AGREE):
-                raise self.document.error(
-                    ("waypoints", i, "blend"),
-                    f"is {waypoint.blend:g}, more than half of the shorter of the two lines",
-                    f"at most {room / self.length:g}",
-                )
-            with self._errors(i, "blend"):
-                blend = tool_paths.Blend(curve.start, curve.end, following.end, distance)
-            start = pieces[-1].position([pieces[-1].length])[0] if trimmed else curve.start
-            enter = blend.position([0.0])[0]
-            if np.linalg.norm(enter - start) > 1e-9:
-                straight = tool_paths.Line(start, enter)
-                pieces.append(straight)
-                length += straight.length
+            blend = self._blend(first + k, curves[k : k + 2], waypoint.blend)
+            start, enter = curve.position([0.0])[0], blend.position([0.0])[0]
+            if np.linalg.norm(enter - start) > NEAR:
+                pieces.append(tool_paths.Line(start, enter))
+                length += pieces[-1].length
             pieces.append(blend)
             ends.append(length + 0.5 * blend.length)
             length += blend.length
-            trimmed = distance
+            begin = blend.position([blend.length])[0]
         return pieces, np.array(ends)
+
+    def _blend(self, i: int, curves: list[Curve], given: float) -> Curve:
+        """The curve that rounds the corner between two lines."""
+        lines = [curve for curve in curves if isinstance(curve, tool_paths.Line)]
+        if len(lines) < 2:
+            raise self.document.error(
+                ("waypoints", i, "blend"),
+                "rounds the corner between two lines, and here are none",
+                "no blend",
+            )
+        room = 0.5 * min(line.length for line in lines)
+        distance = self.length * given
+        if distance > room * (1.0 + AGREE):
+            raise self.document.error(
+                ("waypoints", i, "blend"),
+                f"is {given:g}, more than half of the shorter of the two lines",
+                f"at most {room / self.length:g}",
+            )
+        with self._errors(i, "blend"):
+            blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)
+        return blend
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:
         """What the file says of how long each stretch takes [s]."""

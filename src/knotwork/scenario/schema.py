@@ -243,7 +243,9 @@ class ScenarioFile(StrictModel):
     continuity: Literal[0, 1, 2] = Field(
         2, description="Continuity the check asks for: 2 means no jump of acceleration"
     )
-    path: PathOptionsFile = Field(PathOptionsFile(), description="How the tool moves along paths")
+    path: PathOptionsFile = Field(
+        PathOptionsFile(acceleration=None), description="How the tool moves along paths"
+    )
     rate: Positive = Field(100.0, description="Samples per second in samples.csv [Hz]")
     waypoints: Annotated[list[Waypoint], Field(min_length=1)] = Field(
         description="In order of time; two at least, or one after a start"

@@ -218,7 +218,7 @@ Along = Annotated[
     Discriminator(
         _along_kind,
         custom_error_type="along_kind",
-        custom_error_message="must be line, {arc: {through, centre or radius}} or {points: a CSV file}",
+        custom_error_message="must be line, {arc: {through, centre or radius}} or {points: a file}",
     ),
 ]
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from knotwork.errors import PathError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.task_to_joint.tied import waits
+from knotwork.task_to_joint.waits import waits
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
@@ -38,7 +40,7 @@ def completed_waypoints(
     for path in scenario.paths:
         own = slice(done, path.first)
         parts.append((times[own], names[own], positions[own], velocities[own], known[own]))
-        followed = _followed(scenario, space, path, positions)
+        followed = _followed(scenario, space.robot, path, positions[path.first])
         # a path that begins where the one before ends: its first waypoint stands there already
         parts.append(followed)
         done = path.last + 1
@@ -62,20 +64,19 @@ def completed_waypoints(
 
 
 def _followed(
-    scenario: Scenario, space: JointSpace, path: ScenarioPath, positions: FloatArray
+    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray
 ) -> tuple[FloatArray, ...]:
     """Times, names, positions, velocities and accelerations along a path."""
     from knotwork.kinematics.following.insertion import PathTolerance, follow_path
 
-    assert space.robot is not None
     tolerances = scenario.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
     ends = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
     try:
         followed = follow_path(
-            space.robot,
+            robot,
             path.motion,
-            positions[path.first],
+            start,
             tolerance,
             times=ends,
             pull=scenario.pull_to_middle,

@@ -22,7 +22,8 @@ from knotwork.kinematics.solutions.configuration_flags import configuration_flag
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
-from knotwork.task_to_joint.tied import Ties, waits
+from knotwork.task_to_joint.tied import Ties
+from knotwork.task_to_joint.waits import waits
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"

@@ -9,8 +9,8 @@ import numpy as np
 from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
-from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
 from knotwork.task_to_joint.inserted import completed_waypoints
+from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
 from knotwork.waypoints import JointWaypoints
 
 

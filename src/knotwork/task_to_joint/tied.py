@@ -8,37 +8,13 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import FollowingError
-from knotwork.joint_space import JointSpace
 from knotwork.kinematics.following.continuation import Continuation, Obstacle, continue_along
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.kinematics.solutions.configuration_flags import configuration_flags
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.waypoints import CartesianWaypoint, FloatArray
-
-SAME = 1e-12
-"""Poses and joint positions nearer than this [m, rad] are one."""
-
-
-def waits(scenario: Scenario, space: JointSpace) -> tuple[int, ...]:
-    """Waypoints at which the arm stands still until the next one, by index."""
-    found = []
-    for i, (one, next_one) in enumerate(
-        zip(scenario.waypoints, scenario.waypoints[1:], strict=False)
-    ):
-        if isinstance(one, CartesianWaypoint) and isinstance(next_one, CartesianWaypoint):
-            gap = one.pose.homogeneous - next_one.pose.homogeneous
-            moving = [*one.twist.vector, *next_one.twist.vector]
-        else:
-            states = space.targets[i], space.targets[i + 1]
-            if states[0] is None or states[1] is None:
-                continue
-            gap = states[0].position - states[1].position
-            moving = [*states[0].velocity, *states[1].velocity]
-        if np.abs(gap).max() <= SAME and not np.any(moving):
-            found.append(i)
-    return tuple(found)
+from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +89,7 @@ class Ties:
         self, robot: Robot, path: ScenarioPath, start: Candidates
     ) -> tuple[Any, list[Candidates]]:
         """Rows that lead along a path, and the candidates at its waypoints after the first."""
-        branches, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
+        _, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
         times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
         pull = self.scenario.pull_to_middle
         found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
@@ -174,8 +150,8 @@ class Ties:
         return FollowingError(
             end.name,
             f"the path from {begin.name!r} can't be followed: with {tried} at {begin.name!r}, "
-            f"{far:.4g} {name} along it {said}. Move the path, turn the tool about an axis that the "
-            "task leaves free, or divide it by a stop where the arm may change its branch",
+            f"{far:.4g} {name} along it {said}. Move the path, turn the tool, or begin a new path "
+            "at a stop, before which the arm may change its branch",
             where=end.where,
             arc_length=travelled[1],
             cause=best.kind,
@@ -194,7 +170,10 @@ def describe_obstacle(
         )
     joint, kind = robot.joint_names[one.joint], robot.joint_units[one.joint]
     if one.kind == "joint limit":
-        return f"{joint} comes to its limit {one.limit:.4g} {kind}; it would have to go to {one.value:.4g} {kind}"
+        return (
+            f"{joint} comes to its limit {one.limit:.4g} {kind}; it would have to go to "
+            f"{one.value:.4g} {kind}"
+        )
     slower = one.limit / one.value
     singular = (
         f" (close to a singularity, smallest singular value {one.smallest_singular_value:.3g})"

@@ -23,6 +23,7 @@ class TimedPath:
         end_time: When the path ends [s].
         breaks: Times at which something begins anew, a curve, a part of the orientation or a ramp,
             and both ends [s].
+        full_speed: The greatest speed along the path [m/s].
 
     Raises:
         PathError: Path and timing are not of the same length, or the tool does not stand where the
@@ -55,6 +56,8 @@ class TimedPath:
         # Between two breaks a time in the middle tells the pieces of path and timing.
         self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
         self._along: FloatArray = timing(self._middle)
+        ends = np.concatenate((timing(local, 1), timing(local, 1, side="left")))
+        self.full_speed = float(ends.max())
         self.breaks: FloatArray = self.start_time + local
         self.breaks[-1] = self.end_time
 

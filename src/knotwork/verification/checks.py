@@ -11,9 +11,9 @@ from knotwork.verification.dynamics import effort_limits
 from knotwork.verification.finding import Finding
 from knotwork.verification.limits import joint_limits
 from knotwork.verification.motion import Motion
+from knotwork.verification.paths import tool_paths
 from knotwork.verification.plausibility import plausibility
 from knotwork.verification.tool_motion import singularity, tool_limits
-from knotwork.verification.paths import tool_paths
 from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
 
 GROUP = "Tool paths"
 
@@ -19,21 +23,19 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     for path in scenario.paths:
         for k, stretch in enumerate(path.stretches):
             if motion.start_time < stretch.end and stretch.start < motion.end_time:
-                yield from _stretch(motion, scenario, space, path, k, stretch)
+                yield from _stretch(motion, scenario, space.robot, path, k, stretch)
 
 
 def _stretch(
     motion: Motion,
     scenario: Scenario,
-    space: JointSpace,
+    robot: Robot,
     path: ScenarioPath,
     k: int,
     stretch: Stretch,
 ) -> Iterator[Finding]:
     from knotwork.verification.bounds.path import PathLimits, path_bounds
 
-    robot = space.robot
-    assert robot is not None
     allowed = scenario.tolerances
     limits = PathLimits(allowed.path, allowed.path_orientation, allowed.path_speed * stretch.speed)
     interval = stretch.start, stretch.end

@@ -197,7 +197,7 @@ class JointField:
 def _inverse(U: FloatArray, s: FloatArray, Vt: FloatArray, twist: FloatArray) -> FloatArray:
     part = np.einsum("nik,ni->nk", U, twist)
     part *= np.where(s > 1e-12 * s[:, :1], 1.0 / np.maximum(s, 1e-300), 0.0)
-    return np.einsum("nkd,nk->nd", Vt, part)
+    return np.asarray(np.einsum("nkd,nk->nd", Vt, part))
 
 
 def continue_along(
@@ -310,7 +310,7 @@ def velocity_on_path(
     side = "left" if time >= path.end_time else "right"
     time = min(max(time, path.start_time), path.end_time)
     v, _ = JointField(robot, pull).velocities(q[None], *_demand(path, np.array([time]), time, side))
-    return v[0]
+    return np.asarray(v[0])
 
 
 def accelerations(
@@ -339,6 +339,6 @@ def accelerations(
 
 def _piece_duration(path: TimedPath, time: float, side: str) -> float:
     breaks = np.asarray(path.breaks)
-    index = np.searchsorted(breaks, time, "right" if side == "right" else "left")
-    index = min(max(int(index), 1), len(breaks) - 1)
+    found = int(np.searchsorted(breaks, time, "right" if side == "right" else "left"))
+    index = min(max(found, 1), len(breaks) - 1)
     return float(breaks[index] - breaks[index - 1])

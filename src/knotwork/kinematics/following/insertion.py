@@ -22,8 +22,8 @@ PART = 0.9
 MOST = 100_000
 MOST_PARTS = 8
 EVEN_ROUNDS = 3
-# Joints of an arm that has self-motion move by no more than this in a step [rad or m], so that it is
-# exact to about 1e-9; others are brought back onto the path after any step.
+# Joints of an arm that has self-motion move by no more than this in a step [rad or m], so that
+# it is exact to about 1e-9; others are brought back onto the path after any step.
 STEP, LONG_STEP = 0.05, 0.2
 
 

@@ -2,9 +2,9 @@
 
 At each sample the nearest point of the path is found. Between two samples the tool is compared with
 a point that goes along the path from the one to the other. The difference g(t) of both is within
-h²/8 · max |g''| of its chord, and |g''| is at most the tool's acceleration, which the chain of joints
-bounds, and that of the point, which the curvature of the path bounds. Orientations are compared as
-matrices: two that are an angle φ apart differ by √8 sin(φ/2) in the Frobenius norm.
+h²/8 · max |g''| of its chord, and |g''| is at most the tool's acceleration, which the chain of
+joints bounds, and that of the point, which the curvature of the path bounds. Orientations are
+compared as matrices: two that are an angle φ apart differ by √8 sin(φ/2) in the Frobenius norm.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from knotwork.robot import Robot
 from knotwork.verification.bounds.adaptive import ROUNDING
 from knotwork.verification.bounds.chain import tree, tree_motion
 from knotwork.verification.bounds.polynomials import Intervals, joint_rates
-from knotwork.verification.bounds.frames import frame_index
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -102,7 +101,7 @@ class _Stretch:
         self, robot: Robot, curve: PiecewisePolynomial, motion: TimedPath, start: float, end: float
     ) -> None:
         self.robot, self.curve, self.motion = robot, curve, motion
-        self.frame = frame_index(robot, None)
+        self.frame = robot.require_tool()
         self.joints, self.data = tree(robot.model), robot.model.createData()
         placed = robot.model.frames[self.frame]
         self.joint = placed.parentJoint
@@ -206,12 +205,12 @@ def _first_times(
 
 def _divided(t: FloatArray, parts: FloatArray, budget: int) -> FloatArray:
     """Divide intervals into parts, all alike fewer where the budget does not do."""
-    parts = parts.astype(int)
-    if parts.sum() > budget:
+    count = parts.astype(np.intp)
+    if count.sum() > budget:
         return t
-    index = np.repeat(np.arange(len(parts)), parts)
-    step = np.arange(len(index)) - np.repeat(np.cumsum(parts) - parts, parts)
-    inner = t[index] + (t[index + 1] - t[index]) * (step / parts[index])
+    index = np.repeat(np.arange(len(count)), count)
+    step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
+    inner = t[index] + (t[index + 1] - t[index]) * (step / count[index])
     return np.append(inner, t[-1])
 
 
