@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.scenario.geometry import Frames
-    from knotwork.scenario.path_reader import PathOfFile
+    from knotwork.scenario.path_reader import PathOfFile, PathReader
+    from knotwork.tool_paths import TimedPath
 
 START = "start"
 
@@ -57,8 +58,6 @@ class WaypointReader:
         Raises:
             DocumentError: A time, frame, pose or velocity is missing or wrong.
         """
-        import pinocchio as pin
-
         given = self.file.waypoints
         names = self._names()
         offset = 1 if self.file.start is not None else 0
@@ -85,10 +84,8 @@ class WaypointReader:
                 joints = self.joint_values(waypoint.joints, ("waypoints", i, "joints"))
                 made: ScenarioWaypoint = JointTarget(names[i], times[i], joints, velocity, where)
             else:
-                on_path = motions.get(i)
-                if on_path is not None and not self._stops(i):
-                    state = on_path.state(np.array([times[i]]))
-                    twist = pin.Motion(state[2][0])
+                if i in motions and not self._stops(i):
+                    twist = _twist_on(motions[i], times[i])
                 else:
                     twist = self._twist(i, waypoint, inner, poses)
                 made = CartesianWaypoint(names[i], times[i], poses[i], twist, where)
@@ -118,20 +115,13 @@ class WaypointReader:
 
     def _times(self, poses: dict[int, pin.SE3]) -> tuple[list[float], list[PathOfFile]]:
         """Times of the waypoints, and the paths between them, whose poses are put in as well."""
-        from knotwork.scenario.path_reader import PathReader
-
         times: list[float] = []
         paths: list[PathOfFile] = []
-        frames = {
-            i: self.frames[self._frame(i, waypoint)]
-            for i, waypoint in enumerate(self.file.waypoints)
-            if isinstance(waypoint, PathWaypoint)
-        }
-        reader = PathReader(self.file, self.document, self.length, frames, poses, self._stops)
+        reader = self._path_reader(poses)
         before: float | None = 0.0 if self.file.start is not None else None
         for i, waypoint in enumerate(self.file.waypoints):
             location: Location = ("waypoints", i)
-            if isinstance(waypoint, PathWaypoint):
+            if reader is not None and isinstance(waypoint, PathWaypoint):
                 if i == 0 or reader.begins(i - 1):
                     paths.append(reader.read(i - 1, before or 0.0))
                 times.append(paths[-1].stretches[i - 1 - paths[-1].first].end)
@@ -159,6 +149,18 @@ class WaypointReader:
             times.append(time)
             before = time + (waypoint.wait or 0.0)
         return times, paths
+
+    def _path_reader(self, poses: dict[int, pin.SE3]) -> PathReader | None:
+        frames = {
+            i: self.frames[self._frame(i, waypoint)]
+            for i, waypoint in enumerate(self.file.waypoints)
+            if isinstance(waypoint, PathWaypoint)
+        }
+        if not frames:
+            return None
+        from knotwork.scenario.path_reader import PathReader
+
+        return PathReader(self.file, self.document, self.length, frames, poses, self._stops)
 
     def _poses(self) -> dict[int, pin.SE3]:
         """Poses in the base frame of those waypoints that are given by one."""
@@ -273,3 +275,9 @@ class WaypointReader:
                 "is passed in motion and gives no speed",
                 f"{accepted}, or stop: true",
             )
+
+
+def _twist_on(motion: TimedPath, time: float) -> pin.Motion:
+    import pinocchio as pin
+
+    return pin.Motion(motion.state(np.array([time]))[2][0])
