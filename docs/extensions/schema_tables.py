@@ -23,6 +23,10 @@ TITLES = {
     "Inertia": "inertia",
     "Frame": "frames",
     "PoseWaypoint": "A waypoint by pose",
+    "PathWaypoint": "The end of a tool path",
+    "AlongArc": "along: arc",
+    "ArcFile": "arc",
+    "AlongPoints": "along: points",
     "JointWaypoint": "A waypoint by joints",
     "Pose": "pose",
     "Placement": "offset",
@@ -33,6 +37,7 @@ TITLES = {
     "EndAcceleration": "end_acceleration",
     "PlannerOptionsFile": "planner_options",
     "Tolerances": "tolerances",
+    "PathOptionsFile": "path",
     "RobotFile": "The file",
     "LimitsFile": "limits",
     "ScenarioLimits": "limits",
@@ -78,6 +83,7 @@ def accepted(part: dict[str, Any]) -> str:
         "array": _array,
         "object": _mapping,
         "number": _number,
+        "integer": lambda found: "whole " + _number(found),
         "string": lambda _: "text",
     }[part["type"]](part)
 

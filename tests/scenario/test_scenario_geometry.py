@@ -236,8 +236,9 @@ def test_what_is_left_out_is_si_and_tolerances_are_a_millionth() -> None:
     assert isinstance(waypoint, CartesianWaypoint)
     np.testing.assert_array_equal(waypoint.position, [0.5, 0, 0])
     np.testing.assert_allclose(waypoint.rotation @ [1, 0, 0], [0, 1, 0], atol=1e-15)
-    for tolerance in vars(scenario.tolerances).values():
-        assert tolerance in (1e-6, {"rad": 1e-6, "m": 1e-6})
+    for name, tolerance in vars(scenario.tolerances).items():
+        if not name.startswith("path"):
+            assert tolerance in (1e-6, {"rad": 1e-6, "m": 1e-6})
 
 
 @pytest.mark.parametrize(

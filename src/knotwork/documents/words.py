@@ -34,7 +34,7 @@ _WORDS = {
     "recursion_loop": "holds itself",
 }
 # Errors whose text is ours already.
-_OWN = ("kind", "waypoint_kind", "value_error")
+_OWN = ("kind", "waypoint_kind", "along_kind", "value_error")
 SAY_WHAT_IS_ACCEPTED = (*_OWN, "literal_error")
 
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from knotwork.tool_paths.path import ToolPath as ToolPath
     from knotwork.tool_paths.tangent import tangent_orientation as tangent_orientation
     from knotwork.tool_paths.through_points import ThroughPoints as ThroughPoints
-    from knotwork.tool_paths.tangent import tangent_turning as tangent_turning
     from knotwork.tool_paths.timed_path import TimedPath as TimedPath
     from knotwork.tool_paths.timing import Timing as Timing
     from knotwork.tool_paths.timing import speed_for_duration as speed_for_duration

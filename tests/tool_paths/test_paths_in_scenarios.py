@@ -1,0 +1,204 @@
+"""Tool paths end to end: from a scenario file to the tool, measured by Pinocchio alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import FollowingError, InputError
+
+FIRST = {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}}
+LINE = {
+    "name": "off",
+    "along": "line",
+    "speed": 60,
+    "pose": {"position": [450, 50, 60]},
+}
+UP = {
+    "name": "up",
+    "after": 2,
+    "stop": True,
+    "pose": {"position": [450, 50, 200], "rpy": [180, 0, 0]},
+}
+
+
+def task(*waypoints: dict[str, Any], **more: Any) -> dict[str, Any]:
+    return {
+        "units": {"length": "mm", "angle": "deg"},
+        "robot": "ur5",
+        "start": "home",
+        "waypoints": list(waypoints),
+        **more,
+    }
+
+
+def tool(plan: kw.Plan, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions [mm], rotations and speeds [mm/s] of the tool by Pinocchio."""
+    robot, motion = plan.space.robot, plan.trajectory
+    poses = [robot.forward(q) for q in motion.position(times)]
+    twists = [
+        robot.twist(q, v).linear
+        for q, v in zip(motion.position(times), motion.velocity(times), strict=True)
+    ]
+    return (
+        1e3 * np.array([pose.translation for pose in poses]),
+        np.array([pose.rotation for pose in poses]),
+        1e3 * np.linalg.norm(twists, axis=1),
+    )
+
+
+def found(plan: kw.Plan, quantity: str) -> list[Any]:
+    return [one for one in plan.report.findings if one.quantity == quantity]
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.001])
+def test_a_line_is_followed_to_the_tolerance_at_constant_speed(tolerance: float) -> None:
+    plan = kw.plan(task(FIRST, LINE, UP, tolerances={"path": tolerance, "path_speed": 0.001}))
+    assert plan.report.ok
+    assert plan.scenario.waypoints[2].time == pytest.approx(2 + 150 / 60)
+    position, rotation, speed = tool(plan, np.linspace(2.0, 4.5, 1001))
+    off = np.abs(position - [450, 0, 60]) * [1, 0, 1]
+    assert np.linalg.norm(off, axis=1).max() <= tolerance
+    assert np.abs(speed / 60 - 1).max() <= 0.001
+    assert all(np.linalg.norm(pin.log3(rotation[0].T @ R)) < 1e-3 for R in rotation)
+    (deviation,) = found(plan, "path_deviation")
+    worst = np.linalg.norm(off, axis=1).max() * 1e-3
+    assert deviation.proof == "bounded"
+    assert worst <= deviation.value + deviation.excess <= tolerance * 1e-3
+    assert plan.trajectory.polynomial.degree == 3
+    assert max(np.abs(plan.trajectory.polynomial.jumps(2)).max(axis=0)) < 1e-8
+
+
+def test_a_full_circle_in_a_tilted_frame_with_the_tool_held_in_base_axes() -> None:
+    frames = {"fixture": {"position": [450, 0, 100], "rpy": [20, 10, 0]}}
+    start = {
+        "name": "on",
+        "after": 2,
+        "pose": {"position": [40, 0, 0], "rpy": [180, 0, 0]},
+        "orientation_in": "base",
+    }
+    circle = {
+        "name": "round",
+        "along": {"arc": {"centre": [0, 0, 0], "normal": [0, 0, 1]}},
+        "speed": 30,
+        "pose": {"position": [40, 0, 0]},
+        "stop": True,
+    }
+    plan = kw.plan(task(start, circle, frames=frames, frame="fixture"))
+    assert plan.report.ok
+    path = plan.scenario.paths[0].motion
+    position, rotation, _ = tool(plan, np.linspace(path.start_time, path.end_time, 2001))
+    local = (position - [450, 0, 100]) @ pin.rpy.rpyToMatrix(*np.radians([20, 10, 0]))
+    assert np.abs(np.linalg.norm(local[:, :2], axis=1) - 40).max() < 0.1
+    assert np.abs(local[:, 2]).max() < 0.1
+    angle = np.unwrap(np.arctan2(local[:, 1], local[:, 0]))
+    assert angle[-1] - angle[0] == pytest.approx(2 * np.pi, abs=1e-4)
+    down = pin.rpy.rpyToMatrix(np.pi, 0, 0)
+    assert max(np.linalg.norm(pin.log3(down.T @ R)) for R in rotation) < np.radians(0.1)
+
+
+def test_a_tool_that_keeps_its_direction_turns_with_the_arc() -> None:
+    arc = {
+        "name": "off",
+        "along": {"arc": {"through": [490, -60, 60]}},
+        "orientation": "tangent",
+        "speed": 40,
+        "stop": True,
+        "pose": {"position": [450, -20, 60]},
+    }
+    plan = kw.plan(task(FIRST, arc))
+    assert plan.report.ok
+    path = plan.scenario.paths[0].motion
+    times = np.linspace(path.start_time, path.end_time, 301)
+    position, rotation, _ = tool(plan, times)
+    spoke = position - [450, -60, 60]
+    inward = np.einsum("nij,ni->nj", rotation, spoke)  # in the tool's axes it stays what it was
+    assert np.abs(inward - inward[0]).max() < 0.2
+
+
+def test_a_corner_is_rounded_within_the_blend_and_passed_at_speed() -> None:
+    corner = {**LINE, "name": "corner", "blend": 10}
+    end = {**LINE, "pose": {"position": [530, 50, 60]}}
+    plan = kw.plan(task(FIRST, corner, end, UP))
+    assert plan.report.ok
+    path = plan.scenario.paths[0].motion
+    position, _, speed = tool(plan, np.linspace(path.start_time, path.end_time, 3001))
+    assert np.abs(speed / 60 - 1).max() < 0.011
+    near = np.linalg.norm(position - [450, 50, 60], axis=1)
+    beside = np.minimum(np.abs(position[:, 0] - 450), np.abs(position[:, 1] - 50))
+    assert beside[near > 10.1].max() < 0.1
+    assert 0.5 < near.min() < 10
+
+
+def test_speeds_change_in_the_faster_stretch_and_a_stop_is_one() -> None:
+    slow = {**LINE, "name": "slow", "speed": 20, "pose": {"position": [450, -20, 60]}}
+    fast = {**LINE, "stop": True}
+    plan = kw.plan(task(FIRST, slow, fast, UP, path={"acceleration": 200}))
+    assert plan.report.ok
+    first, second = plan.scenario.paths[0].stretches
+    assert first.full_speed == pytest.approx((first.start, first.end))
+    ramp = 1.5 * (60 - 20) / 200
+    assert second.full_speed[0] - second.start == pytest.approx(ramp)
+    assert second.end - second.full_speed[1] == pytest.approx(1.5 * 60 / 200)
+    _, _, speed = tool(plan, np.array([first.start, first.end, np.mean(second.full_speed)]))
+    np.testing.assert_allclose(speed, [20, 20, 60], rtol=1e-2)
+    assert np.abs(plan.trajectory.velocity(second.end)).max() < 1e-9
+
+
+@pytest.mark.parametrize("robot", ["ur5", "panda"])
+def test_an_arm_that_waits_stands_still(robot: str) -> None:
+    pose = {"position": [450, 0, 300], "rpy": [180, 0, 0]}
+    there = {"name": "there", "after": 2, "wait": 0.3, "pose": pose}
+    plan = kw.plan({**task(there, UP), "robot": robot, "knots": "balanced"})
+    assert plan.report.ok
+    q = plan.trajectory.position(np.linspace(2.0, 2.3, 301))
+    assert np.abs(q - q[0]).max() == 0.0
+    same = [{**there, "wait": None}, {**there, "wait": None, "name": "still", "after": 0.3}]
+    same = [{key: value for key, value in one.items() if value is not None} for one in same]
+    twice = kw.plan({**task(*({**one, "stop": True} for one in same), UP), "robot": robot})
+    q = twice.trajectory.position(np.linspace(2.0, 2.3, 301))
+    assert np.abs(q - q[0]).max() == 0.0
+
+
+def test_a_path_that_the_arm_cannot_follow_says_where_and_why() -> None:
+    far = {**LINE, "pose": {"position": [1500, -100, 60]}}
+    with pytest.raises(InputError):
+        kw.plan(task(FIRST, far))
+    fast = {**LINE, "speed": 3000}
+    with pytest.raises(
+        FollowingError, match="would have to turn at .* of the speed it could be"
+    ) as e:
+        kw.plan(task(FIRST, fast, UP, path={"acceleration": 1e6}))
+    assert e.value.cause == "velocity limit"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"pose": {"position": [450, -100, 60]}}, "waypoints[1].along"),
+        ({"along": {"arc": {"through": [450, 0, 60]}}}, "on a line"),
+        ({"along": {"arc": {"radius": 20, "normal": [0, 0, 1]}}}, "must be at least"),
+        ({"along": {"arc": {}}}, "gives no form of arc"),
+        ({"along": "curve"}, "must be line"),
+        ({"along": {"points": "nowhere.csv"}}, "nowhere.csv"),
+        ({"blend": 5}, "rounds the corner between two lines"),
+        ({"speed": None}, "neither speed nor after"),
+        ({"after": 7}, "leaves 7 s, but at the speed given the path takes 2.5 s"),
+    ],
+)
+def test_wrong_paths_are_named(change: dict[str, Any], said: str) -> None:
+    line = {key: value for key, value in {**LINE, **change}.items() if value is not None}
+    with pytest.raises(InputError) as error:
+        kw.plan(task(FIRST, line, UP))
+    assert said in str(error.value)
+    assert "waypoints[1]" in str(error.value)
+
+
+def test_a_sharp_corner_at_speed_offers_a_blend_or_a_stop() -> None:
+    corner = {**LINE, "name": "corner"}
+    with pytest.raises(InputError, match=r"waypoints\[1\].*turns sharply.*blend.*stop"):
+        kw.plan(task(FIRST, corner, {**LINE, "pose": {"position": [530, 50, 60]}}, UP))
