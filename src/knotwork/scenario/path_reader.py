@@ -223,7 +223,7 @@ class PathReader:
         own = np.array(self.poses[i].rotation)
         with self._errors(i, "pose" if asked else "along"):
             if waypoint.orientation == "tangent":
-                turn = tool_paths.tangent_turning(before, curve)
+                turn = tool_paths.tangent_orientation(curve, before)
                 if asked:
                     self._check_tangent(i, turn.rotations[-1], own)
             elif asked:
