@@ -279,6 +279,14 @@ def test_millimetres_hold_for_the_centre_of_mass_and_not_for_gravity() -> None:
     np.testing.assert_allclose(*torques)
 
 
+def test_gravity_in_millimetres_is_plausibly_a_slip() -> None:
+    wide = {"effort": 1e9}
+    report = kw.plan(move(gravity=[0, 0, -9810], limits=wide)).report
+    assert [one.quantity for one in report.warnings] == ["gravity_unit"]
+    assert "gravity is 9810 m/s²" in str(report.warnings[0])
+    assert kw.plan(move(gravity=[0, 0, -9.81])).report.warnings == ()
+
+
 def test_gravity_is_in_the_axes_of_the_base_frame() -> None:
     """UR arms: base_link is turned by half a turn about z against base."""
     turned = kw.load_robot({"urdf": str(kw.load_robot("ur5").urdf), "base_frame": "base"})

@@ -19,6 +19,8 @@ SAME_PLACE = 1e-9
 """Poses nearer than this [m, rad] are one place."""
 WHOLE_TURN = 2.0 * np.pi * 1.001
 """Angles above this [rad], a whole turn with what files round, are probably degrees."""
+HEAVY = 100.0
+"""Gravity above this [m/s²] is probably in mm/s²."""
 UNEVEN = 20.0
 """Balanced knots beside an interval so many times its neighbour make a large jerk."""
 
@@ -29,6 +31,12 @@ _ANGLES = ("rpy", "angles", "rotation_vector")
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Name what was plausibly not meant as it is written."""
     yield from _angles_in_degrees(scenario, space)
+    gravity = 0.0 if scenario.gravity is None else float(np.linalg.norm(scenario.gravity))
+    if gravity > HEAVY:
+        yield _warning(
+            "gravity_unit",
+            f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
+        )
     for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
         if isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint):
             yield from _one_place(first, second)
