@@ -39,6 +39,17 @@ def check_pose(pose: Any, name: str = "pose") -> None:
     )
 
 
+def check_request(pose: Any, position_tolerance: Any, orientation_tolerance: Any) -> None:
+    """Check a pose, and the tolerances that it is to be met to.
+
+    Raises:
+        WaypointDataError: As `check_pose` and `check_tolerance`.
+    """
+    check_pose(pose)
+    check_tolerance(position_tolerance, "position_tolerance")
+    check_tolerance(orientation_tolerance, "orientation_tolerance")
+
+
 def check_poses(poses: Any) -> list[Any]:
     """Check that poses are some in a row, and return them as a list.
 
@@ -72,6 +83,8 @@ def check_count(value: Any, name: str, least: int = 0) -> None:
     Raises:
         WaypointDataError: It is no integer, or less than the least.
     """
+    if type(value) is int and value >= least:
+        return
     if isinstance(value, bool) or not (isinstance(value, Integral) and int(value) >= least):
         raise WaypointDataError(
             f"{name} must be an integer, {least} or more, not {value!r}", value=value
@@ -84,6 +97,8 @@ def check_tolerance(value: Any, name: str) -> None:
     Raises:
         WaypointDataError: It is no positive, finite number.
     """
+    if type(value) is float and 0.0 < value < np.inf:
+        return
     number = isinstance(value, Real) and not isinstance(value, bool)
     if not (number and 0.0 < float(value) < np.inf):
         raise WaypointDataError(f"{name} must be positive and finite, not {value!r}", value=value)

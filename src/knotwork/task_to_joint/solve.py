@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.inserted import completed_waypoints
-from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
+from knotwork.task_to_joint.solution import TaskSolution
 from knotwork.waypoints import JointWaypoints
 
 
@@ -60,32 +58,28 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     >>> solution.choices[0].waypoint, solution.choices[0].branch
     ('approach', 'shoulder left, elbow up, flip')
     """
-    targets = scenario.waypoints
     given = [state.position if state is not None else None for state in space.targets]
     speeds = [state.velocity if state is not None else None for state in space.targets]
-    explain: Callable[[], tuple[Choice, ...]] | None = None
-    infeasibilities: tuple[Infeasibility, ...] = ()
     _check_pull(scenario, space)
-    if any(q is None for q in given):
-        if space.robot is None:
-            raise UnknownNameError("robot", "", (), where=targets[given.index(None)].where)
-        from knotwork.task_to_joint.explain import Explanation
-        from knotwork.task_to_joint.search import Search
-        from knotwork.task_to_joint.unit_slips import suggest_unit
-
-        search = Search(scenario, space, space.robot, given, speeds, space.near)
-        try:
-            found = search.solve()
-        except OutOfReachError as error:
-            suggest_unit(error, scenario, space.robot)
-            raise
-        explanation = Explanation(search, found)
-        explain, infeasibilities = explanation.choices, explanation.infeasibilities()
-        positions, velocities = found.positions, found.velocities
-    else:
+    if all(q is not None for q in given):
         positions, velocities = np.array(given, float), np.array(speeds, float)
-    waypoints = completed_waypoints(scenario, space, positions, velocities)
-    return TaskSolution(waypoints, infeasibilities, explain)
+        return TaskSolution(completed_waypoints(scenario, space, positions, velocities))
+    if space.robot is None:
+        first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
+        raise UnknownNameError("robot", "", (), where=first.where)
+    from knotwork.task_to_joint.explain import Explanation
+    from knotwork.task_to_joint.search import Search
+    from knotwork.task_to_joint.unit_slips import suggest_unit
+
+    search = Search(scenario, space, space.robot, given, speeds, space.near)
+    try:
+        found = search.solve()
+    except OutOfReachError as error:
+        suggest_unit(error, scenario, space.robot)
+        raise
+    explanation = Explanation(search, found)
+    waypoints = completed_waypoints(scenario, space, found.positions, found.velocities)
+    return TaskSolution(waypoints, explanation.infeasibilities(), explanation.choices)
 
 
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:

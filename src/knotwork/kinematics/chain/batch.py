@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
-from knotwork.kinematics.chain.joint_ranges import BoolArray, Limits, clipped, held_joints
+from knotwork.kinematics.chain.joint_ranges import Limits, clipped, held_joints
 from knotwork.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
     HASTY,
@@ -191,16 +191,17 @@ class _State:
 
     def step(self) -> None:
         """Try a step of every search, and keep those that bring it nearer."""
-        gradient = np.einsum("kin,kn->in", self.J, self.error)
-        held = None
+        J, gradient = self.J, np.einsum("kin,kn->in", self.J, self.error)
         if self.limits is not None:
             held = held_joints(self.q, gradient, self.limits)
-            gradient[held] = 0.0
+            if held.any():
+                gradient[held] = 0.0
+                J = np.where(held, 0.0, J)
         # A singular matrix is no error here: 1e-13 is rounding beside entries of about 1.
         damping = self.factor * self.square + 1e-13
         few = self.q.shape[1] < FEW
         solve = _steps_by_lapack if few else _steps_by_cholesky
-        step = solve(self.J, gradient, damping, held if held is not None and held.any() else None)
+        step = solve(J, gradient, damping)
         longest = np.abs(step).max(axis=0)
         step *= MAX_STEP / np.maximum(longest, MAX_STEP)
         trial = self.q + step
@@ -220,42 +221,31 @@ class _State:
         self.factor = np.where(better, reduced, 8 * self.factor)
 
 
-def _steps_by_lapack(
-    J: FloatArray, gradient: FloatArray, damping: FloatArray, held: BoolArray | None
-) -> FloatArray:
+def _steps_by_lapack(J: FloatArray, gradient: FloatArray, damping: FloatArray) -> FloatArray:
     """Solve (JᵀJ + λ² I) Δq = Jᵀe for each search; arguments as of `_steps_by_cholesky`."""
     each = np.ascontiguousarray(J.transpose(2, 0, 1))
     H = each.transpose(0, 2, 1) @ each
-    if held is not None:
-        free = ~held.T
-        H *= free[:, :, None] & free[:, None, :]
     diagonal = np.arange(H.shape[1])
     H[:, diagonal, diagonal] += damping[:, None]
     return np.ascontiguousarray(np.linalg.solve(H, gradient.T[:, :, None])[:, :, 0].T)
 
 
-def _steps_by_cholesky(
-    J: FloatArray, gradient: FloatArray, damping: FloatArray, held: BoolArray | None
-) -> FloatArray:
+def _steps_by_cholesky(J: FloatArray, gradient: FloatArray, damping: FloatArray) -> FloatArray:
     """Solve (JᵀJ + λ² I) Δq = Jᵀe for all searches in step.
 
     Each operation on an entry runs over all searches, for many of them several times faster than
     one matrix after the other.
 
     Args:
-        J: Jacobians, shape (6, d, n).
-        gradient: Jᵀe, zero for joints that are held, shape (d, n).
+        J: Jacobians, zero for joints that are held, shape (6, d, n).
+        gradient: Jᵀe, shape (d, n).
         damping: λ², shape (n,).
-        held: Joints that stay where they are, shape (d, n); `None` if there are none.
     """
     d, n = gradient.shape
     L = np.empty((d, d, n))
     for j in range(d):
         column = L[j:, j]
         np.einsum("kin,kn->in", J[:, j:], J[:, j], out=column)
-        if held is not None:
-            column[:, held[j]] = 0.0
-            column[held[j:]] = 0.0
         column[0] += damping
         column -= np.einsum("ikn,kn->in", L[j:, :j], L[j, :j])
         # Rounding must not take the pivot of a singular matrix below zero.

@@ -86,6 +86,11 @@ def difference(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
     return np.where(revolute, gap - whole_turns(gap), gap)
 
 
+def joint_distances(a: FloatArray, b: FloatArray, revolute: BoolArray) -> FloatArray:
+    """Largest difference of a joint between configurations, whole turns aside, shape (n,)."""
+    return np.asarray(np.abs(difference(a, b, revolute)).max(axis=-1))
+
+
 def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
     """Turn joints by whole turns to where they are nearest a configuration, inside the limits.
 

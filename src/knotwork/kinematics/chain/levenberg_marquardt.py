@@ -137,6 +137,8 @@ class PoseSearch:
         # An error of no weight has no tolerance to be within.
         self._most_position = position_tolerance if position_weight else math.inf
         self._most_orientation = orientation_tolerance if orientation_weight else math.inf
+        enough = POLISHED * min(self.tolerances)
+        self._squares = self._most_position**2, self._most_orientation**2, enough**2
         self._weights: FloatArray | None = None
         if (position_weight, orientation_weight) != (1.0, 1.0):
             self._weights = np.repeat([position_weight, orientation_weight], 3)
@@ -207,13 +209,11 @@ class PoseSearch:
             effort: How long to go on. With `HASTY` a search from close by goes on as usual.
             polish: Steps within the tolerances at most.
         """
-        # This is the inner loop of all that solves for single poses: no array is made, checked or
-        # looked through twice, because for six numbers NumPy's overhead is all there is.
+        # For six numbers NumPy's overhead is all there is: no array is made or read twice.
         evaluate, H, diagonal = self._error, self._work.H, self._work.diagonal
         compute, solve = self._work.ldlt.compute, self._work.ldlt.solve
         lows, highs = limits[0].tolist(), limits[1].tolist()
-        most_position, most_orientation = self._most_position**2, self._most_orientation**2
-        enough = (POLISHED * min(self.tolerances)) ** 2
+        most_position, most_orientation, enough = self._squares
         q, at_limit = _inside(start, lows, highs)
         e, square, position, orientation = evaluate(q)
         if not square < math.inf:

@@ -44,16 +44,7 @@ def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
 
 
 def smallest_singular_value(robot: Robot, q: ArrayLike) -> float:
-    """Smallest singular value of the TCP's Jacobian: zero where the arm is singular.
-
-    Args:
-        robot: The robot.
-        q: Joint positions [rad or m], shape (d,).
-
-    Raises:
-        WaypointDataError: A value is not finite, or an array is of another shape.
-        RobotError: No tool frame has been chosen.
-    """
+    """Smallest of the `singular_values`: zero where the arm is singular."""
     return float(singular_values(robot, q)[-1])
 
 
@@ -93,8 +84,8 @@ def solve_velocity_ik(
     Raises:
         SingularityError: No joint velocities give the twist, or, close to a singularity, only
             such as exceed the arm's velocity limits.
-        WaypointDataError: An array is not finite or of another shape, or a tolerance is not
-            positive.
+        WaypointDataError: An array is not finite or of another shape, or a tolerance is no
+            positive number.
 
     >>> robot = kw.load_robot("ur5")
     >>> v = kw.solve_velocity_ik(robot, robot.configuration("home"), [0.1, 0, 0, 0, 0, 0])
@@ -108,21 +99,20 @@ def solve_velocity_ik(
     J = robot.jacobian(q)
     if not wanted.any() and rest is None:
         return np.zeros(robot.dof)
-    U, s, Vt = np.linalg.svd(J, full_matrices=False)
-    v = _least_norm(J, wanted, joint_scales(robot), rest, (U, s, Vt))
+    (v,), _, (smallest,) = solve_velocities(robot, np.array([q], float), wanted, rest)
     residual = wanted - J @ v
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > linear_tolerance * scale or angular > angular_tolerance * scale:
-        message = _unattainable(robot, J, wanted, residual, v)
-    elif s[-1] < NEAR_SINGULAR and (np.abs(v) > _plausible_speeds(robot)).any():
-        message = _too_fast(robot, U[:, -1], s[-1], v)
+        message = _unattainable(robot, smallest, wanted, residual, v)
+    elif smallest < NEAR_SINGULAR and (np.abs(v) > _plausible_speeds(robot)).any():
+        message = _too_fast(robot, J, smallest, v)
     else:
-        return v
+        return np.asarray(v)
     raise SingularityError(
         waypoint,
         message,
-        smallest_singular_value=float(s[-1]),
+        smallest_singular_value=float(smallest),
         residual=(linear, angular),
         joint_velocity=dict(zip(robot.joint_names, v.tolist(), strict=True)),
         where=where,
@@ -130,7 +120,7 @@ def solve_velocity_ik(
 
 
 def solve_velocities(
-    robot: Robot, q: FloatArray, twists: FloatArray
+    robot: Robot, q: FloatArray, twists: FloatArray, preferred: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Find joint velocities for many configurations at once, as `solve_velocity_ik` does for one.
 
@@ -138,6 +128,7 @@ def solve_velocities(
         robot: The robot.
         q: Joint positions [rad or m], shape (n, d).
         twists: Linear [m/s], then angular [rad/s], in base axes: shape (n, 6) or (6,).
+        preferred: Joint velocities to come near to [rad/s or m/s], shape (d,).
 
     Returns:
         Velocities [rad/s or m/s], shape (n, d), for more than six joints of least norm measured by
@@ -146,13 +137,19 @@ def solve_velocities(
     """
     J = joint_axes(robot).jacobians(q)
     scale = joint_scales(robot)
-    U, s, Vt = np.linalg.svd(J * scale, full_matrices=False)
+    weighted = J * scale
+    U, s, Vt = np.linalg.svd(weighted, full_matrices=False)
     smallest = s[:, -1] if robot.dof <= 6 else np.linalg.svd(J, compute_uv=False)[:, -1]
-    wanted = np.broadcast_to(twists, (len(q), 6))
-    inverse = np.where(s > RANK_TOLERANCE * s[:, :1], 1.0 / np.maximum(s, 1e-300), 0.0)
-    part = (U.transpose(0, 2, 1) @ wanted[:, :, None])[:, :, 0] * inverse
-    v = (Vt.transpose(0, 2, 1) @ part[:, :, None])[:, :, 0] * scale
-    left = np.abs((J @ v[:, :, None])[:, :, 0] - wanted).max(axis=1)
+    kept = s > RANK_TOLERANCE * s[:, :1]
+    inverse = np.where(kept, 1.0 / np.maximum(s, 1e-300), 0.0)[:, :, None]
+    V, wanted = Vt.transpose(0, 2, 1), np.broadcast_to(twists, (len(q), 6))[:, :, None]
+    w = V @ (inverse * (U.transpose(0, 2, 1) @ wanted))
+    w += V @ (inverse * (U.transpose(0, 2, 1) @ (wanted - weighted @ w)))  # undo most rounding
+    if preferred is not None:
+        free = (preferred / scale)[:, None]
+        w += free - V @ (kept[:, :, None] * (Vt @ free))
+    v = w[:, :, 0] * scale
+    left = np.abs((J @ v[:, :, None] - wanted)[:, :, 0]).max(axis=1)
     return v, left, np.asarray(smallest, dtype=float)
 
 
@@ -188,35 +185,14 @@ def joint_scales(robot: Robot) -> FloatArray:
     return np.where(finite, limit, usual) / usual
 
 
-def _least_norm(
-    J: FloatArray,
-    wanted: FloatArray,
-    speeds: FloatArray,
-    rest: FloatArray | None,
-    plain: tuple[FloatArray, FloatArray, FloatArray],
-) -> FloatArray:
-    """Solve J v = wanted as well as can be with the least norm of v / speeds."""
-    weighted = J * speeds
-    U, s, Vt = plain if (speeds == 1.0).all() else np.linalg.svd(weighted, full_matrices=False)
-    kept = s > RANK_TOLERANCE * s[0]
-    U, s, Vt = U[:, kept], s[kept], Vt[kept]
-    w: FloatArray = Vt.T @ ((U.T @ wanted) / s)
-    w = w + Vt.T @ ((U.T @ (wanted - weighted @ w)) / s)  # undo most rounding
-    if rest is not None:
-        free = rest / speeds
-        w = w + free - Vt.T @ (Vt @ free)
-    return w * speeds
-
-
 def _unattainable(
-    robot: Robot, J: FloatArray, wanted: FloatArray, residual: FloatArray, v: FloatArray
+    robot: Robot, smallest: float, wanted: FloatArray, residual: FloatArray, v: FloatArray
 ) -> str:
     """Message for a twist outside the Jacobian's range, with the part of it that is."""
     # What the joints can follow of the part in the range.
     slower = 1.0 / max(1.0, float((np.abs(v) / _plausible_speeds(robot)).max()))
     possible = slower * (wanted - residual)
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
-    smallest = np.linalg.svd(J, compute_uv=False)[-1]
     amounts = [
         f"{amount:.3g} {unit}"
         for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
@@ -244,7 +220,8 @@ def _plausible_speeds(robot: Robot) -> FloatArray:
     return np.minimum(robot.velocity_limit, FASTEST_JOINT)
 
 
-def _too_fast(robot: Robot, direction: FloatArray, smallest: float, v: FloatArray) -> str:
+def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray) -> str:
+    direction = np.linalg.svd(J, full_matrices=False)[0][:, -1]
     use = np.abs(v) / _plausible_speeds(robot)
     said = ", ".join(
         f"{robot.joint_names[i]} at {abs(v[i]):.4g} {robot.joint_units[i]}/s "

@@ -11,8 +11,8 @@ from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import (
     Limits,
     clipped,
-    difference,
     held_joints,
+    joint_distances,
     starts,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import (
@@ -89,7 +89,7 @@ def apart(robot: Robot, configurations: Iterable[FloatArray], most: int) -> list
     revolute = joint_axes(robot).revolute
     kept: list[FloatArray] = []
     for q in configurations:
-        if all(np.abs(difference(q, other, revolute)).max() > APART for other in kept):
+        if all(joint_distances(q, other, revolute) > APART for other in kept):
             kept.append(q)
             if len(kept) == most:
                 break

@@ -47,7 +47,6 @@ POINT_REFINED = 10
 def solution_or_reason(
     search: PoseSearch,
     near: FloatArray,
-    *,
     tolerances: tuple[float, float],
     waypoint: str,
     where: str,

@@ -35,7 +35,7 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """What may be chosen at one waypoint.
+    """The configurations that may be chosen at one waypoint.
 
     Attributes:
         q: Joint positions inside the limits, all turns, shape (m, d).

@@ -93,7 +93,7 @@ def reach(
 
 
 def _least_onward(layers: list[Layer], rules: Rules) -> list[Cost]:
-    """What the way on from each layer to the end costs at least, in distance and travel.
+    """Least cost of the way on from each layer to the end, in distance and travel.
 
     The least that each step would cost if all joints could go the short way round.
     """

@@ -23,7 +23,7 @@ WIDER = 1e-6
 
 
 class Cost(NamedTuple):
-    """What choices cost. What comes first counts before all that comes after.
+    """Cost of choices in levels: what comes first counts before all that comes after.
 
     Each attribute is an array over the choices; or a number, if it is the same for all.
 
@@ -137,7 +137,7 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Rules:
-    """What a step from one waypoint to the next costs.
+    """Rules for the cost of a step from one waypoint to the next.
 
     Attributes:
         speed: What joint speeds are measured by [rad/s or m/s], shape (d,): the velocity limits,

@@ -27,7 +27,7 @@ SMALLEST_MOVE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """What is given: where and when the arm has to be, and where it comes from.
+    """The task: where and when the arm has to be, and where it comes from.
 
     Attributes:
         times: Of the waypoints [s], shape (n,).
@@ -144,7 +144,7 @@ class _Refinement:
         return np.asarray(np.mean(beside, axis=0))
 
     def _costs(self, owner: Any, q: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
-        """What each candidate costs, its neighbours as they are.
+        """Cost of each candidate, its neighbours as they are.
 
         Returns:
             How much is infeasible, mid-interval violations, positions beyond limits [rad or m] and

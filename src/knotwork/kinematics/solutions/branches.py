@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.kinematics.arguments import check_count, check_distance, check_pose, check_tolerance
+from knotwork.kinematics.arguments import check_count, check_distance, check_request
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of, middle
 from knotwork.kinematics.chain.levenberg_marquardt import MARGIN, PoseSearch
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
@@ -93,11 +93,9 @@ def solve_all(
         >>> branches[0].flags
         'shoulder right, elbow down, no flip'
     """
-    check_pose(pose)
+    check_request(pose, position_tolerance, orientation_tolerance)
     check_distance(pose)
     check_count(spread, "spread", 1)
-    check_tolerance(position_tolerance, "position_tolerance")
-    check_tolerance(orientation_tolerance, "orientation_tolerance")
     asked = position_tolerance, orientation_tolerance
     search = PoseSearch(robot, pose, MARGIN * asked[0], MARGIN * asked[1])
     found = solutions_inside(search)
@@ -106,8 +104,7 @@ def solve_all(
         found = farthest_apart(robot, found, spread)
     if not len(found):
         centre = middle(limits_of(robot))
-        only = solution_or_reason(search, centre, tolerances=asked, waypoint=waypoint, where=where)
-        found = only.q[None]
+        found = solution_or_reason(search, centre, asked, waypoint, where).q[None]
     return tuple(_branch(robot, pose, q, free) for q in sorted(found, key=in_order))
 
 

@@ -13,6 +13,7 @@ from knotwork.kinematics.chain.joint_ranges import (
     BoolArray,
     Limits,
     difference,
+    joint_distances,
     limits_of,
     no_limits,
     starts,
@@ -75,7 +76,7 @@ class _Found:
                     break
                 self.solutions = np.vstack([self.solutions, solved[:1]])
                 self.hits = np.append(self.hits, 0)
-            same = np.abs(difference(solved, self.solutions[i], revolute)).max(axis=1) <= SAME
+            same = joint_distances(solved, self.solutions[i], revolute) <= SAME
             self.hits[i] += same.sum()
             solved = solved[~same]
         near = ended.position_error + ended.orientation_error < MOST_RESIDUAL
@@ -217,13 +218,12 @@ def distinct(robot: Robot, target: Targets, solutions: FloatArray) -> FloatArray
     chain = joint_axes(robot)
     kept: list[FloatArray] = []
     for q in solutions:
-        apart = [difference(q, other, chain.revolute) for other in kept]
-        sizes = [np.abs(gap).max() for gap in apart]
-        if any(size <= SAME for size in sizes):
+        gaps = difference(q, np.array(kept).reshape(-1, len(q)), chain.revolute)
+        sizes = np.abs(gaps).max(axis=1)
+        if (sizes <= SAME).any():
             continue
-        middles = [q - 0.5 * gap for gap, size in zip(apart, sizes, strict=True) if size < BESIDE]
-        if middles:
-            between = np.array(middles)
+        between = q - 0.5 * gaps[sizes < BESIDE]
+        if len(between):
             tip, rotation, *_ = chain.forward(between)
             one = target.take(np.zeros(len(between), dtype=int))
             _, distance, angle = pose_errors(tip, rotation, one.position, one.rotation)

@@ -58,6 +58,14 @@ def solve_many(
         WaypointDataError: An array is not finite or of another shape, or the tolerance is not
             positive.
         RobotError: The robot has no tool frame.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> home = robot.configuration("home")
+    >>> configurations = home + np.linspace(0.0, 0.5, 6)[:, None]
+    >>> poses = [robot.forward(q) for q in configurations]
+    >>> found = kw.solve_many(robot, poses, start=configurations + 0.01)
+    >>> found.converged.all(), float(abs(found.q - configurations).max()) < 1e-6
+    (np.True_, True)
     """
     wanted = check_poses(poses)
     n, d = len(wanted), robot.dof
@@ -65,8 +73,21 @@ def solve_many(
     check_count(max_restarts, "max_restarts")
     targets = _targets(wanted)
     first = read_only(_each(start, n), (n, d), "start")
+    return _solved(robot, wanted, targets, first, MARGIN * tolerance, max_restarts)
+
+
+def _solved(
+    robot: Robot,
+    poses: list[Any],
+    targets: Targets,
+    start: FloatArray,
+    tolerance: float,
+    max_restarts: int,
+) -> BatchSolution:
+    """Search from the starts, and again for what failed; arguments as of `solve_many`."""
+    n, d = start.shape
     limits = limits_of(robot)
-    q = clipped(first, limits)
+    q = clipped(start, limits)
     position, orientation = np.full(n, np.inf), np.full(n, np.inf)
     todo, iterations, restarts, used = np.arange(n), 0, 0, 0
     begin = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
@@ -77,7 +98,7 @@ def solve_many(
             robot,
             targets.take(group),
             begin.reshape(-1, d),
-            tolerance=MARGIN * tolerance,
+            tolerance=tolerance,
             limits=limits,
             hasty=True,
             group=group,
@@ -97,14 +118,14 @@ def solve_many(
         if not todo.size or restarts >= max_restarts:
             break
         if restarts == 0:
-            begin = seeds(robot, [wanted[i] for i in todo])[:, :max_restarts]
+            begin = seeds(robot, [poses[i] for i in todo])[:, :max_restarts]
         else:
             # A step of a batch takes hardly longer for hundreds than for one.
             count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
             begin = np.tile(starts(robot, limits, count, skip=used), (len(todo), 1, 1))
             used += count
         restarts += begin.shape[1]
-    converged = np.maximum(position, orientation) <= MARGIN * tolerance
+    converged = np.maximum(position, orientation) <= tolerance
     return BatchSolution(q, position, orientation, converged, iterations)
 
 

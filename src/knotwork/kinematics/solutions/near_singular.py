@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.kinematics.chain.joint_axes import joint_axes
-from knotwork.kinematics.chain.joint_ranges import difference
+from knotwork.kinematics.chain.joint_ranges import joint_distances
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.waypoints import FloatArray
 
@@ -123,10 +123,11 @@ def _curves(
 ) -> Iterator[list[_Point]]:
     """Points along each curve that starts lie on."""
     followed: list[FloatArray] = []
+    revolute = joint_axes(search.robot).revolute
     for start in starts:
         if len(followed) == MOST_CURVES:
             break
-        if any(_apart(search, points, start).min() < SAME_CURVE for points in followed):
+        if any(joint_distances(points, start, revolute).min() < SAME_CURVE for points in followed):
             continue
         first = _corrected(search, start, None)
         if first is None:
@@ -137,12 +138,6 @@ def _curves(
             curve = [*reversed(back[1:]), *curve]
         followed.append(np.array([point.q for point in curve]))
         yield curve
-
-
-def _apart(search: PoseSearch, points: FloatArray, q: FloatArray) -> FloatArray:
-    """Largest joint distance of each of some configurations from another, turns aside."""
-    gap = difference(points, q, joint_axes(search.robot).revolute)
-    return np.asarray(np.abs(gap).max(axis=1))
 
 
 def _corrected(search: PoseSearch, q: FloatArray, before: _Point | None) -> _Point | None:
@@ -171,12 +166,9 @@ def _one_way(
     search: PoseSearch, first: _Point, sign: float, most_steps: int
 ) -> tuple[list[_Point], bool]:
     """Points along a curve in one direction to its end, or round to the first, and whether so."""
-    here, turned, closed = (
-        _Point(first.q, sign * first.along, first.lost, 0.0),
-        0.0 * first.q,
-        False,
-    )
-    curve, step, length = [first], STEP, 0.0
+    here, turned = _Point(first.q, sign * first.along, first.lost, 0.0), np.zeros_like(first.q)
+    curve, closed, step, length = [first], False, STEP, 0.0
+    revolute = joint_axes(search.robot).revolute
     for _ in range(most_steps):
         # The direction halfway to the next point, if it turns on as it did (Adams and Bashforth).
         halfway = here.along + 0.5 * step * turned
@@ -190,7 +182,8 @@ def _one_way(
         if closed:  # a step beyond, so that nothing is between the last and the first
             break
         length += step
-        closed = length > 4 * STEP and _apart(search, there.q[None], first.q)[0] < 0.75 * STEP
+        gap = joint_distances(there.q, first.q, revolute)
+        closed = length > 4 * STEP and bool(gap < 0.75 * STEP)
         turned = (there.along - here.along) / step
         step, here = min(2.0 * step, STEP), there
     return curve, closed

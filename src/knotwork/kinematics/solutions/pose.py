@@ -10,12 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.arguments import (
-    check_count,
-    check_distance,
-    check_pose,
-    check_tolerance,
-)
+from knotwork.kinematics.arguments import check_count, check_distance, check_request
 from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, starts
 from knotwork.kinematics.chain.levenberg_marquardt import (
     HASTY,
@@ -100,11 +95,10 @@ def solve_pose_ik(
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
     Three steps: a local search from the start; where that fails or ends far away, the nearest of
-    all solutions; where there is none, a diagnosis. In the tests with random poses of the UR5, Z1,
-    Talos arm and Panda, the answer was never farther than the nearest of `solve_all`; that is not
-    proved. Joints are taken by whole turns to where they are nearest. A redundant arm is moved
-    along its self-motion as near as it gets; there, all solutions are the samples of the
-    self-motion that `solve_all` chooses from. The same arguments always give the same answer.
+    all solutions; where there is none, a diagnosis. With random poses of the UR5, Z1, Talos arm
+    and Panda the answer was never farther than the nearest of `solve_all`; that is not proved.
+    Joints are taken by whole turns to where they are nearest. A redundant arm is moved along its
+    self-motion as near as it gets. The same arguments always give the same answer.
 
     Args:
         robot: The robot.
@@ -112,8 +106,7 @@ def solve_pose_ik(
         start: Joint positions to search from [rad or m], shape (d,).
         position_tolerance: [m].
         orientation_tolerance: [rad].
-        max_restarts: With `nearest=False` the local searches to make at most when the first finds
-            nothing, before all solutions are looked for.
+        max_restarts: With `nearest=False`, further local searches at most for a first solution.
         near: Configuration that the answer should be near [rad or m], shape (d,); by default the
             start.
         nearest: Look for the nearest solution. Without, the first solution found is the answer, as
@@ -137,54 +130,35 @@ def solve_pose_ik(
         >>> (found.q - home).round(6).tolist()
         [0.1, 0.1, 0.1, 0.1, 0.1, 0.1]
     """
-    first = _checked(robot, pose, start, position_tolerance, orientation_tolerance, max_restarts)
+    check_request(pose, position_tolerance, orientation_tolerance)
+    check_count(max_restarts, "max_restarts")
+    first = _checked(start, robot.dof)
     goal = first if near is None else read_only(near, (robot.dof,), "near")
     search = PoseSearch(robot, pose, MARGIN * position_tolerance, MARGIN * orientation_tolerance)
     kept = _Nearest(search, goal, nearest)
     kept.search_from(first, HASTY)
     if nearest and kept.is_nearest():
         return kept.answer("nearest solution")
-    if not nearest:
-        for q in _restarts(search, max_restarts) if kept.best is None else ():
-            kept.search_from(q, HASTY if kept.restarts < HASTY_RESTARTS else USUAL)
-            if kept.best is not None:
-                break
-        if kept.best is not None:
-            return kept.answer("first solution")
+    if not nearest and kept.find_any(max_restarts):
+        return kept.answer("first solution")
     check_distance(pose)
     every = solutions_inside(search)
     kept.take_all(every)
     if kept.best is None:
         asked = position_tolerance, orientation_tolerance
-        kept.take(
-            solution_or_reason(search, goal, tolerances=asked, waypoint=waypoint, where=where).q
-        )
+        kept.take(solution_or_reason(search, goal, asked, waypoint, where).q)
     return kept.answer(f"nearest of {max(len(every), 1)} solutions")
 
 
-def _checked(
-    robot: Robot,
-    pose: Any,
-    start: ArrayLike,
-    position_tolerance: float,
-    orientation_tolerance: float,
-    max_restarts: int,
-) -> FloatArray:
-    """The start, once all arguments have been looked at; fast for those that are as usual."""
-    check_pose(pose)
-    usual = type(position_tolerance) is type(orientation_tolerance) is float
-    usual = usual and type(max_restarts) is int and max_restarts >= 0
-    if not (usual and 0.0 < position_tolerance < np.inf and 0.0 < orientation_tolerance < np.inf):
-        check_tolerance(position_tolerance, "position_tolerance")
-        check_tolerance(orientation_tolerance, "orientation_tolerance")
-        check_count(max_restarts, "max_restarts")
+def _checked(start: ArrayLike, dof: int) -> FloatArray:
+    """The start; fast where nothing is wrong."""
     if (
         type(start) is np.ndarray
-        and (start.shape, start.dtype) == ((robot.dof,), float)
+        and (start.shape, start.dtype) == ((dof,), float)
         and math.isfinite(sum(start.tolist()))
     ):
         return start
-    return read_only(start, (robot.dof,), "start")
+    return read_only(start, (dof,), "start")
 
 
 def _restarts(search: PoseSearch, count: int) -> Iterator[FloatArray]:
@@ -212,6 +186,13 @@ class _Nearest:
         self.restarts += 1
         if found.converged:
             self.take(found.q, found)
+
+    def find_any(self, max_restarts: int) -> bool:
+        """Search on from other starts until there is a solution; whether there is."""
+        more = _restarts(self.search, max_restarts)
+        while self.best is None and (start := next(more, None)) is not None:
+            self.search_from(start, HASTY if self.restarts < HASTY_RESTARTS else USUAL)
+        return self.best is not None
 
     def take(self, q: FloatArray, measured: LocalSolution | None = None) -> None:
         """Keep a solution if it is nearer than the others."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_axes import joint_axes
-from knotwork.kinematics.chain.joint_ranges import difference, limits_of, starts
+from knotwork.kinematics.chain.joint_ranges import joint_distances, limits_of, starts
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -46,13 +46,9 @@ def farthest_apart(robot: Robot, solutions: FloatArray, count: int) -> FloatArra
         solutions: To choose from, shape (n, d); the first is chosen first.
         count: How many at most.
     """
-    if len(solutions) <= 1:
-        return solutions
-    revolute = joint_axes(robot).revolute
-    chosen = [0]
-    distance = np.abs(difference(solutions, solutions[0], revolute)).max(axis=1)
-    while len(chosen) < count and distance.max() > 1e-4:
-        chosen.append(int(np.argmax(np.round(distance, 9))))
-        gap = np.abs(difference(solutions, solutions[chosen[-1]], revolute)).max(axis=1)
-        distance = np.minimum(distance, gap)
+    revolute, chosen = joint_axes(robot).revolute, np.zeros(0, dtype=int)
+    apart = np.full(len(solutions), np.inf)
+    while len(chosen) < count and apart.max(initial=0.0) > 1e-4:
+        chosen = np.append(chosen, np.argmax(np.round(apart, 9)))
+        apart = np.minimum(apart, joint_distances(solutions, solutions[chosen[-1]], revolute))
     return np.asarray(solutions[chosen])
