@@ -62,9 +62,9 @@ def _row(
         if bent is not None:
             q[4] = bent
         pose = robot.forward(q)
-        start = time.perf_counter()
+        start = time.process_time()
         answers = np.array([branch.q for branch in kw.solve_all(robot, pose)])
-        seconds += time.perf_counter() - start
+        seconds += time.process_time() - start
         expected = truth(pose)
         hits = sum(bool((np.abs(turned(answers - x)).max(axis=1) < same).any()) for x in expected)
         wanted, found = wanted + len(expected), found + hits

@@ -1,4 +1,4 @@
-"""How long one solution takes, beside other solvers."""
+"""How long one solution takes, in processor time, beside other solvers."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def speed(poses: int) -> dict[str, Any]:
         near = np.clip(q + generator.uniform(-0.1, 0.1, q.shape), lower, upper)
         for label, starts in (("random", random), ("near", near)):
             found, tuned = _speed_rows(solvers, robot, targets, starts)
-            start = time.perf_counter()
+            start = time.process_time()
             answer = kw.solve_many(robot, targets, starts)
-            mean = 1e6 * (time.perf_counter() - start) / poses
+            mean = 1e6 * (time.process_time() - start) / poses
             off = [misses(robot, p, one) for p, one in zip(targets, answer.q, strict=True)]
             batch: dict[str, Any] = {"mean_us": round(mean, 1), "to_tuned": round(mean / tuned, 2)}
             batch |= {"median_us": None, "p99_us": None, **_shares(off)}
@@ -70,12 +70,12 @@ def _speed_rows(
             solve = solvers[peer]
             if isinstance(solve, str):
                 continue
-            begin = time.perf_counter()
+            begin = time.process_time()
             try:
                 answer = solve(pose, start)
             except Exception:  # whatever a peer raises counts as unsolved
                 answer = None
-            took[peer].append(time.perf_counter() - begin)
+            took[peer].append(time.process_time() - begin)
             off[peer].append(misses(robot, pose, answer))
     tuned = 1e6 * float(np.mean(took["tuned loop"]))
     found: dict[str, dict[str, Any]] = {}

@@ -187,6 +187,15 @@ def test_an_unbounded_joint_takes_the_turn_nearest_the_start() -> None:
     np.testing.assert_allclose(found - far, -0.1, atol=1e-7)
 
 
+def test_a_redundant_arm_held_at_a_limit_is_not_sent_far_away() -> None:
+    """The search from the start ends at a limit of joint 6; beside it there are solutions."""
+    robot = ROBOTS["xarm7"]
+    q = np.array([-1.478958, -1.70084, 2.175214, -0.159235, 1.44616, 3.084507, -0.112973])
+    start = np.array([-1.51927, -1.725489, 2.273881, -0.19198, 1.361554, 3.102458, -0.20812])
+    found = solve_pose_ik(robot, robot.forward(q), start)
+    assert found.distance <= np.linalg.norm(q - start) + 1e-6
+
+
 def test_near_may_differ_from_the_start() -> None:
     q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
     pose = UR5.forward(q)

@@ -177,7 +177,7 @@ class _Nearest:
         self._follow, self._polish = nearest and search.robot.dof > 6, POLISH_STEPS * nearest
         self.best: FloatArray | None = None
         self._measured: LocalSolution | None = None
-        self.distance = np.inf
+        self.distance = self._stuck = np.inf
         self.iterations, self.restarts = 0, -1
 
     def search_from(self, start: FloatArray, effort: Effort) -> None:
@@ -186,6 +186,8 @@ class _Nearest:
         self.restarts += 1
         if found.converged:
             self.take(found.q, found)
+        else:
+            self._stuck = math.dist(found.q.tolist(), self.goal.tolist())
 
     def find_any(self, max_restarts: int) -> bool:
         """Search on from other starts until there is a solution; whether there is."""
@@ -223,6 +225,10 @@ class _Nearest:
         acceleration of the tool along the left-singular vector. To second order the tool moves by
         σt + κt²/2, which is zero again at t = −2σ/κ. Next to that there is a second solution.
         """
+        if self.best is None and self._follow and self._stuck < NEAR:
+            # Held at a limit that another way along the self-motion may go round.
+            for start in self._around(NEAR):
+                self.search_from(start, HASTY)
         if self.best is None or self.distance > NEAR:
             return False
         if self.distance < THERE:
@@ -242,7 +248,11 @@ class _Nearest:
         """Starts for the search for other solutions next to a singularity."""
         if len(q) == 6:
             return near_singular_solutions(self.search, [q], 2 + int(within / STEP))
-        robot, radius = self.search.robot, self.distance
+        return self._around(self.distance)
+
+    def _around(self, radius: float) -> FloatArray:
+        """Starts around the goal."""
+        robot = self.search.robot
         return starts(robot, self.limits, RESTARTS_BESIDE, around=self.goal, radius=radius)
 
     def answer(self, kind: str) -> IKSolution:
