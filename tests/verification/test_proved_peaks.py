@@ -124,9 +124,12 @@ def test_shipped_motions_peak_below_their_bounds(name: str) -> None:
 
 
 def robots() -> Iterator[kw.Robot]:
-    for name in kw.robot_names():
+    """Every shipped robot, every other one with a payload and hung from a wall."""
+    load = kw.Payload(2.0, [0.02, -0.03, 0.08], np.diag([0.01, 0.02, 0.015]))
+    for i, name in enumerate(kw.robot_names()):
         robot = kw.load_robot(name)
-        yield robot if robot.tool_frame else robot.with_tool(robot.tool_candidates[0])
+        robot = robot if robot.tool_frame else robot.with_tool(robot.tool_candidates[0])
+        yield robot.with_tool(payload=load).with_gravity([0, -9.81, 0]) if i % 2 else robot
 
 
 def test_random_motions_peak_below_their_bounds() -> None:

@@ -1,8 +1,8 @@
 """The check: does a trajectory do what its scenario asks for?
 
 It knows nothing of how the trajectory was made. From the trajectory and the scenario alone it
-recomputes the tool's pose and velocity at each waypoint, the joint limits over all time, and
-continuity.
+recomputes the tool's pose and velocity at each waypoint, limits of joints, tool and links over all
+time, and continuity.
 """
 
 from __future__ import annotations
@@ -46,6 +46,10 @@ def check(
     Raises:
         InputError: The trajectory is not of the scenario's joints, or the scenario's robot can't
             be loaded.
+
+    >>> plan = kw.plan("paper_case")
+    >>> kw.check(plan.trajectory, plan.scenario).ok
+    True
     """
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
