@@ -72,7 +72,8 @@ def speed(data: Data) -> Table:
     """Time of one solution, beside other solvers."""
     rows = []
     for row in data["rows"]:
-        cells = [row["arm"], row["start"], row["solver"]]
+        earlier = " *" if row["solver"] in data["earlier"].split(", ") else ""
+        cells = [row["arm"], row["start"], row["solver"] + earlier]
         if "refused" in row:
             rows.append([*cells, row["refused"]])
             continue
@@ -93,6 +94,7 @@ class Figures:
 
     def __init__(self, data: Data) -> None:
         self.rows = [row for row in data["rows"] if "refused" not in row]
+        self.earlier = data["earlier_tuned_us"]
 
     def _of(self, solvers: tuple[str, ...], start: str, key: str) -> list[float]:
         return [row[key] for row in self.rows if row["solver"] in solvers and row["start"] == start]
