@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from knotwork.errors import CheckFailedError as CheckFailedError
     from knotwork.errors import InputError as InputError
     from knotwork.errors import KnotworkError as KnotworkError
+    from knotwork.following import follow as follow
     from knotwork.interpolation import PLANNERS as PLANNERS
     from knotwork.interpolation import BalancedKnots as BalancedKnots
     from knotwork.interpolation import ModifiedHermiteSpline as ModifiedHermiteSpline

@@ -1,6 +1,7 @@
 """Scenarios: a task for a robot arm in one YAML file, or as a mapping in Python."""
 
 from knotwork.scenario.model import (
+    SMALLEST_PATH_TOLERANCE,
     FrameSpeed,
     JointTarget,
     JointValues,
@@ -15,6 +16,7 @@ from knotwork.scenario.model import (
 from knotwork.scenario.resolve import load_scenario
 
 __all__ = [
+    "SMALLEST_PATH_TOLERANCE",
     "FrameSpeed",
     "JointTarget",
     "JointValues",

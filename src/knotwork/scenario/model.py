@@ -166,6 +166,10 @@ class ToleranceSet:
     path_speed: float = 0.01
 
 
+SMALLEST_PATH_TOLERANCE = 1e-9
+"""Floating point does not hold a motion nearer to a path than this [m, rad, part of the speed]."""
+
+
 @dataclass(frozen=True)
 class FrameSpeed:
     """A limit on the speed of a link's origin.

@@ -15,6 +15,7 @@ from knotwork.errors import InputError
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.model import (
+    SMALLEST_PATH_TOLERANCE,
     FrameSpeed,
     JointValues,
     MotionLimits,
@@ -250,4 +251,10 @@ class _Resolver:
                 linear = name in ("position", "linear_velocity", "path")
                 unit = 1.0 if name == "path_speed" else self.length if linear else self.angle
                 values[name] = value * unit
+                if name.startswith("path") and values[name] < SMALLEST_PATH_TOLERANCE:
+                    raise self.document.error(
+                        ("tolerances", name),
+                        f"is {value:g}, which floating point can't hold a motion to",
+                        f"at least {SMALLEST_PATH_TOLERANCE / unit:.4g}",
+                    )
         return ToleranceSet(**values)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import FollowingError
-from knotwork.kinematics.following.continuation import Continuation, Obstacle, continue_along
+from knotwork.kinematics.following.continuation import Continuation, continue_along
+from knotwork.kinematics.following.obstacle import Obstacle
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.kinematics.solutions.configuration_flags import configuration_flags
@@ -144,7 +145,7 @@ class Ties:
         ]
         unit, name = (1e3, "mm") if self.scenario.length_unit == "mm" else (1.0, "m")
         far = (travelled[1] - travelled[0]) * unit
-        said = describe_obstacle(robot, best, path, unit, name)
+        said = best.described(robot)
         count = len(obstacles)
         tried = "the only solution" if count == 1 else f"the best of all {count} solutions"
         return FollowingError(
@@ -157,33 +158,6 @@ class Ties:
             cause=best.kind,
             joint=robot.joint_names[best.joint] if best.kind != "singularity" else "",
         )
-
-
-def describe_obstacle(
-    robot: Robot, one: Obstacle, path: ScenarioPath, scale: float, unit: str
-) -> str:
-    """Say what is in the way, and by how much."""
-    if one.kind == "singularity":
-        return (
-            "the arm is stretched out or singular and can't go on (smallest singular value "
-            f"{one.smallest_singular_value:.3g})"
-        )
-    joint, kind = robot.joint_names[one.joint], robot.joint_units[one.joint]
-    if one.kind == "joint limit":
-        return (
-            f"{joint} comes to its limit {one.limit:.4g} {kind}; it would have to go to "
-            f"{one.value:.4g} {kind}"
-        )
-    slower = one.limit / one.value
-    singular = (
-        f" (close to a singularity, smallest singular value {one.smallest_singular_value:.3g})"
-        if one.smallest_singular_value < 0.05
-        else ""
-    )
-    return (
-        f"{joint} would have to turn at {one.value:.4g} {kind}/s, and its limit is {one.limit:.4g}"
-        f"{singular}; at {slower:.3g} of the speed it could be done"
-    )
 
 
 def taken(candidates: Candidates, rows: Any) -> Candidates:

@@ -9,7 +9,11 @@ import numpy as np
 from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.chain.joint_axes import joint_axes
-from knotwork.kinematics.following.continuation import accelerations, continue_along
+from knotwork.kinematics.following.continuation import (
+    accelerations,
+    continue_along,
+)
+from knotwork.kinematics.following.joint_field import JointField
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
@@ -85,6 +89,8 @@ def follow_path(
         PathError: The tolerances take more waypoints than can be.
     """
     ends = np.union1d(path.breaks, [] if times is None else times)
+    begin, turned, _, _ = path.state([path.start_time])
+    start = JointField(robot, pull).corrected(start[None], begin[0], turned[0])[0][0]
     count = np.ones(len(ends) - 1, dtype=int)
     followed = _at(robot, path, start, ends, pull)
     for _ in range(EVEN_ROUNDS):  # even intervals first: fewest waypoints where all is smooth

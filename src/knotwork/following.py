@@ -1,0 +1,177 @@
+"""`follow`: a tool path followed at constant speed, without a scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.arguments import finite_number
+from knotwork.errors import FollowingError, InputError, PathError
+from knotwork.interpolation import get_planner
+from knotwork.kinematics.following.continuation import continue_along
+from knotwork.kinematics.following.insertion import PathTolerance, follow_path
+from knotwork.robot import Robot, load_robot
+from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
+from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray, JointWaypoints, read_only
+
+AT_START = 1e-6
+"""The tool may be off the start of the path by this much [m, rad]."""
+
+USUAL = ToleranceSet()
+
+
+def follow(
+    robot: Robot | str | Path,
+    path: ToolPath | Curve,
+    speed: float,
+    tolerance: float = USUAL.path,
+    *,
+    start: ArrayLike,
+    rotation: ArrayLike | None = None,
+    acceleration: float | None = None,
+    orientation_tolerance: float = USUAL.path_orientation,
+    speed_tolerance: float = USUAL.path_speed,
+    pull_to_middle: float = 0.0,
+) -> JointTrajectory:
+    """Follow a tool path at constant speed, from a few waypoints that are found here.
+
+    The branch is that of the start. The motion is C² and cubic. It is compared with the path at
+    seven places between two waypoints each; a scenario with the same path proves it over all time.
+
+    Args:
+        robot: The arm, or its name or file.
+        path: Where the tool goes, in base axes. Along a curve alone the tool keeps its rotation.
+        speed: Of the TCP along the path [m/s].
+        tolerance: Largest distance from the path [m].
+        start: Joint positions where the path begins [rad or m], shape (d,).
+        rotation: Of the tool along a curve, shape (3, 3); by default the one it has at the start.
+        acceleration: Largest acceleration along the path [m/s²]: the motion then begins and ends
+            at rest. Without it the tool has its speed from the first moment to the last.
+        orientation_tolerance: Largest angle from the orientation on the path [rad].
+        speed_tolerance: Largest difference of speed, as a part of the speed.
+        pull_to_middle: For an arm of more than six joints, how fast self-motion pulls its joints
+            to the middle of their ranges [1/s].
+
+    Returns:
+        The motion, from time 0.
+
+    Raises:
+        InputError: A value is wrong, or the arm does not stand where the path begins.
+        PathError: The path has stops and there is no acceleration, it is too short for its changes
+            of speed, or the tolerances take too many waypoints.
+        FollowingError: A joint limit, a velocity limit or a singularity is in the way.
+
+    >>> arm = kw.load_robot("ur5")
+    >>> q = arm.configuration("home")
+    >>> at = arm.forward(q).translation
+    >>> line = kw.tool_paths.Line(at, at + [0, 0.1, 0])
+    >>> motion = kw.follow(arm, line, 0.05, 1e-7, start=q)
+    >>> motion.waypoint_times.tolist()  # one was inserted
+    [0.0, 1.0, 2.0]
+    >>> off = arm.forward(motion.position(1.0)).translation - (at + [0, 0.05, 0])
+    >>> bool(np.linalg.norm(off) < 1e-7)
+    True
+    """
+    arm = robot if isinstance(robot, Robot) else load_robot(robot)
+    arm.require_tool()
+    allowed = PathTolerance(
+        _tolerance(tolerance, "tolerance", "m"),
+        _tolerance(orientation_tolerance, "orientation_tolerance", "rad"),
+        _tolerance(speed_tolerance, "speed_tolerance", ""),
+    )
+    pull = finite_number(pull_to_middle, "pull_to_middle", "1/s")
+    q = read_only(start, (arm.dof,), "start")
+    motion = _timed(
+        _tool_path(arm, path, q, rotation),
+        finite_number(speed, "speed", "m/s", positive=True),
+        acceleration,
+    )
+    _check_start(arm, motion, q)
+    _check_free(arm, motion, q, pull)
+    followed = follow_path(arm, motion, q, allowed, pull=pull)
+    waypoints = JointWaypoints(
+        joint_names=arm.joint_names,
+        time=followed.time,
+        position=followed.position,
+        velocity=followed.velocity,
+        joint_units=arm.joint_units,
+        acceleration=followed.acceleration,
+    )
+    return get_planner("modified-hermite")(waypoints)
+
+
+def _tolerance(value: float, what: str, unit: str) -> float:
+    number = finite_number(value, what, unit, positive=True)
+    if number < SMALLEST_PATH_TOLERANCE:
+        raise InputError(
+            f"{what} is {number:g}; floating point does not hold a motion to less than "
+            f"{SMALLEST_PATH_TOLERANCE:g}"
+        )
+    return number
+
+
+def _tool_path(
+    robot: Robot, path: ToolPath | Curve, start: FloatArray, rotation: ArrayLike | None
+) -> ToolPath:
+    if isinstance(path, ToolPath):
+        if rotation is not None:
+            raise InputError("rotation is given beside a ToolPath, which has its own orientation")
+        return path
+    if not isinstance(path, Curve):
+        raise InputError(
+            f"path is a {type(path).__name__}; give a ToolPath or a curve of kw.tool_paths"
+        )
+    kept = robot.forward(start).rotation if rotation is None else rotation
+    return ToolPath([path], OrientationCurve.constant(kept, path.length))
+
+
+def _timed(path: ToolPath, speed: float, acceleration: float | None) -> TimedPath:
+    if acceleration is None and path.stops:
+        raise PathError("the path has stops; give acceleration, with which the tool comes to them")
+    lengths = [curve.length for curve in path.curves]
+    ends = None if acceleration is None else 0.0
+    timing = speed_profile(
+        lengths,
+        [speed] * len(lengths),
+        acceleration=1.0 if acceleration is None else acceleration,
+        start_speed=ends,
+        end_speed=ends,
+        stops=path.stops,
+    )
+    return TimedPath(path, timing)
+
+
+def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
+    """Raise an error if the tool is not where the path begins."""
+    wanted, found = motion.path.pose(0.0), robot.forward(start)
+    distance = float(np.linalg.norm(found.translation - wanted.translation))
+    angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ found.rotation)))
+    if distance > AT_START or angle > AT_START:
+        raise InputError(
+            f"with start the tool is {distance:.4g} m and {np.degrees(angle):.4g} deg away from "
+            "where the path begins; kw.solve_pose_ik(robot, pose, start) gives joint positions for "
+            "the pose there"
+        )
+
+
+def _check_free(robot: Robot, motion: TimedPath, start: FloatArray, pull: float) -> None:
+    """Raise an error if a limit or a singularity is in the way."""
+    ends = np.array([motion.start_time, motion.end_time])
+    found = continue_along(robot, motion, start[None], ends, pull=pull)
+    one = found.obstacle(robot, 0, np.zeros(robot.dof))
+    if one is None:
+        return
+    along = float(motion.arc_length(np.array([one.time]))[0])
+    raise FollowingError(
+        "",
+        f"the path can't be followed from start: {along:.4g} m along it {one.described(robot)}. "
+        "Move the path, turn the tool, or start from another solution (robot.solve_all)",
+        arc_length=along,
+        cause=one.kind,
+        joint=robot.joint_names[one.joint] if one.kind != "singularity" else "",
+    )

@@ -1,0 +1,85 @@
+"""The joint velocities that keep the tool on a path, and Newton's method that brings it back."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
+from knotwork.kinematics.chain.joint_ranges import limits_of, middle
+from knotwork.kinematics.chain.velocity import joint_scales
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray
+
+# The tool is brought back onto the path to within this [m, rad].
+ON_PATH = 1e-11
+CORRECTIONS = 6
+
+
+class JointField:
+    """The joint velocities that follow a path: eq (4), and a pull to the middle of the ranges.
+
+    Args:
+        robot: The arm.
+        pull: For an arm of more than six joints, how fast self-motion pulls its joints to the
+            middle of their ranges [1/s].
+    """
+
+    def __init__(self, robot: Robot, pull: float = 0.0) -> None:
+        self.axes, self.scale = joint_axes(robot), joint_scales(robot)
+        limits = limits_of(robot)
+        self.pull = np.where(np.isfinite(limits).all(axis=0), pull, 0.0)
+        self.middle = middle(limits)
+
+    def velocities(
+        self, q: FloatArray, twist: FloatArray, share: ArrayLike = 1.0
+    ) -> tuple[FloatArray, FloatArray]:
+        """Joint velocities and smallest singular values, shape (n, d) and (n,).
+
+        Args:
+            q: Joint positions [rad or m], shape (n, d).
+            twist: Of the tool, in base axes [m/s, rad/s], shape (n, 6) or (6,).
+            share: Part of its full speed that the tool has, so that self-motion rests where the
+                tool does; a number, or shape (n,).
+        """
+        J = self.axes.jacobians(q)
+        U, s, Vt = np.linalg.svd(J * self.scale, full_matrices=False)
+        w = _inverse(U, s, Vt, np.broadcast_to(twist, (len(q), 6)))
+        if self.pull.any():
+            free = np.multiply.outer(np.asarray(share), np.ones(1)) * self.pull
+            free = free * (self.middle - q) / self.scale
+            w += free - np.einsum("nkd,nk->nd", Vt, np.einsum("nkd,nd->nk", Vt, free))
+        return w * self.scale, s[:, -1]
+
+    def corrected(
+        self, q: FloatArray, position: FloatArray, rotation: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Bring the tool to a pose by Newton's method.
+
+        Args:
+            q: Joint positions near it [rad or m], shape (n, d).
+            position: Of the pose [m], shape (3,).
+            rotation: Of the pose, shape (3, 3).
+
+        Returns:
+            Joint positions, shape (n, d), and the error left [m, rad], shape (n,).
+        """
+        target = np.broadcast_to(rotation.T[:, :, None], (3, 3, len(q)))
+        error = np.full(len(q), np.inf)
+        for _ in range(CORRECTIONS):
+            tip, turned, points, axes = self.axes.forward(q)
+            twist, _, _ = pose_errors(tip, turned, position[:, None], target)
+            before, error = error, np.abs(twist).max(axis=0)
+            # stop where it is on the path, and where rounding lets it come no nearer
+            if (error <= ON_PATH).all() or not (error < 0.5 * before).any():
+                break
+            J = self.axes.jacobian(tip, points, axes).transpose(2, 0, 1)
+            U, s, Vt = np.linalg.svd(J * self.scale, full_matrices=False)
+            q = q + _inverse(U, s, Vt, twist.T) * self.scale
+        return q, error
+
+
+def _inverse(U: FloatArray, s: FloatArray, Vt: FloatArray, twist: FloatArray) -> FloatArray:
+    part = np.einsum("nik,ni->nk", U, twist)
+    part *= np.where(s > 1e-12 * s[:, :1], 1.0 / np.maximum(s, 1e-300), 0.0)
+    return np.asarray(np.einsum("nkd,nk->nd", Vt, part))

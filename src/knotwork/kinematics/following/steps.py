@@ -1,0 +1,99 @@
+"""One step along a tool path from several starts, in halves where it strays from the path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.kinematics.following.joint_field import JointField
+from knotwork.tool_paths import TimedPath
+from knotwork.waypoints import FloatArray
+
+# If the tool is farther than this from the path after a step [m, rad], it was taken too far.
+LOST = 1e-7
+# A step that Newton's method moves joints by more than this is taken in halves [rad or m]: it could
+# end in another branch. After so many halvings the arm can't go on.
+STRAY = 1e-3
+HALVINGS = 9
+# Joint speeds so many times the limits end a continuation: the arm is singular there.
+HOPELESS = 1000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Stages:
+    """What the tool does at some times of one piece of a path."""
+
+    time: FloatArray
+    position: FloatArray
+    rotation: FloatArray
+    twist: FloatArray
+    share: FloatArray
+
+    @classmethod
+    def of(cls, path: TimedPath, time: FloatArray, at: float) -> Stages:
+        """Evaluate one piece of a path, which `at` is in, at some times."""
+        position, rotation, twist, _ = path.state(time, at=at)
+        share = np.linalg.norm(twist[:, :3], axis=1) / path.full_speed
+        return cls(time, position, rotation, twist, share)
+
+    def __getitem__(self, rows: slice) -> Stages:
+        return Stages(*(value[rows] for value in vars(self).values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Where a step leads: NaN if it leads nowhere, and then how far it led and how singular."""
+
+    q: FloatArray
+    reached: FloatArray
+    smallest: FloatArray
+
+
+def moved(
+    field: JointField,
+    path: TimedPath,
+    limit: FloatArray,
+    q: FloatArray,
+    v: FloatArray,
+    stages: Stages,
+    halvings: int = HALVINGS,
+) -> Moved:
+    """Take one step from some starts; in halves where it strays from the path."""
+    start, middle, end = stages.time
+    guess = _step(field, q, v, stages.twist, stages.share, end - start)
+    end_q, error = field.corrected(guess, stages.position[2], stages.rotation[2])
+    hopeless = (np.abs(v) > HOPELESS * limit).any(axis=1)
+    stray = ~(error <= LOST) | ~(np.abs(end_q - guess).max(axis=1, initial=0.0) <= STRAY)
+    stray |= hopeless
+    found = Moved(end_q, np.full(len(q), end), np.full(len(q), np.nan))
+    if not stray.any():
+        return found
+    found.reached[stray] = start
+    found.smallest[stray] = field.velocities(q[stray], stages.twist[0], stages.share[0])[1]
+    found.q[stray] = np.nan
+    again = np.flatnonzero(stray & ~hopeless)
+    if not halvings or not again.size:
+        return found
+    now, going = q[again], again
+    for a, b in ((start, middle), (middle, end)):
+        half = Stages.of(path, np.linspace(a, b, 3), middle)
+        rates, _ = field.velocities(now, half.twist[0], half.share[0])
+        part = moved(field, path, limit, now, rates, half, halvings - 1)
+        found.q[going] = part.q
+        found.reached[going], found.smallest[going] = part.reached, part.smallest
+        on = np.isfinite(part.q).all(axis=1)
+        now, going = part.q[on], going[on]
+        if not going.size:
+            break
+    return found
+
+
+def _step(
+    field: JointField, q: FloatArray, v: FloatArray, twist: FloatArray, share: FloatArray, h: float
+) -> FloatArray:
+    """One Runge-Kutta step; `v` are the velocities at its start, twists are at three times."""
+    k2, _ = field.velocities(q + 0.5 * h * v, twist[1], share[1])
+    k3, _ = field.velocities(q + 0.5 * h * k2, twist[1], share[1])
+    k4, _ = field.velocities(q + h * k3, twist[2], share[2])
+    return np.asarray(q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4))

@@ -1,0 +1,113 @@
+"""`kw.follow`: measured by Pinocchio alone, and what it refuses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import FollowingError, InputError, PathError, UnreachablePoseError
+
+tp = kw.tool_paths
+ARM = kw.load_robot("ur5")
+HOME = ARM.configuration("home")
+AT = ARM.forward(HOME)
+LINE = tp.Line(AT.translation, AT.translation + np.array([0, 0.1, 0]))
+
+
+def test_a_line_is_followed_at_constant_speed_from_the_first_moment() -> None:
+    motion = kw.follow("ur5", LINE, 0.05, 1e-6, start=HOME, speed_tolerance=1e-4)
+    assert motion.end_time == pytest.approx(2.0)
+    assert motion.polynomial.degree == 3
+    for t in np.linspace(0.0, 2.0, 401):
+        q, v = motion.position(t), motion.velocity(t)
+        pose = ARM.forward(q)
+        off = pose.translation - AT.translation
+        assert np.hypot(off[0], off[2]) <= 1e-6
+        assert np.linalg.norm(pin.log3(AT.rotation.T @ pose.rotation)) <= np.radians(0.1)
+        assert np.linalg.norm(ARM.twist(q, v).linear) == pytest.approx(0.05, rel=1e-4)
+    assert np.abs(motion.polynomial.jumps(2)).max() < 1e-8
+
+
+def test_with_an_acceleration_it_begins_and_ends_at_rest() -> None:
+    motion = kw.follow(ARM, LINE, 0.05, start=HOME, acceleration=0.5)
+    assert motion.end_time == pytest.approx(2.15)
+    for t in (0.0, motion.end_time):
+        assert np.abs(motion.velocity(t)).max() < 1e-12
+    twist = ARM.twist(motion.position(1.0), motion.velocity(1.0))
+    assert np.linalg.norm(twist.linear) == pytest.approx(0.05, rel=0.01)
+
+
+def test_a_tool_path_brings_its_own_orientation() -> None:
+    turned = pin.exp3(np.array([0, 0, 0.5])) @ AT.rotation
+    path = tp.ToolPath([LINE], tp.OrientationCurve.even_turning(AT.rotation, turned, 0.1))
+    motion = kw.follow(ARM, path, 0.05, start=HOME)
+    end = ARM.forward(motion.position(2.0))
+    np.testing.assert_allclose(end.rotation, turned, atol=1e-9)
+    with pytest.raises(InputError, match="rotation is given beside a ToolPath"):
+        kw.follow(ARM, path, 0.05, start=HOME, rotation=turned)
+
+
+def test_a_start_that_is_slightly_off_is_brought_onto_the_path() -> None:
+    motion = kw.follow(ARM, LINE, 0.05, 1e-8, start=HOME + 1e-7)
+    np.testing.assert_allclose(
+        ARM.forward(motion.position(0.0)).translation, AT.translation, atol=1e-10
+    )
+
+
+def corner() -> Any:
+    curves = [LINE, tp.Line(LINE.end, LINE.end + np.array([0, 0, 0.05]))]
+    kept = tp.OrientationCurve.constant(AT.rotation, 0.15)
+    return tp.ToolPath(curves, kept, stops={0})
+
+
+def test_stops_of_a_path_need_an_acceleration() -> None:
+    motion = kw.follow(ARM, corner(), 0.05, start=HOME, acceleration=1.0)
+    assert np.abs(motion.velocity(2.075)).max() < 1e-12
+    with pytest.raises(PathError, match="has stops; give acceleration"):
+        kw.follow(ARM, corner(), 0.05, start=HOME)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"start": HOME + 0.1}, r"the tool is 0\.1188 m and .* deg away .*kw\.solve_pose_ik"),
+        ({"rotation": np.eye(3)}, r"the tool is .* m and 180 deg away"),
+        ({"start": HOME[:3]}, r"start must have shape \(6,\)"),
+        ({"speed": 0.0}, r"speed is 0\.0; it must be a positive and finite number \[m/s\]"),
+        ({"speed": "fast"}, "speed is 'fast'"),
+        ({"tolerance": -1.0}, "tolerance is -1.0"),
+        ({"tolerance": 1e-10}, "does not hold a motion to less than 1e-09"),
+        ({"orientation_tolerance": np.nan}, "orientation_tolerance is nan"),
+        ({"speed_tolerance": 1e-12}, "speed_tolerance is 1e-12"),
+        ({"pull_to_middle": None}, "pull_to_middle is null"),
+        ({"acceleration": 1e-3}, "takes 3.75 m; accepted"),
+        ({"acceleration": 0.0}, "acceleration is 0.0"),
+        ({"path": "line"}, "path is a str; give a ToolPath or a curve"),
+        ({"robot": "ur"}, "did you mean"),
+    ],
+)
+def test_wrong_values_are_named(change: dict[str, Any], said: str) -> None:
+    given = {"robot": ARM, "path": LINE, "speed": 0.05, "start": HOME, **change}
+    with pytest.raises(InputError, match=said):
+        kw.follow(**given)
+
+
+def test_what_is_in_the_way_is_named() -> None:
+    with pytest.raises(FollowingError, match=r"0 m along it shoulder_pan_joint would have to turn"):
+        kw.follow(ARM, LINE, 5.0, start=HOME)
+    far = tp.Line(AT.translation, AT.translation + np.array([0, 1.5, 0]))
+    with pytest.raises(FollowingError) as error:
+        kw.follow(ARM, far, 0.05, start=HOME)
+    assert error.value.cause == "singularity"
+    # with the tool turned so, no configuration reaches a little beyond
+    beyond = pin.SE3(AT.rotation, far.position([error.value.arc_length + 1e-4])[0])
+    with pytest.raises(UnreachablePoseError):
+        ARM.solve_all(beyond)
+    narrow = ARM.with_limits({"shoulder_pan_joint": (HOME[0] - 0.2, HOME[0] + 0.2)})
+    with pytest.raises(FollowingError, match="comes to its limit") as error:
+        kw.follow(narrow, far, 0.05, start=HOME)
+    assert error.value.cause == "joint limit"
