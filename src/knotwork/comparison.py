@@ -259,7 +259,9 @@ def _score(
     if space.robot is not None:
         from knotwork.tool_path import straight_path_deviation
 
-        deviation = straight_path_deviation(space.robot, trajectory, scenario.waypoints)
+        deviation = straight_path_deviation(
+            space.robot, trajectory, scenario.waypoints, scenario.paths
+        )
     report = check(trajectory, scenario, space=space)
     limits = [found for found in report.findings if found.group in LIMITS and found.required]
     jerk_bounded = trajectory.continuity.order >= 2

@@ -1,4 +1,4 @@
-"""Deviation of the tool from the straight path between its waypoints."""
+"""Deviation of the tool from its path, or from the straight one between its waypoints."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
+from knotwork.scenario import ScenarioPath, Stretch
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -32,7 +33,10 @@ class PathDeviation:
 
 
 def straight_path_deviation(
-    robot: Robot, trajectory: JointTrajectory, waypoints: Sequence[object]
+    robot: Robot,
+    trajectory: JointTrajectory,
+    waypoints: Sequence[object],
+    paths: Sequence[ScenarioPath] = (),
 ) -> PathDeviation | None:
     """Measure how far the tool strays from straight lines between waypoints given by poses.
 
@@ -40,20 +44,33 @@ def straight_path_deviation(
         robot: The arm.
         trajectory: Its motion, joints in the robot's order.
         waypoints: Those of the scenario; intervals beside joint waypoints are left out.
+        paths: Tool paths through them; intervals on these are left out, too.
 
     Returns:
         The largest deviations, or `None` if no two poses follow each other.
     """
     position = orientation = 0.0
     found = False
-    for before, after in pairwise(waypoints):
-        if not (isinstance(before, CartesianWaypoint) and isinstance(after, CartesianWaypoint)):
-            continue
+    for before, after in straight_legs(waypoints, paths):
         found = True
         for q in trajectory.position(np.linspace(before.time, after.time, SAMPLES + 1)):
             off, turned = deviation_from_line(robot.forward(q), before.pose, after.pose)
             position, orientation = max(position, off), max(orientation, turned)
     return PathDeviation(position, orientation) if found else None
+
+
+def straight_legs(
+    waypoints: Sequence[object], paths: Sequence[ScenarioPath]
+) -> list[tuple[CartesianWaypoint, CartesianWaypoint]]:
+    """Poses that follow each other with no tool path between them."""
+    along = {i for path in paths for i in range(path.first, path.last)}
+    return [
+        (before, after)
+        for i, (before, after) in enumerate(pairwise(waypoints))
+        if i not in along
+        and isinstance(before, CartesianWaypoint)
+        and isinstance(after, CartesianWaypoint)
+    ]
 
 
 def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[float, float]:
@@ -72,3 +89,27 @@ def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[fl
     straight = pin.SE3(start.rotation @ pin.exp3(along * turn), start.translation + along * line)
     off = float(np.linalg.norm(pose.translation - straight.translation))
     return off, float(np.linalg.norm(pin.log3(straight.rotation.T @ pose.rotation)))
+
+
+def deviation_from_path(
+    robot: Robot, q: FloatArray, path: ScenarioPath, stretch: Stretch, times: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Distances [m] and angles [rad] of the tool from the nearest points of a stretch of a path.
+
+    Args:
+        robot: The arm.
+        q: Joint positions at the times [rad or m], shape (k, d).
+        path: The path.
+        stretch: Which of its stretches the tool is on.
+        times: Times, from which the nearest points are searched [s], shape (k,).
+    """
+    poses = [robot.forward(row) for row in q]
+    place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
+    rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
+    motion = path.motion
+    low, high = motion.arc_length(np.array([stretch.start, stretch.end]))
+    guess = motion.arc_length(np.clip(times, stretch.start, stretch.end))
+    s = np.clip(motion.path.nearest(place, guess), low, high)
+    off = np.linalg.norm(place - motion.path.position(s), axis=1)
+    gap = np.linalg.norm(rotation - motion.path.rotation(s), axis=(1, 2))
+    return off, 2.0 * np.arcsin(np.minimum(gap / np.sqrt(8.0), 1.0))

@@ -57,8 +57,13 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     help="Planners to draw beside it; a rule may follow after a colon: quintic:estimated.",
 )
 @click.option(
-    "--tool", is_flag=True, help="Draw the tool: its speed and how far it is off straight paths."
+    "--tool",
+    is_flag=True,
+    help="Draw the tool: its speed, and how far it is off its path against the tolerances, or off "
+    "the straight way between poses where there is no path.",
 )
+@click.option("--from", "start", type=float, metavar="S", help="Draw from this time on [s].")
+@click.option("--to", "end", type=float, metavar="S", help="Draw up to this time [s].")
 @click.option("--degrees", is_flag=True, help="Show angles in degrees instead of radians.")
 @motion_options("to mark waypoints and limits")
 def plot(
@@ -70,6 +75,8 @@ def plot(
     planner: str | None,
     knots: Any,
     tool: bool,
+    start: float | None,
+    end: float | None,
     degrees: bool,
     reference: str | None,
 ) -> int:
@@ -94,9 +101,11 @@ def plot(
     drawn = read_motions(source, reference, planner, knots, compare)
     tell_failures(drawn)
     if tool:
-        figure = view.plot_tool(drawn, degrees=degrees)
+        figure = view.plot_tool(drawn, degrees=degrees, window=(start, end))
     else:
-        figure = view.plot_joints(drawn, joints=joints, quantities=quantities, degrees=degrees)
+        figure = view.plot_joints(
+            drawn, joints=joints, quantities=quantities, degrees=degrees, window=(start, end)
+        )
     path = out if out is not None else _default_path(source, drawn[0], tool)
     click.echo(f"wrote {view.save_figure(figure, path)}")
     return PASSED

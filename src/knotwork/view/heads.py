@@ -187,8 +187,11 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
         "asked": "asked for",
         "knots": "knot" if rows == 1 else "knots of each",
         "limit": "limit",
+        "band": "speed asked for along the path",
+        "tolerance": "tolerance",
         "jump": "jump",
         "broken": "limit broken",
+        "beyond": "beyond the tolerance",
         "worst": "worst",
     }
     handles: dict[str, Any] = {kind: Line2D([], [], **LOOKS[kind]) for kind in words}

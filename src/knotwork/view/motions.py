@@ -48,7 +48,7 @@ Drawable: TypeAlias = PlanLike | JointTrajectory
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Waypoints in a picture.
+    """Waypoints of the scenario in a picture; those inserted along tool paths are left out.
 
     Attributes:
         time: Times [s], shape (n,).
@@ -74,6 +74,8 @@ class Motion:
         scenario: What was asked for, or `None`.
         ok: What the check said, or `None` if it was not asked.
         uses: Use of each limit given, by joint and quantity.
+        knots: Breaks of the motion [s], without the ends of a window.
+        window: From when to when [s] it is shown.
     """
 
     label: str
@@ -83,11 +85,17 @@ class Motion:
     scenario: Scenario | None
     ok: bool | None
     uses: dict[tuple[str, str], Finding]
+    knots: FloatArray
+    window: tuple[float, float] = (-np.inf, np.inf)
 
     @property
     def curve(self) -> PiecewisePolynomial:
         """Joint positions over time."""
         return self.trajectory.polynomial
+
+    def shows(self, time: float) -> bool:
+        """Whether a time is in the window."""
+        return self.window[0] <= time <= self.window[1]
 
     def bounds(self, joint: str, quantity: str) -> tuple[float, float]:
         """Lower and upper limit of a quantity of a joint, infinite where none is given."""
@@ -125,6 +133,15 @@ def motions_of(
     return [replace(motion, label=name) for motion, name in zip(motions, names, strict=True)]
 
 
+def limit_uses(found: Iterable[Finding]) -> dict[tuple[str, str], Finding]:
+    """Use of the limits of joints, by joint and quantity."""
+    return {
+        (one.name, one.quantity): one
+        for one in found
+        if one.subject == "joint" and one.quantity in DERIVATIVES and one.limit is not None
+    }
+
+
 def _distinct(labels: list[str]) -> list[str]:
     """Number labels that occur twice."""
     return [
@@ -144,15 +161,11 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
     if space is not None:
         trajectory = trajectory.reordered(space.joint_names, space.joint_units)
         found = found or derivative_limits(space, trajectory.polynomial)
-    uses = {
-        (one.name, one.quantity): one
-        for one in found
-        if one.subject == "joint" and one.quantity in DERIVATIVES and one.limit is not None
-    }
     marks = _marks(trajectory, scenario, space, plan.joint_waypoints if plan else None)
     label = trajectory.planner or "trajectory"
     ok = bool(plan.report.ok) if plan else None
-    return Motion(label, trajectory, space, marks, scenario, ok, uses)
+    knots = trajectory.polynomial.x
+    return Motion(label, trajectory, space, marks, scenario, ok, limit_uses(found), knots)
 
 
 def _marks(
@@ -164,8 +177,10 @@ def _marks(
     """Waypoints as far as they are known: without a plan no joint values of poses."""
     if waypoints is not None:
         order = [waypoints.joint_names.index(name) for name in trajectory.joint_names]
-        asked = waypoints.position[:, order], waypoints.velocity[:, order]
-        return Marks(waypoints.time, waypoints.names, asked)
+        times = scenario.times if scenario is not None else waypoints.time
+        own = np.abs(waypoints.time[:, None] - times).argmin(axis=0)
+        asked = waypoints.position[own][:, order], waypoints.velocity[own][:, order]
+        return Marks(waypoints.time[own], tuple(waypoints.names[i] for i in own), asked)
     nothing = np.full(len(trajectory.joint_names), np.nan)
     if scenario is not None and space is not None:
         states = [target or JointState(nothing, nothing) for target in space.targets]

@@ -109,11 +109,10 @@ def _knots(panel: Panel) -> None:
     if len(motions) > MOST_KNOT_ROWS:
         return
     for row, one in enumerate(motions.values()):
-        breaks = one.motion.curve.x
-        if len(breaks) > MOST_KNOT_TICKS:
+        if len(one.motion.knots) > MOST_KNOT_TICKS:
             continue
         panel.axis.vlines(
-            breaks,
+            one.motion.knots,
             KNOT_TICK * row,
             KNOT_TICK * (row + 0.85),
             transform=panel.axis.get_xaxis_transform(),
@@ -129,7 +128,7 @@ def _knots(panel: Panel) -> None:
     if len(breaks) <= MOST_KNOT_DOTS:
         value = panel.factor * one.motion.curve(breaks, panel.order)[:, one.component]
         jumps = np.abs(one.motion.curve.jumps(panel.order)[:, one.component])
-        keep = np.concatenate(([True], jumps < STILL, [True]))
+        keep = np.concatenate(([True], jumps < STILL, [True])) & np.isin(breaks, one.motion.knots)
         gid = panel.gid("knot-dots", one)
         panel.axis.plot(breaks[keep], value[keep], gid=gid, zorder=3.8, **LOOKS["knot-dots"])
 

@@ -27,6 +27,7 @@ from knotwork.view.style import (
     settings,
     shortened,
 )
+from knotwork.view.window import WHOLE, Window, windowed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,6 +47,7 @@ def plot_joints(
     scenario: Scenario | None = None,
     labels: Sequence[str] | None = None,
     title: str | None = None,
+    window: Window = WHOLE,
 ) -> Figure:
     """Draw joint motions over time, a row of panels a quantity.
 
@@ -64,6 +66,8 @@ def plot_joints(
         scenario: For trajectories: what was asked for, to mark waypoints and limits.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
+        window: From when to when to draw [s]; `None` for the start or the end of the motion. Use
+            of limits is that in the window.
 
     Returns:
         A figure, not known to `pyplot`.
@@ -75,9 +79,9 @@ def plot_joints(
     Raises:
         UnknownNameError: There is no such joint or quantity.
         InputError: There is nothing to draw, or too much for one picture; the motions are of
-            different joints, or not of the scenario's.
+            different joints, or not of the scenario's; there is nothing in the window.
     """
-    found = motions_of(motions, scenario=scenario, labels=labels)
+    found = windowed(motions_of(motions, scenario=scenario, labels=labels), window)
     names = chosen("joint", joints, found[0].trajectory.joint_names)
     kinds = chosen_quantities(quantities)
     with settings():

@@ -1,43 +1,79 @@
-"""The tool over time: its speed, and how far it is from straight paths between its poses."""
+"""The tool over time: its speed, and how far it is off its path, or off the straight way."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.polynomial.jumps import measured_jumps
-from knotwork.robot import Robot
-from knotwork.scenario import Scenario
-from knotwork.tool_path import deviation_from_line
-from knotwork.view.curves import piecewise_values
+from knotwork.scenario import Scenario, ToleranceSet
 from knotwork.view.heads import curve_legend, explain_marks, frame_times, picture_title, settle
 from knotwork.view.motions import Drawable, Motion, motions_of
 from knotwork.view.style import (
+    DARK,
     DASHES,
     LOOKS,
+    SMALL,
+    WRONG,
     colour,
     dashes,
     dress,
     mark_waypoints,
     new_figure,
+    rounded,
     settings,
     shown_unit,
 )
+from knotwork.view.tool_curves import (
+    Curve,
+    full_speeds,
+    path_deviations,
+    robot_of,
+    speed_errors,
+    speeds,
+    straight_deviations,
+    stretches,
+)
+from knotwork.view.window import WHOLE, Window, windowed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Times sampled in all, at least and at most in a piece, and between two poses.
-POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
-MILLIMETRES = 1e3
-# Room above and below the curves, in parts of their range.
-ROOM = 0.07
+MILLIMETRES, PERCENT = 1e3, 1e2
+# Room above and below the curves, and above them where words are, in parts of their range.
+ROOM, NOTE_ROOM = 0.07, 0.3
+# With more rows the units are below their titles.
+MANY = 5
+# Less than this, in parts of the tolerance, is as good as nothing.
+NOTHING = 1e-3
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A row of panels: what it shows.
+
+    Attributes:
+        title: What is measured.
+        unit: Unit that it is shown in.
+        factor: From SI to that unit.
+        curve: Function that measures a motion.
+        component: Which of its values is shown.
+        asked: What of a waypoint's velocity is marked, `"linear"` or `"angular"`, or nothing.
+        tolerance: What deviations are allowed, in SI, or `None`.
+    """
+
+    title: str
+    unit: str
+    factor: float
+    curve: Callable[[Motion], Curve]
+    component: int
+    asked: str = ""
+    tolerance: float | None = None
 
 
 def plot_tool(
@@ -47,11 +83,13 @@ def plot_tool(
     scenario: Scenario | None = None,
     labels: Sequence[str] | None = None,
     title: str | None = None,
+    window: Window = WHOLE,
 ) -> Figure:
-    """Draw the tool over time: speed, turning speed, and deviation from the straight path.
+    """Draw the tool over time: its speed, and its deviation from what it should follow.
 
-    What waypoints ask for is marked. The straight path leads from one pose to the next, turning
-    evenly; it is shown where two poses follow each other. Everything is sampled.
+    What waypoints ask for is marked. Along tool paths the deviation in place, orientation and speed
+    is shown against its tolerance. Elsewhere, where two poses follow each other, deviation is that
+    from the straight way from one to the next, turning evenly. Everything is sampled.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
@@ -59,6 +97,7 @@ def plot_tool(
         scenario: For trajectories: what was asked for, with its robot.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
+        window: From when to when to draw [s]; `None` for the start or the end of the motion.
 
     Returns:
         A figure, not known to `pyplot`.
@@ -68,27 +107,30 @@ def plot_tool(
     ['tool speed [mm/s]', 'turning speed [rad/s]', ...]
 
     Raises:
-        InputError: There is no robot with a tool, there are too many motions for one picture, or
-            they are not of the scenario's joints.
+        InputError: There is no robot with a tool, there are too many motions for one picture, they
+            are not of the scenario's joints, or there is nothing in the window.
     """
-    found = motions_of(motions, scenario=scenario, labels=labels)
+    found = windowed(motions_of(motions, scenario=scenario, labels=labels), window)
     if len(found) > len(DASHES):
         raise InputError(
             f"{len(found)} motions are too many to tell apart in one picture; choose at most "
             f"{len(DASHES)}"
         )
-    for motion in found:
-        _robot(motion)  # that there is one is said before anything is drawn
-    angle, factor = shown_unit("rad", degrees)
-    rows = [("tool speed [mm/s]", MILLIMETRES), (f"turning speed [{angle}/s]", factor)]
-    if any(_straight_legs(motion) for motion in found):
-        rows += [("off straight path [mm]", MILLIMETRES), (f"turned from it [{angle}]", factor)]
+    measured: dict[Callable[[Motion], Curve], list[Curve]] = {}
+    rows = [
+        row
+        for row in _rows(found, degrees)
+        if any(
+            len(time)
+            for time, _ in measured.setdefault(row.curve, [row.curve(one) for one in found])
+        )
+    ]
     with settings():
         figure = new_figure(len(rows), 1)
         axes: list[Axes] = list(figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0])
-        for index, motion in enumerate(found):
-            _draw_curves(axes, rows, motion, index)
-        _dress(axes, rows, found[0])
+        for axis, row in zip(axes, rows, strict=True):
+            _draw_row(axis, row, found, measured[row.curve])
+            axis.set_ylabel(row.title + ("\n" if len(rows) > MANY else " ") + f"[{row.unit}]")
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
         several = enumerate(found) if len(found) > 1 else ()
@@ -99,93 +141,132 @@ def plot_tool(
     return figure
 
 
-def _draw_curves(
-    axes: list[Axes], rows: list[tuple[str, float]], motion: Motion, index: int
-) -> None:
-    speeds, deviations = (made(motion, _robot(motion)) for made in (_speeds, _deviations))
-    for i, (axis, (label, factor)) in enumerate(zip(axes, rows, strict=True)):
-        time, values = speeds if i < 2 else deviations
-        axis.plot(
-            time,
-            factor * values[:, i % 2],
-            color=colour(index),
-            linestyle=dashes(index),
-            linewidth=2.0,
-            gid=f"tool:{motion.label}:{label.partition(' [')[0]}",
-        )
-
-
-def _robot(motion: Motion) -> Robot:
-    if motion.space is None or motion.space.robot is None:
-        raise InputError(
-            "the tool can't be drawn without a robot; give a plan or a scenario that names one"
-        )
-    robot = motion.space.robot
-    if robot.tool_frame is None:
-        raise InputError(f"robot {robot.name!r} has no tool frame; name one in the scenario")
-    return robot
-
-
-def _speeds(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Times, and linear [m/s] and angular [rad/s] speed of the tool, shape (n, 2)."""
-    curve = motion.curve
-    count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
-    time, q = piecewise_values(curve, 0, count)
-    _, v = piecewise_values(curve, 1, count)
-    twists = [robot.twist(*state) for state in zip(q, v, strict=True)]
-    speeds = np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
-    jumps = [measured_jumps(curve, order) for order in (0, 1)]
-    places = np.flatnonzero(sum((sizes > allowed).any(axis=1) for sizes, allowed in jumps)) + 1
-    time = np.insert(time, places * count, curve.x[places])
-    return time, np.insert(speeds, places * count, np.nan, axis=0)
-
-
-def _straight_legs(motion: Motion) -> list[tuple[CartesianWaypoint, CartesianWaypoint]]:
-    """Poses that follow each other."""
-    waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
+def _rows(motions: list[Motion], degrees: bool) -> list[_Row]:
+    """What may be shown; a row without any value is left out."""
+    for motion in motions:
+        robot_of(motion)  # that there is one is said before anything is drawn
+    scenario = motions[0].scenario
+    allowed = scenario.tolerances if scenario is not None else ToleranceSet()
+    angle, factor = shown_unit("rad", degrees)
     return [
-        (before, after)
-        for before, after in pairwise(waypoints)
-        if isinstance(before, CartesianWaypoint) and isinstance(after, CartesianWaypoint)
+        _Row("tool speed", "mm/s", MILLIMETRES, speeds, 0, "linear"),
+        _Row("turning speed", f"{angle}/s", factor, speeds, 1, "angular"),
+        _Row("speed error", "%", PERCENT, speed_errors, 0, tolerance=allowed.path_speed),
+        _Row("off tool path", "mm", MILLIMETRES, path_deviations, 0, tolerance=allowed.path),
+        _Row(
+            "turned from it",
+            angle,
+            factor,
+            path_deviations,
+            1,
+            tolerance=allowed.path_orientation,
+        ),
+        _Row("off straight path", "mm", MILLIMETRES, straight_deviations, 0),
+        _Row("turned from it", angle, factor, straight_deviations, 1),
     ]
 
 
-def _deviations(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Times, and distance [m] and angle [rad] from the straight path, shape (n, 2), with NaN."""
-    curve = motion.curve
-    times, values = [np.empty(0)], [np.empty((0, 2))]
-    for before, after in _straight_legs(motion):
-        if curve.x[0] <= before.time and after.time <= curve.x[-1]:
-            time = np.linspace(before.time, after.time, BETWEEN + 1)
-            poses = map(robot.forward, curve(time))
-            off = [deviation_from_line(pose, before.pose, after.pose) for pose in poses]
-            if len(times[-1]) and times[-1][-1] < before.time:  # no straight path in between
-                times.append(np.array([before.time]))
-                values.append(np.full((1, 2), np.nan))
-            times.append(time)
-            values.append(np.array(off))
-    return np.concatenate(times), np.concatenate(values)
-
-
-def _dress(axes: list[Axes], rows: list[tuple[str, float]], first: Motion) -> None:
-    """Labels, scales from zero, and the waypoints with what they ask for."""
-    waypoints = first.scenario.waypoints if first.scenario is not None else ()
-    poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
-    for axis, (label, factor), kind in zip(axes, rows, ("linear", "angular", "", ""), strict=False):
-        dress(axis)
-        axis.set_ylabel(label)
-        mark_waypoints(axis, np.array([one.time for one in waypoints]))
-        if kind and poses:
-            asked = [factor * float(np.linalg.norm(getattr(one, kind))) for one in poses]
-            times = [one.time for one in poses]
-            axis.plot(times, asked, gid=f"asked:{kind}", zorder=4, **LOOKS["asked"])
-        drawn = np.concatenate(
-            [
-                np.asarray(line.get_ydata(), float)
-                for line in axis.lines
-                if line.get_gid() != "waypoint"
-            ]
+def _draw_row(axis: Axes, row: _Row, motions: list[Motion], curves: list[Curve]) -> None:
+    dress(axis)
+    for index, (motion, (time, values)) in enumerate(zip(motions, curves, strict=True)):
+        axis.plot(
+            time,
+            row.factor * values[:, row.component],
+            color=colour(index),
+            linestyle=dashes(index),
+            linewidth=2.0,
+            gid=f"tool:{motion.label}:{row.title}",
         )
-        high = float(np.nanmax(drawn)) if np.isfinite(drawn).any() else 0.0
-        high = high if high > 1e-9 else 1.0
-        axis.set_ylim(-ROOM * high, (1 + ROOM) * high)
+    first = motions[0]
+    times = [one.time for one in first.scenario.waypoints] if first.scenario is not None else []
+    mark_waypoints(axis, np.array([time for time in times if first.shows(time)]))
+    if row.asked:
+        _mark_asked(axis, row, first)
+    if row.tolerance is not None:
+        _mark_tolerance(axis, row, motions, curves)
+    _set_range(axis, row)
+
+
+def _mark_asked(axis: Axes, row: _Row, motion: Motion) -> None:
+    """What waypoints ask for, and paths."""
+    waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
+    poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
+    poses = [one for one in poses if motion.shows(one.time)]
+    if poses:
+        asked = [row.factor * float(np.linalg.norm(getattr(one, row.asked))) for one in poses]
+        times = [one.time for one in poses]
+        axis.plot(times, asked, gid=f"asked:{row.asked}", zorder=4, **LOOKS["asked"])
+    if row.asked == "linear" and motion.scenario is not None:
+        part = motion.scenario.tolerances.path_speed
+        for stretch, start, end in full_speeds(motion):
+            low, high = (row.factor * stretch.speed * (1.0 + side * part) for side in (-1.0, 1.0))
+            axis.fill_between([start, end], low, high, gid="band:speed", **LOOKS["band"])
+
+
+def _mark_tolerance(axis: Axes, row: _Row, motions: list[Motion], curves: list[Curve]) -> None:
+    """The tolerance, the curves beyond it, and in words how much of it the worst one takes."""
+    signed = row.curve is speed_errors
+    shown = full_speeds(motions[0]) if signed else stretches(motions[0])
+    spans = [(start, end) for *_, start, end in shown]
+    limit = row.factor * (row.tolerance or 0.0)
+    worst, at, who = -1.0, 0.0, ""
+    for side in (-1.0, 1.0) if signed else (1.0,):
+        axis.plot(
+            *_levels(spans, side * limit),
+            gid=f"tolerance:{row.title}",
+            zorder=2,
+            **LOOKS["tolerance"],
+        )
+    for motion, (time, values) in zip(motions, curves, strict=True):
+        value = row.factor * values[:, row.component]
+        size = np.abs(value)
+        if (size > limit).any():
+            beyond = np.where(size > limit, value, np.nan)
+            gid = f"beyond:{motion.label}:{row.title}"
+            axis.plot(time, beyond, gid=gid, zorder=1.5, **LOOKS["beyond"])
+        if len(size) and np.nanmax(size) > worst:
+            i = int(np.nanargmax(size))
+            worst, at, who = float(size[i]), float(time[i]), motion.label
+    name = f"{who}: " if len(motions) > 1 else ""
+    sign = "±" if signed else ""
+    tiny = NOTHING * limit
+    said = (
+        f"{rounded(worst)} {row.unit} at {rounded(at)} s"
+        if worst >= tiny
+        else f"under {rounded(tiny)} {row.unit}"
+    )
+    text = f"{name}{said}, tolerance {sign}{rounded(limit)} {row.unit}"
+    broken = worst > limit
+    axis.text(
+        0.995,
+        0.97,
+        text,
+        transform=axis.transAxes,
+        ha="right",
+        va="top",
+        fontsize=SMALL,
+        color=WRONG if broken else DARK,
+        weight="bold" if broken else "normal",
+        gid="note",
+        zorder=6,
+        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
+    ).set_in_layout(False)
+
+
+def _levels(spans: list[tuple[float, float]], value: float) -> tuple[FloatArray, FloatArray]:
+    """Level lines over spans of time, parted by NaN."""
+    times = np.array([(start, end, end) for start, end in spans]).ravel()
+    return times, np.tile([value, value, np.nan], len(spans))
+
+
+def _set_range(axis: Axes, row: _Row) -> None:
+    """A scale from zero, or about it."""
+    drawn = [np.asarray(line.get_ydata(), float) for line in axis.lines]
+    values = np.concatenate(drawn)
+    values = values[np.isfinite(values)]
+    high = max(float(values.max()), 0.0) if values.size else 0.0
+    low = min(float(values.min()), 0.0) if values.size else 0.0
+    if high - low <= 1e-9:
+        high = low + 1.0
+    above = NOTE_ROOM if row.tolerance is not None else ROOM
+    axis.set_ylim(low - ROOM * (high - low), high + above * (high - low))

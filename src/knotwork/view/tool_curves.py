@@ -1,0 +1,132 @@
+"""What the tool does over time, sampled: its speed, and how far it is off what it should follow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.polynomial.jumps import measured_jumps
+from knotwork.robot import Robot
+from knotwork.scenario import ScenarioPath, Stretch
+from knotwork.tool_path import deviation_from_line, deviation_from_path, straight_legs
+from knotwork.view.curves import piecewise_values
+from knotwork.view.motions import Motion
+from knotwork.waypoints import FloatArray
+
+# Times sampled in all, at least and at most in a piece; between two poses; in a stretch of a path,
+# in each of its pieces, and at most in all.
+POINTS, LEAST_POINTS, MOST_POINTS, BETWEEN = 1500, 4, 200, 80
+ALONG, PIECE_ALONG, MOST_ALONG = 240, 16, 12_000
+
+Curve = tuple[FloatArray, FloatArray]
+"""Times [s], shape (n,), and values, shape (n, 2), parted by NaN where nothing is to be seen."""
+
+
+def robot_of(motion: Motion) -> Robot:
+    """Give a motion's robot.
+
+    Raises:
+        InputError: It has none, or that has no tool.
+    """
+    if motion.space is None or motion.space.robot is None:
+        raise InputError(
+            "the tool can't be drawn without a robot; give a plan or a scenario that names one"
+        )
+    robot = motion.space.robot
+    if robot.tool_frame is None:
+        raise InputError(f"robot {robot.name!r} has no tool frame; name one in the scenario")
+    return robot
+
+
+def stretches(motion: Motion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
+    """Stretches of tool paths, and from when to when each is shown [s]."""
+    start, end = motion.curve.x[[0, -1]]
+    for path in motion.scenario.paths if motion.scenario is not None else ():
+        for stretch in path.stretches:
+            low, high = max(stretch.start, start), min(stretch.end, end)
+            if low < high:
+                yield path, stretch, float(low), float(high)
+
+
+def full_speeds(motion: Motion) -> Iterator[tuple[Stretch, float, float]]:
+    """Stretches that ask for a constant speed, and from when to when that is shown [s]."""
+    for _, stretch, start, end in stretches(motion):
+        low, high = max(stretch.full_speed[0], start), min(stretch.full_speed[1], end)
+        if low < high:
+            yield stretch, low, high
+
+
+def speeds(motion: Motion) -> Curve:
+    """Linear [m/s] and angular [rad/s] speed of the tool."""
+    curve, robot = motion.curve, robot_of(motion)
+    count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
+    time, q = piecewise_values(curve, 0, count)
+    _, v = piecewise_values(curve, 1, count)
+    twists = [robot.twist(*state) for state in zip(q, v, strict=True)]
+    values = np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
+    jumps = [measured_jumps(curve, order) for order in (0, 1)]
+    places = np.flatnonzero(sum((sizes > allowed).any(axis=1) for sizes, allowed in jumps)) + 1
+    time = np.insert(time, places * count, curve.x[places])
+    return time, np.insert(values, places * count, np.nan, axis=0)
+
+
+def speed_errors(motion: Motion) -> Curve:
+    """Speed beyond that asked for, as a part of it, where it is asked for; the second is NaN."""
+    robot, parts = robot_of(motion), []
+    for stretch, start, end in full_speeds(motion):
+        time = _along(motion, start, end)
+        states = zip(motion.curve(time), motion.curve(time, 1), strict=True)
+        speed = np.array([np.linalg.norm(robot.twist(q, v).linear) for q, v in states])
+        parts.append(
+            (time, np.stack((speed / stretch.speed - 1.0, np.full(time.shape, np.nan)), 1))
+        )
+    return _joined(parts)
+
+
+def path_deviations(motion: Motion) -> Curve:
+    """Distance [m] and angle [rad] of the tool from its path."""
+    robot, parts = robot_of(motion), []
+    for path, stretch, start, end in stretches(motion):
+        time = _along(motion, start, end)
+        off = deviation_from_path(robot, motion.curve(time), path, stretch, time)
+        parts.append((time, np.stack(off, axis=1)))
+    return _joined(parts)
+
+
+def straight_deviations(motion: Motion) -> Curve:
+    """Distance [m] and angle [rad] from the straight way between poses, where there is no path."""
+    robot, parts = robot_of(motion), []
+    task = motion.scenario
+    legs = straight_legs(task.waypoints, task.paths) if task is not None else ()
+    for before, after in legs:
+        start, end = max(before.time, motion.curve.x[0]), min(after.time, motion.curve.x[-1])
+        if start < end:
+            time = np.linspace(start, end, BETWEEN + 1)
+            poses = map(robot.forward, motion.curve(time))
+            off = [deviation_from_line(pose, before.pose, after.pose) for pose in poses]
+            parts.append((time, np.array(off)))
+    return _joined(parts)
+
+
+def _along(motion: Motion, start: float, end: float) -> FloatArray:
+    """Times from one to another, with the breaks of the motion [s]."""
+    x = motion.curve.x
+    edges = np.concatenate(([start], x[(x > start) & (x < end)], [end]))
+    pieces = len(edges) - 1
+    count = max(min(max(ALONG // pieces, PIECE_ALONG), MOST_ALONG // pieces), LEAST_POINTS)
+    part = np.arange(count) / count
+    return np.append((edges[:-1, None] + np.diff(edges)[:, None] * part).ravel(), end)
+
+
+def _joined(parts: list[Curve]) -> Curve:
+    """Join curves, parted by NaN where one does not begin as the other ends."""
+    times, values = [np.empty(0)], [np.empty((0, 2))]
+    for time, value in parts:
+        if len(times[-1]) and times[-1][-1] < time[0]:
+            times.append(time[:1])
+            values.append(np.full((1, 2), np.nan))
+        times.append(time)
+        values.append(value)
+    return np.concatenate(times), np.concatenate(values)

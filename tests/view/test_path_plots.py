@@ -1,0 +1,203 @@
+"""Pictures of a motion along a tool path, and of a window of time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from figures import collections, data, lines, notes, outside, overlaps, waypoint_names
+
+import knotwork as kw
+from command_line import Command
+from knotwork.errors import InputError
+from knotwork.pipeline import Plan
+from knotwork.view import plot_joints, plot_tool
+
+DOWN = {"rpy": [180, 0, 0]}
+SEAM: dict[str, Any] = {
+    "units": {"length": "mm", "angle": "deg"},
+    "robot": "ur5",
+    "start": "home",
+    "waypoints": [
+        {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], **DOWN}},
+        {
+            "name": "corner",
+            "along": "line",
+            "speed": 60,
+            "blend": 10,
+            "pose": {"position": [450, 50, 60]},
+        },
+        {"name": "turn", "along": "line", "speed": 60, "pose": {"position": [530, 50, 60]}},
+        {
+            "name": "off",
+            "along": {"arc": {"through": [560, 80, 60]}},
+            "speed": 40,
+            "pose": {"position": [530, 110, 60]},
+        },
+        {"name": "up", "after": 2, "stop": True, "pose": {"position": [450, 50, 200], **DOWN}},
+    ],
+}
+NAMES = ["start", "on", "corner", "turn", "off", "up"]
+
+
+@pytest.fixture(scope="module")
+def seam() -> Plan:
+    return kw.plan(SEAM)
+
+
+@pytest.fixture(scope="module")
+def loose() -> Plan:
+    return kw.plan(SEAM, planner="bspline")
+
+
+def panel(figure: Any, title: str) -> Any:
+    (axis, *_) = (one for one in figure.axes if one.get_ylabel().startswith(title))
+    return axis
+
+
+def test_deviation_is_that_of_the_check_and_lies_below_its_tolerance(seam: Plan) -> None:
+    figure = plot_tool(seam, degrees=True)
+    for title, quantity, factor in (
+        ("off tool path", "path_deviation", 1e3),
+        ("turned from it", "path_orientation", np.degrees(1.0)),
+        ("speed error", "path_speed", 100 / 0.06),
+    ):
+        axis = panel(figure, title)
+        time, value = data(lines(axis, "tool")[0])
+        found = seam.report.select(quantity=quantity)
+        assert len(found) == 3
+        for one in found[:2]:  # both at 60 mm/s
+            start, end = one.interval
+            shown = np.abs(value[(time >= start) & (time <= end)])
+            most = factor * (one.value + one.excess)
+            assert np.nanmax(shown) <= most * (1 + 1e-6) + 1e-9
+            assert np.nanmax(shown) == pytest.approx(factor * one.value, rel=0.05, abs=1e-6)
+        level = data(lines(axis, "tolerance")[-1])
+        limit = 1.0 if quantity == "path_speed" else factor * found[0].limit
+        assert np.nanmax(level[1]) == pytest.approx(limit)
+        assert np.nanmin(level[0]) == pytest.approx(seam.scenario.waypoints[1].time)
+        assert np.nanmax(level[0]) == pytest.approx(seam.scenario.waypoints[4].time)
+        assert not lines(axis, "beyond")
+
+
+def test_deviation_of_an_arc_is_its_distance_from_the_circle(seam: Plan) -> None:
+    axis = panel(plot_tool(seam), "off tool path")
+    time, off = data(lines(axis, "tool")[0])
+    robot = seam.space.robot
+    assert robot is not None
+    start, end = (seam.scenario.waypoints[i].time for i in (3, 4))
+    inside = np.flatnonzero((time > start + 0.05) & (time < end - 0.05))[::7]
+    for i in inside:
+        x, y, z = 1e3 * robot.forward(seam.trajectory(time[i])).translation
+        away = np.hypot(np.hypot(x - 530, y - 80) - 30, z - 60)
+        assert off[i] == pytest.approx(away, abs=1e-6)
+
+
+def test_straight_paths_are_for_intervals_that_are_no_path(seam: Plan) -> None:
+    axis = panel(plot_tool(seam), "off straight path")
+    time, _ = data(lines(axis, "tool")[0])
+    assert time[0] == seam.scenario.waypoints[4].time
+    assert time[-1] == seam.scenario.waypoints[5].time
+
+
+def test_what_is_beyond_a_tolerance_stands_out_and_is_said(seam: Plan, loose: Plan) -> None:
+    figure = plot_tool([seam, loose])
+    axis = panel(figure, "off tool path")
+    (beyond,) = lines(axis, "beyond")
+    assert "bspline" in str(beyond.get_gid())
+    drawn = data(beyond)[1]
+    assert np.nanmin(drawn) > 0.1
+    worst = max(one.value for one in loose.report.select(quantity="path_deviation"))
+    assert np.nanmax(drawn) == pytest.approx(1e3 * worst, rel=0.02)
+    assert any(
+        note.startswith("bspline: ") and "tolerance 0.1 mm" in note for note in notes(figure)
+    )
+
+
+def test_the_speed_asked_for_is_a_band(seam: Plan) -> None:
+    bands = collections(panel(plot_tool(seam), "tool speed"), "band")
+    heights = [one.get_paths()[0].get_extents().extents for one in bands]
+    assert [tuple(np.round(box[[1, 3]], 9)) for box in heights] == [
+        (59.4, 60.6),
+        (59.4, 60.6),
+        (39.6, 40.4),
+    ]
+
+
+@pytest.mark.parametrize("draw", [plot_tool, plot_joints])
+def test_only_waypoints_of_the_scenario_are_named_and_nothing_overlaps(
+    seam: Plan, draw: Any
+) -> None:
+    figure = draw(seam)
+    assert [text.get_text() for text in waypoint_names(figure.axes[0])] == NAMES
+    assert len(seam.joint_waypoints.time) > len(NAMES)
+    assert not overlaps(figure)
+    assert not outside(figure)
+
+
+@pytest.mark.parametrize("draw", [plot_tool, plot_joints])
+def test_a_window_shows_the_same_curve_between_two_times(seam: Plan, draw: Any) -> None:
+    whole, part = draw(seam), draw(seam, window=(3.0, 5.0))
+    kind = "tool" if draw is plot_tool else "curve"
+    low, high = part.axes[0].get_xlim()
+    assert 2.9 < low < 3 < 5 < high < 5.1
+    assert [text.get_text() for text in waypoint_names(part.axes[0])] == ["corner"]
+    for one in lines(part.axes[0], kind):
+        time, value = data(one)
+        assert (time.min(), time.max()) == (3.0, 5.0)
+        (other,) = (each for each in lines(whole.axes[0], kind) if each.get_gid() == one.get_gid())
+        order = np.argsort(data(other)[0], kind="stable")
+        np.testing.assert_allclose(
+            value, np.interp(time, *(each[order] for each in data(other))), rtol=1e-3, atol=0.05
+        )
+    bottom, top = part.axes[0].get_ylim()
+    assert top - bottom <= np.diff(whole.axes[0].get_ylim())[0] * (1 + 1e-9)
+
+
+def test_limits_in_a_window_are_judged_there(seam: Plan) -> None:
+    figure = plot_joints(seam, joints=["shoulder_pan_joint"], window=(2.0, 4.0))
+    speed = figure.axes[1]
+    (note,) = (text.get_text() for text in speed.texts if text.get_gid() == "note")
+    time = np.linspace(2, 4, 2001)
+    most = np.abs(seam.trajectory.velocity(time)[:, 0]).max() / 3.15
+    assert note.startswith(f"{100 * most:.0f} % of limit")
+    (knots,) = collections(speed, "knots")
+    drawn = [segment[0, 0] for segment in knots.get_segments()]
+    breaks = seam.trajectory.breaks
+    np.testing.assert_array_equal(drawn, breaks[(breaks >= 2) & (breaks <= 4)])
+    assert 4.0 not in drawn
+
+
+@pytest.mark.parametrize(
+    ("window", "said"),
+    [
+        ((5.0, 3.0), "starts at 5 s and ends at 3 s; it must end later"),
+        ((3.0, 3.0), "it must end later than it starts"),
+        ((100.0, None), "nothing to draw from 100 s: the motion is from 0 s to 10.1"),
+        ((None, 0.0), "nothing to draw to 0 s"),
+        ((-3.0, -1.0), "nothing to draw from -3 s to -1 s"),
+        ((float("nan"), None), "starts at nan s; a time must be finite"),
+        ((None, float("inf")), "ends at inf s; a time must be finite"),
+    ],
+)
+@pytest.mark.parametrize("draw", [plot_tool, plot_joints])
+def test_wrong_windows_are_refused(
+    seam: Plan, draw: Any, window: tuple[float | None, float | None], said: str
+) -> None:
+    with pytest.raises(InputError) as error:
+        draw(seam, window=window)
+    assert said in str(error.value)
+
+
+def test_the_command_draws_a_window(knotwork: Command, tmp_path: Path) -> None:
+    ran = knotwork("plot", "paper_case", "--from", "1", "--to", "2", "-o", tmp_path / "a.png")
+    assert (ran.code, ran.err) == (0, "")
+    ran = knotwork("plot", "paper_case", "--from", "90", "-o", tmp_path / "b.png")
+    assert ran.code == 2
+    assert "nothing to draw from 90 s: the motion is from 0 s to" in ran.err
+    assert not (tmp_path / "b.png").exists()
+    ran = knotwork("plot", "paper_case", "--to", "soon", "-o", tmp_path / "b.png")
+    assert ran.code == 2
+    assert "'--to': 'soon' is not a valid float" in ran.err
