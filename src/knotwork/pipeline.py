@@ -229,6 +229,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
         InputError: An option names a joint that does not exist, or is out of range.
     """
     knots, ends = scenario.knots, scenario.end_acceleration
+    _refuse_values_for_each(scenario, space)
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
         end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
@@ -236,6 +237,20 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
         acceleration_limit=space.limits["acceleration"],
         **space.presets,
     )
+
+
+def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
+    """Raise an error if values are given for each waypoint and a path inserts more of them."""
+    if not scenario.paths:
+        return
+    said = "given one by one, but waypoints are inserted along the path"
+    if not isinstance(scenario.knots, str | int | float):
+        with scenario.error_context("knots"):
+            raise InputError(f"times are {said}; accepted: paper, balanced or its constant")
+    for name, value in space.presets.items():
+        if name in _PRESETS and not isinstance(value, str):
+            with scenario.error_context("planner_options", name):
+                raise InputError(f"values are {said}; accepted: a rule, such as zero or estimated")
 
 
 def supported_options(

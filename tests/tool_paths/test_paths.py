@@ -221,3 +221,15 @@ def test_path_and_timing_must_fit():
         tp.TimedPath(slot(), tp.speed_profile([0.3], [0.1], acceleration=1.0))
     with pytest.raises(PathError, match="needs a stop after curve 0"):
         tp.TimedPath(hook(), tp.speed_profile([0.2, 0.3], [0.1, 0.1], acceleration=1.0))
+
+
+def test_a_path_through_rotations_is_turned_as_its_orientation_says():
+    angles = np.array([0.0, 0.2, 0.5, 0.4])
+    rotations = Rotation.from_rotvec(angles[:, None] * [0, 0.6, 0.8]).as_matrix()
+    line = tp.Line([0, 0, 0], [0.3, 0, 0])
+    path = tp.ToolPath([line], Turn.through([0, 0.05, 0.15, 0.3], rotations))
+    motion = timed(path)
+    for s in (0.0, 0.02, 0.05, 0.1, 0.25, 0.3):
+        _, rotation, twist, _ = motion.state([motion.start_time + s / 0.1])
+        np.testing.assert_allclose(rotation[0], path.rotation([s])[0], atol=1e-9)
+        np.testing.assert_allclose(twist[0, 3:], 0.1 * path.rate([s])[0], atol=1e-6)

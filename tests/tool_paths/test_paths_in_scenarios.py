@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
+import yaml
 
 import knotwork as kw
 from knotwork.errors import FollowingError, InputError
@@ -202,3 +204,28 @@ def test_a_sharp_corner_at_speed_offers_a_blend_or_a_stop() -> None:
     corner = {**LINE, "name": "corner"}
     with pytest.raises(InputError, match=r"waypoints\[1\].*turns sharply.*blend.*stop"):
         kw.plan(task(FIRST, corner, {**LINE, "pose": {"position": [530, 50, 60]}}, UP))
+
+
+def test_the_tool_turns_through_the_orientations_of_a_file(tmp_path: Path) -> None:
+    rows = ["x,y,z,qx,qy,qz,qw"]
+    wanted = {0.0: 0.0, 40.0: 20.0, 90.0: 35.0, 150.0: 10.0}
+    for y, angle in wanted.items():
+        half = np.radians(angle) / 2
+        rows.append(f"0,{y},0,{np.cos(half):.9f},{np.sin(half):.9f},0,0")
+    (tmp_path / "seam.csv").write_text("\n".join(rows))
+    file = tmp_path / "task.yaml"
+    line = {
+        **LINE,
+        "along": {"points": "seam.csv"},
+        "frame": "seam",
+        "pose": {"position": [0, 150, 0]},
+    }
+    frames = {"seam": {"position": [450, -100, 60]}}
+    file.write_text(yaml.safe_dump(task(FIRST, line, UP, frames=frames)))
+    plan = kw.plan(file)
+    assert [one for one in plan.report.findings if one.verdict == "failed"] == []
+    down = pin.rpy.rpyToMatrix(np.pi, 0, 0)
+    for y, angle in wanted.items():
+        _, rotation, _ = tool(plan, np.array([2.0 + y / 60]))
+        turned = pin.log3(rotation[0] @ down.T)
+        np.testing.assert_allclose(np.degrees(turned), [0, 0, angle], atol=0.1)

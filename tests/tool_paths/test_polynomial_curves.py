@@ -223,7 +223,7 @@ WRONG = [
     (HEAD + "0,0,0\n# a note\n1,a,0\n", r"line 4: column 2 \(y\): 'a' \(a finite number\)"),
     (HEAD + "0,0,nan\n1,0,0\n", r"line 2: column 3 \(z\): 'nan'"),
     (HEAD + "0,0\n1,0,0\n", r"line 2: has 2 values \(3, one a column\)"),
-    (HEAD + "0,0,0\n", r"has 1 points \(two or more\)"),
+    (HEAD + "0,0,0\n", r"has one point \(two or more\)"),
     ("x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,1\n1,0,0,0,0,1,1\n", r"line 3: .* has length 1\.41421 \(1\)"),
 ]
 

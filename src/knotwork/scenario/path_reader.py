@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork import tool_paths
 from knotwork.documents import Document
-from knotwork.errors import CornerError, InputError, PathError, RampError
+from knotwork.errors import CornerError, PathError, RampError
 from knotwork.scenario.model import Stretch
-from knotwork.scenario.waypoint_schema import ORIENTATIONS, AlongArc, AlongPoints, PathWaypoint
+from knotwork.scenario.path_curves import PathCurves, stretched
+from knotwork.scenario.waypoint_schema import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.waypoints import FloatArray
 
@@ -29,9 +28,6 @@ ACCELERATION = 1.0
 
 AGREE = 1e-6
 """Speeds and times, and orientations [rad], may differ by this much, relative to them."""
-
-NEAR = 1e-9
-"""Points nearer than this [m] are one."""
 
 # Rounds in which speeds that follow from times, and those at junctions, come to agree.
 ROUNDS = 100
@@ -65,7 +61,7 @@ class PathReader:
         file: What the file says.
         document: Where it says it, for errors.
         length: The file's unit of length [m].
-        frames: For each waypoint the placement of the frame that its path is in, by index.
+        curves: Makes their curves.
         poses: Of waypoints given by poses, by index; paths correct those of theirs.
         stops: Whether the tool stands still at a waypoint, by index.
     """
@@ -73,7 +69,7 @@ class PathReader:
     file: ScenarioFile
     document: Document
     length: float
-    frames: Mapping[int, pin.SE3]
+    curves: PathCurves
     poses: dict[int, pin.SE3]
     stops: Callable[[int], bool]
 
@@ -98,10 +94,15 @@ class PathReader:
         """
         given = self.file.waypoints
         if first not in self.poses:
+            found = (
+                f"the path begins at waypoint {first + 1}, which is given by joint values"
+                if first >= 0
+                else "the path has no waypoint that it begins at"
+            )
             raise self.document.error(
                 ("waypoints", first + 1, "along"),
-                "no pose is known where this path begins",
-                "a waypoint with a pose before it",
+                found,
+                "a waypoint with a pose before this one: where the path begins",
             )
         self._check_start(first)
         last = first + 1
@@ -124,15 +125,15 @@ class PathReader:
                 )
 
     def _path(self, first: int, last: int, start: float) -> PathOfFile:
-        given = [self._waypoint(i) for i in range(first + 1, last + 1)]
-        curves = [self._curve(i) for i in range(first + 1, last + 1)]
+        given = [self.curves.waypoint(i) for i in range(first + 1, last + 1)]
+        curves = [self.curves.curve(i) for i in range(first + 1, last + 1)]
         turns = [
-            self._orientation(first + 1 + k, curve, one)
+            self.curves.orientation(first + 1 + k, curve, one)
             for k, (curve, one) in enumerate(zip(curves, given, strict=True))
         ]
-        pieces, ends = self._blended(first + 1, curves, given)
+        pieces, ends = self.curves.blended(first + 1, curves, given)
         lengths = np.diff(ends, prepend=0.0)
-        with self._errors(last):
+        with self.curves.errors(last):
             turned = [stretched(turn, length) for turn, length in zip(turns, lengths, strict=True)]
             orientation = OrientationCurve.joined(turned)
         try:
@@ -156,143 +157,6 @@ class PathReader:
             )
         )
         return PathOfFile(first, TimedPath(path, timing, start), stretches)
-
-    def _waypoint(self, i: int) -> PathWaypoint:
-        return cast(PathWaypoint, self.file.waypoints[i])
-
-    @contextmanager
-    def _errors(self, i: int, *key: str) -> Iterator[None]:
-        """Have errors of geometry name the waypoint's key."""
-        try:
-            yield
-        except InputError as error:
-            raise self.document.error(("waypoints", i, *(key or ("along",))), str(error)) from error
-
-    def _point(self, i: int, given: list[float]) -> FloatArray:
-        return np.asarray(self.frames[i].act(self.length * np.array(given)))
-
-    def _curve(self, i: int) -> Curve:
-        """The curve from the waypoint before to waypoint i."""
-        start, end = self.poses[i - 1].translation, self.poses[i].translation
-        along = self._waypoint(i).along
-        with self._errors(i):
-            if isinstance(along, AlongArc):
-                curve: Curve = self._arc(i, along, start, end)
-            elif isinstance(along, AlongPoints):
-                curve = self._through_points(i, along, start, end)
-            else:
-                curve = tool_paths.Line(start, end)
-        return curve
-
-    def _arc(self, i: int, along: AlongArc, start: FloatArray, end: FloatArray) -> Curve:
-        arc = along.arc
-        normal = None
-        if arc.normal is not None:
-            normal = self.frames[i].rotation @ np.array(arc.normal)
-        if arc.through is not None:
-            return tool_paths.Arc.through(start, self._point(i, arc.through), end)
-        if arc.centre is not None:
-            centre = self._point(i, arc.centre)
-            return tool_paths.Arc.about(start, centre, end, normal, arc.turns or 0)
-        radius = self.length * (arc.radius or 0.0)
-        axis = np.zeros(3) if normal is None else normal
-        return tool_paths.Arc.of_radius(start, end, radius, axis, large=bool(arc.large))
-
-    def _through_points(
-        self, i: int, along: AlongPoints, start: FloatArray, end: FloatArray
-    ) -> Curve:
-        if isinstance(along.points, str):
-            file = Path(along.points)
-            folder = self.document.file.parent if self.document.file is not None else Path()
-            read = tool_paths.ThroughPoints.from_csv(folder / file, length_unit=self.length)
-            points = read.points
-        else:
-            points = self.length * np.array(along.points)
-        placed = points @ self.frames[i].rotation.T + self.frames[i].translation
-        if np.linalg.norm(placed[0] - start) > NEAR:
-            placed = np.vstack((start, placed))
-        if np.linalg.norm(placed[-1] - end) > NEAR:
-            placed = np.vstack((placed, end))
-        curve: Curve = tool_paths.ThroughPoints(placed)
-        return curve
-
-    def _orientation(self, i: int, curve: Curve, waypoint: PathWaypoint) -> OrientationCurve:
-        """How the tool turns on the way to waypoint i; its rotation there is put into the poses."""
-        before = np.array(self.poses[i - 1].rotation)
-        asked = any(getattr(waypoint.pose, name) is not None for name in ORIENTATIONS)
-        own = np.array(self.poses[i].rotation)
-        with self._errors(i, "pose" if asked else "along"):
-            if waypoint.orientation == "tangent":
-                turn = tool_paths.tangent_orientation(curve, before)
-                if asked:
-                    self._check_tangent(i, turn.rotations[-1], own)
-            elif asked:
-                turn = OrientationCurve.even_turning(before, own, curve.length)
-            else:
-                turn = OrientationCurve.constant(before, curve.length)
-        pose = self.poses[i].copy()
-        pose.rotation = turn.rotations[-1]
-        self.poses[i] = pose
-        return turn
-
-    def _check_tangent(self, i: int, turned: FloatArray, own: FloatArray) -> None:
-        import pinocchio as pin
-
-        angle = float(np.linalg.norm(pin.log3(turned.T @ own)))
-        if angle > 1e-3:
-            raise self.document.error(
-                ("waypoints", i, "pose"),
-                f"is turned {np.degrees(angle):.4g} degrees from where the path takes the tool",
-                "no orientation beside orientation: tangent, or the one that the path leads to",
-            )
-
-    def _blended(
-        self, first: int, curves: list[Curve], given: list[PathWaypoint]
-    ) -> tuple[list[Curve], FloatArray]:
-        """The curves with corners rounded, and the arc lengths where stretches end."""
-        pieces: list[Curve] = []
-        ends, length = [], 0.0
-        begin: FloatArray | None = None  # where a line begins after a rounded corner
-        for k, (curve, waypoint) in enumerate(zip(curves, given, strict=True)):
-            if begin is not None and isinstance(curve, tool_paths.Line):
-                curve = tool_paths.Line(begin, curve.end)
-            if waypoint.blend is None:
-                pieces.append(curve)
-                length += curve.length
-                ends.append(length)
-                begin = None
-                continue
-            blend = self._blend(first + k, curves[k : k + 2], waypoint.blend)
-            start, enter = curve.position([0.0])[0], blend.position([0.0])[0]
-            if np.linalg.norm(enter - start) > NEAR:
-                pieces.append(tool_paths.Line(start, enter))
-                length += pieces[-1].length
-            pieces.append(blend)
-            ends.append(length + 0.5 * blend.length)
-            length += blend.length
-            begin = blend.position([blend.length])[0]
-        return pieces, np.array(ends)
-
-    def _blend(self, i: int, curves: list[Curve], given: float) -> Curve:
-        """The curve that rounds the corner between two lines."""
-        lines = [curve for curve in curves if isinstance(curve, tool_paths.Line)]
-        if len(lines) < 2:
-            raise self.document.error(
-                ("waypoints", i, "blend"),
-                "rounds the corner between two lines, and here are none",
-                "no blend",
-            )
-        room = 0.5 * min(line.length for line in lines)
-        distance = self.length * given
-        if distance > room * (1.0 + AGREE):
-            raise self.document.error(
-                ("waypoints", i, "blend"),
-                f"is {given:g}, more than half of the shorter of the two lines",
-                f"at most {room / self.length:g}",
-            )
-        with self._errors(i, "blend"):
-            blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)
-        return blend
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:
         """What the file says of how long each stretch takes [s]."""
@@ -373,16 +237,6 @@ def kind_of(waypoint: PathWaypoint) -> str:
 def path_start(curves: list[Curve], index: int) -> float:
     """Arc length where a curve begins [m]."""
     return float(sum(curve.length for curve in curves[:index]))
-
-
-def stretched(turn: OrientationCurve, length: float) -> OrientationCurve:
-    """The same turn on a stretch of another length, as a rounded corner makes it [m]."""
-    if turn.length == length:
-        return turn
-    factor = length / turn.length
-    return OrientationCurve(
-        turn.s * factor, turn.rotations, turn.rates / factor, turn.changes / factor**2
-    )
 
 
 def timed(

@@ -19,7 +19,7 @@ from knotwork.scenario.waypoint_schema import (
     PoseWaypoint,
     Velocity,
 )
-from knotwork.waypoints import CartesianWaypoint
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -158,9 +158,12 @@ class WaypointReader:
         }
         if not frames:
             return None
+        from knotwork.scenario.path_curves import PathCurves
         from knotwork.scenario.path_reader import PathReader
 
-        return PathReader(self.file, self.document, self.length, frames, poses, self._stops)
+        axes = {i: self._axes(i, frame) for i, frame in frames.items()}
+        curves = PathCurves(self.file, self.document, self.length, frames, axes, poses)
+        return PathReader(self.file, self.document, self.length, curves, poses, self._stops)
 
     def _poses(self) -> dict[int, pin.SE3]:
         """Poses in the base frame of those waypoints that are given by one."""
@@ -168,12 +171,18 @@ class WaypointReader:
         for i, waypoint in enumerate(self.file.waypoints):
             if isinstance(waypoint, PoseWaypoint | PathWaypoint):
                 placed = self.placement(waypoint.pose, ("waypoints", i, "pose"))
-                poses[i] = self.frames[self._frame(i, waypoint)] * placed
-                if waypoint.orientation_in is not None:
-                    where: Location = ("waypoints", i, "orientation_in")
-                    axes = self.frames[self.frames.find(waypoint.orientation_in, where)]
-                    poses[i].rotation = axes.rotation @ placed.rotation
+                frame = self._frame(i, waypoint)
+                poses[i] = self.frames[frame] * placed
+                poses[i].rotation = self._axes(i, self.frames[frame]) @ placed.rotation
         return poses
+
+    def _axes(self, i: int, frame: pin.SE3) -> FloatArray:
+        """Axes that the orientation of a waypoint is in, whose pose is in a frame."""
+        asked = getattr(self.file.waypoints[i], "orientation_in", None)
+        if asked is None:
+            return np.array(frame.rotation)
+        where: Location = ("waypoints", i, "orientation_in")
+        return np.array(self.frames[self.frames.find(asked, where)].rotation)
 
     def placement(self, given: Placement, location: Location) -> pin.SE3:
         """A placement of the file, in its parent frame, in SI."""

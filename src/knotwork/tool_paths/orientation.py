@@ -17,6 +17,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -97,6 +98,8 @@ class OrientationCurve:
         )
         self.breaks: FloatArray = np.array(self.s if breaks is None else breaks)
         self._steps: FloatArray = np.diff(self.s)
+        # Index of the piece that begins at each break.
+        self._firsts = np.abs(self.breaks[:, None] - self.s).argmin(axis=1)
         # Vectors v of each piece, shape (m - 1, 5, 3).
         self._v = np.array([self._vectors(i) for i in range(count - 1)])
         self._bounds = TurnBounds(self._v)
@@ -249,9 +252,12 @@ class OrientationCurve:
     ) -> tuple[NDArray[np.intp], FloatArray]:
         """Index of the piece of each arc length, and the place in it as u."""
         s = np.asarray(s, dtype=float)
-        chosen = s if at is None else np.asarray(at, dtype=float)
-        piece = np.searchsorted(self.s, chosen, side="left" if side == "left" else "right") - 1
-        piece = np.clip(piece, 0, len(self.s) - 2)
+        where: Literal["left", "right"] = "left" if side == "left" else "right"
+        piece = np.clip(np.searchsorted(self.s, s, where) - 1, 0, len(self.s) - 2)
+        if at is not None:  # a stretch between two breaks, whatever pieces it has
+            stretch = np.searchsorted(self.breaks, np.asarray(at, dtype=float), where) - 1
+            stretch = np.clip(stretch, 0, len(self.breaks) - 2)
+            piece = np.clip(piece, self._firsts[stretch], self._firsts[stretch + 1] - 1)
         return piece, (s - self.s[piece]) / self._steps[piece]
 
     def rotation(
@@ -261,7 +267,8 @@ class OrientationCurve:
 
         Args:
             s: Arc lengths [m], shape (k,).
-            at: Arc lengths that choose the pieces to evaluate, if other than s [m], shape (k,).
+            at: Arc lengths that choose the stretches between breaks, if other than s [m],
+                shape (k,): a stretch goes on smoothly beyond its ends.
             side: Which piece is chosen at a break: `"right"` or `"left"`.
         """
         piece, u = self._pieces(s, at, side)
@@ -279,7 +286,8 @@ class OrientationCurve:
         Args:
             s: Arc lengths [m], shape (k,).
             order: 0 for the rate [rad/m], 1 for its derivative with respect to s [rad/m²].
-            at: Arc lengths that choose the pieces to evaluate, if other than s [m], shape (k,).
+            at: Arc lengths that choose the stretches between breaks, if other than s [m],
+                shape (k,): a stretch goes on smoothly beyond its ends.
             side: Which piece is chosen at a break: `"right"` or `"left"`.
         """
         checked_order(order, 1)

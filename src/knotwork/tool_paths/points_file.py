@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from knotwork.errors import DocumentError, Problem, did_you_mean
+from knotwork.tool_paths.curve import REPEATED
 from knotwork.waypoints import FloatArray
 
 POSITION = ("x", "y", "z")
@@ -29,8 +30,8 @@ def read_points(path: Path, length_unit: float) -> tuple[FloatArray, FloatArray 
         Points [m], shape (n, 3), and quaternions (x, y, z, w), shape (n, 4), or `None`.
 
     Raises:
-        DocumentError: The file can't be read, a heading or a value is wrong, or there are fewer
-            than two points.
+        DocumentError: The file can't be read, a heading or a value is wrong, there are fewer than
+            two points, or two neighbours are the same.
     """
     rows = _rows(path)
     if not rows:
@@ -40,9 +41,16 @@ def read_points(path: Path, length_unit: float) -> tuple[FloatArray, FloatArray 
     values = _numbers(path, rows[1:], names)
     lines = [number for number, _ in rows[1:]]
     if len(values) < 2:
-        message = f"has {len(values)} points"
+        message = f"has {'one point' if len(values) else 'no points'}"
         raise DocumentError(path, [Problem(None, "", message, "two or more")])
     points = length_unit * values[:, [names.index(name) for name in POSITION]]
+    repeated = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) <= REPEATED)
+    if repeated.size:
+        message = "is the same point as line"
+        raise DocumentError(
+            path,
+            [Problem(lines[i + 1], "", f"{message} {lines[i]}", "leave one out") for i in repeated],
+        )
     if "qx" not in names:
         return points, None
     quaternions = values[:, [names.index(name) for name in QUATERNION]]

@@ -94,12 +94,16 @@ class ThroughPoints(PolynomialCurve):
             length_unit: What a length of 1 in the file is in metres.
 
         Raises:
-            DocumentError: The file can't be read, or a heading or value is wrong; with its line and
-                column.
-            PathError: Two neighbouring points are the same, or the curve stops or turns back.
+            DocumentError: The file can't be read, a heading or value is wrong, or two neighbouring
+                points are the same; with its line and column.
+            PathError: The curve stops or turns back.
         """
         points, quaternions = read_points(Path(path), length_unit)
-        return cls(points, quaternions=quaternions)
+        try:
+            return cls(points, quaternions=quaternions)
+        except PathError as error:
+            error.locate(str(path))
+            raise
 
 
 def _aligned(quaternions: ArrayLike, count: int) -> FloatArray:

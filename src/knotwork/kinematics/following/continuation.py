@@ -27,6 +27,9 @@ STEP = 0.1
 LEAST_STEPS = 4
 # The path is evaluated for so many steps at once.
 TOGETHER = 16
+# Where a path ends with a smallest singular value below this, the arm is singular; above it, the
+# joint speeds alone are beyond all measure.
+SINGULAR = 0.01
 # Differences that give the accelerations: joints move by so much [rad or m] ...
 DIFFERENCE = 2e-3
 # ... or this part of a stretch of the path goes by.
@@ -73,15 +76,17 @@ class Continuation:
         over = np.maximum(q - upper, lower - q)
         bounds = np.where(q > upper, upper, lower)
         blocked = self._beyond("joint limit", over, AT_LIMIT, q, bounds, start)
-        lost = float(self.lost[start])
-        if np.isfinite(lost) and (blocked is None or lost < blocked.time):
-            smallest = float(self.smallest_lost[start])
+        lost, smallest = float(self.lost[start]), float(self.smallest_lost[start])
+        if smallest < SINGULAR and (blocked is None or lost < blocked.time):
             return Obstacle("singularity", lost, 0, 0.0, 0.0, lost, smallest)
         if blocked is not None:
             return blocked
         limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
         use, bounds = np.abs(v) / limit, np.broadcast_to(limit, v.shape)
-        return self._beyond("velocity limit", use, 1.0 + AT_LIMIT, np.abs(v), bounds, start)
+        fast = self._beyond("velocity limit", use, 1.0 + AT_LIMIT, np.abs(v), bounds, start)
+        if fast is None and np.isfinite(lost):
+            return Obstacle("singularity", lost, 0, 0.0, 0.0, lost, smallest)
+        return fast
 
     def _beyond(
         self,

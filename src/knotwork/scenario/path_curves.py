@@ -1,0 +1,250 @@
+"""The curves of a scenario's tool paths, and how the tool turns along them, in the base frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from knotwork import tool_paths
+from knotwork.documents import Document
+from knotwork.errors import InputError
+from knotwork.scenario.waypoint_schema import ORIENTATIONS, AlongArc, AlongPoints, PathWaypoint
+from knotwork.tool_paths import Curve, OrientationCurve
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from knotwork.scenario.schema import ScenarioFile
+
+NEAR = 1e-9
+"""Points nearer than this [m] are one."""
+
+ROUNDED, ROUNDED_ANGLE = 1e-6, 1e-3
+"""Points [m] and orientations [rad] of a file that are so near those of a waypoint are its own."""
+
+ROUNDING = 1e-6
+"""A blend may be longer than half a line by this part of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathCurves:
+    """Makes the curves of paths, and how the tool turns along them, from one file.
+
+    Attributes:
+        file: What the file says.
+        document: Where it says it, for errors.
+        length: The file's unit of length [m].
+        frames: For each waypoint the placement of the frame that its path is in, by index.
+        axes: Likewise the axes that orientations on it are in, shape (3, 3).
+        poses: Of waypoints given by poses, by index; paths correct those of theirs.
+        rotations: Of the tool at the points of those paths that come from a file with orientations.
+    """
+
+    file: ScenarioFile
+    document: Document
+    length: float
+    frames: Mapping[int, pin.SE3]
+    axes: Mapping[int, FloatArray]
+    poses: dict[int, pin.SE3]
+    rotations: dict[int, FloatArray] = field(default_factory=dict)
+
+    def waypoint(self, i: int) -> PathWaypoint:
+        """Waypoint i of the file, to which a path leads."""
+        return cast(PathWaypoint, self.file.waypoints[i])
+
+    @contextmanager
+    def errors(self, i: int, *key: str) -> Iterator[None]:
+        """Have errors of geometry name the waypoint's key."""
+        try:
+            yield
+        except InputError as error:
+            raise self.document.error(("waypoints", i, *(key or ("along",))), str(error)) from error
+
+    def _point(self, i: int, given: list[float]) -> FloatArray:
+        return np.asarray(self.frames[i].act(self.length * np.array(given)))
+
+    def curve(self, i: int) -> Curve:
+        """The curve from the waypoint before to waypoint i."""
+        start, end = self.poses[i - 1].translation, self.poses[i].translation
+        along = self.waypoint(i).along
+        with self.errors(i):
+            if isinstance(along, AlongArc):
+                curve: Curve = self._arc(i, along, start, end)
+            elif isinstance(along, AlongPoints):
+                curve = self._through_points(i, along, start, end)
+            else:
+                curve = tool_paths.Line(start, end)
+        return curve
+
+    def _arc(self, i: int, along: AlongArc, start: FloatArray, end: FloatArray) -> Curve:
+        arc = along.arc
+        normal = None
+        if arc.normal is not None:
+            normal = self.frames[i].rotation @ np.array(arc.normal)
+        if arc.through is not None:
+            return tool_paths.Arc.through(start, self._point(i, arc.through), end)
+        if arc.centre is not None:
+            centre = self._point(i, arc.centre)
+            return tool_paths.Arc.about(start, centre, end, normal, arc.turns or 0)
+        radius = self.length * (arc.radius or 0.0)
+        axis = np.zeros(3) if normal is None else normal
+        return tool_paths.Arc.of_radius(start, end, radius, axis, large=bool(arc.large))
+
+    def _through_points(
+        self, i: int, along: AlongPoints, start: FloatArray, end: FloatArray
+    ) -> Curve:
+        points, rotations = self._points(i, along)
+        if np.linalg.norm(points[0] - start) > ROUNDED:
+            points = np.vstack((start, points))
+            if rotations is not None:
+                rotations = np.concatenate((self.poses[i - 1].rotation[None], rotations))
+        if np.linalg.norm(points[-1] - end) > ROUNDED:
+            points = np.vstack((points, end))
+            if rotations is not None:
+                own = rotations[-1] if self._unturned(i) else self.poses[i].rotation
+                rotations = np.concatenate((rotations, own[None]))
+        points[0], points[-1] = start, end
+        if rotations is not None:
+            self.rotations[i] = rotations
+        curve: Curve = tool_paths.ThroughPoints(points)
+        return curve
+
+    def _points(self, i: int, along: AlongPoints) -> tuple[FloatArray, FloatArray | None]:
+        """Points in the base frame, and the tool's rotations there if a file has them."""
+        placed = self.frames[i]
+        rotations = None
+        if isinstance(along.points, str):
+            file = Path(along.points)
+            folder = self.document.file.parent if self.document.file is not None else Path()
+            read = tool_paths.ThroughPoints.from_csv(folder / file, length_unit=self.length)
+            points = read.points
+            if read.rotations is not None:
+                rotations = self.axes[i] @ read.rotations
+        else:
+            points = self.length * np.array(along.points)
+        return points @ placed.rotation.T + placed.translation, rotations
+
+    def _unturned(self, i: int) -> bool:
+        """Whether the pose of a waypoint gives no orientation."""
+        return all(getattr(self.waypoint(i).pose, name) is None for name in ORIENTATIONS)
+
+    def _check_begin(self, i: int, rotation: FloatArray) -> None:
+        angle = angle_between(self.poses[i - 1].rotation, rotation)
+        if angle > ROUNDED_ANGLE:
+            raise self.document.error(
+                ("waypoints", i, "along", "points"),
+                f"at the first point the tool is turned {np.degrees(angle):.4g} degrees from where "
+                "the path begins",
+                "the orientation of the waypoint before; or a point on the way to it",
+            )
+
+    def orientation(self, i: int, curve: Curve, waypoint: PathWaypoint) -> OrientationCurve:
+        """How the tool turns on the way to waypoint i; its rotation there is put into the poses."""
+        given = self.rotations.get(i)
+        before, own = np.array(self.poses[i - 1].rotation), np.array(self.poses[i].rotation)
+        asked = not self._unturned(i)
+        tangent = waypoint.orientation == "tangent"
+        if given is not None:
+            self._check_begin(i, given[0])
+            given[0] = before
+        with self.errors(i, "pose" if asked else "along"):
+            if given is not None and isinstance(curve, tool_paths.ThroughPoints):
+                turn = OrientationCurve.through(curve.arc_lengths, given)
+            elif tangent:
+                turn = tool_paths.tangent_orientation(curve, before)
+            elif asked:
+                turn = OrientationCurve.even_turning(before, own, curve.length)
+            else:
+                turn = OrientationCurve.constant(before, curve.length)
+        if tangent and given is not None:
+            raise self.document.error(
+                ("waypoints", i, "orientation"),
+                "is given beside points that have orientations",
+                "orientation: tangent, or columns qx, qy, qz, qw, not both",
+            )
+        if asked and (tangent or given is not None):
+            self._check_end(i, turn.rotations[-1], own)
+        pose = self.poses[i].copy()
+        pose.rotation = turn.rotations[-1]
+        self.poses[i] = pose
+        return turn
+
+    def _check_end(self, i: int, turned: FloatArray, own: FloatArray) -> None:
+        angle = angle_between(turned, own)
+        if angle > ROUNDED_ANGLE:
+            raise self.document.error(
+                ("waypoints", i, "pose"),
+                f"is turned {np.degrees(angle):.4g} degrees from where the path takes the tool",
+                "no orientation where the path has its own, or the one that it leads to",
+            )
+
+    def blended(
+        self, first: int, curves: list[Curve], given: list[PathWaypoint]
+    ) -> tuple[list[Curve], FloatArray]:
+        """The curves with corners rounded, and the arc lengths where stretches end."""
+        pieces: list[Curve] = []
+        ends, length = [], 0.0
+        begin: FloatArray | None = None  # where a line begins after a rounded corner
+        for k, (curve, waypoint) in enumerate(zip(curves, given, strict=True)):
+            if begin is not None and isinstance(curve, tool_paths.Line):
+                curve = tool_paths.Line(begin, curve.end)
+            if waypoint.blend is None:
+                pieces.append(curve)
+                length += curve.length
+                ends.append(length)
+                begin = None
+                continue
+            blend = self._blend(first + k, curves[k : k + 2], waypoint.blend)
+            start, enter = curve.position([0.0])[0], blend.position([0.0])[0]
+            if np.linalg.norm(enter - start) > NEAR:
+                pieces.append(tool_paths.Line(start, enter))
+                length += pieces[-1].length
+            pieces.append(blend)
+            ends.append(length + 0.5 * blend.length)
+            length += blend.length
+            begin = blend.position([blend.length])[0]
+        return pieces, np.array(ends)
+
+    def _blend(self, i: int, curves: list[Curve], given: float) -> Curve:
+        """The curve that rounds the corner between two lines."""
+        lines = [curve for curve in curves if isinstance(curve, tool_paths.Line)]
+        if len(lines) < 2:
+            raise self.document.error(
+                ("waypoints", i, "blend"),
+                "rounds the corner between two lines, and this waypoint is not between two lines",
+                "no blend; or along: line here and at the next waypoint",
+            )
+        room = 0.5 * min(line.length for line in lines)
+        distance = self.length * given
+        if distance > room * (1.0 + ROUNDING):
+            raise self.document.error(
+                ("waypoints", i, "blend"),
+                f"is {given:g}, more than half of the shorter of the two lines",
+                f"at most {room / self.length:g}",
+            )
+        with self.errors(i, "blend"):
+            blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)
+        return blend
+
+
+def angle_between(one: FloatArray, other: FloatArray) -> float:
+    """Angle between two rotations [rad]."""
+    import pinocchio as pin
+
+    return float(np.linalg.norm(pin.log3(one.T @ other)))
+
+
+def stretched(turn: OrientationCurve, length: float) -> OrientationCurve:
+    """The same turn on a stretch of another length, as a rounded corner makes it [m]."""
+    if turn.length == length:
+        return turn
+    factor = length / turn.length
+    return OrientationCurve(
+        turn.s * factor, turn.rotations, turn.rates / factor, turn.changes / factor**2
+    )

@@ -1,0 +1,181 @@
+"""Wrong tool paths through the command line: each is an error with file, line and field."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from command_line import Command
+
+ON = {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}}
+OFF = {"name": "off", "along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}}
+UP = {"name": "up", "after": 2, "pose": {"position": [450, 50, 200], "rpy": [180, 0, 0]}}
+NO = object()
+"""Takes a key away."""
+
+
+def changed(one: dict[str, Any], **change: Any) -> dict[str, Any]:
+    return {key: value for key, value in {**one, **change}.items() if value is not NO}
+
+
+def task(*waypoints: dict[str, Any], **more: Any) -> dict[str, Any]:
+    whole = {
+        "units": {"length": "mm", "angle": "deg"},
+        "robot": "ur5",
+        "start": "home",
+        "waypoints": list(waypoints),
+    }
+    return changed(whole, **more)
+
+
+def off(**change: Any) -> dict[str, Any]:
+    """A line and what comes after it."""
+    return task(ON, changed(OFF, **change), UP)
+
+
+def arc(**form: Any) -> dict[str, Any]:
+    return off(along={"arc": form})
+
+
+def then(y: float, x: float = 450, **change: Any) -> dict[str, Any]:
+    return changed(OFF, name="next", pose={"position": [x, y, 60]}, **change)
+
+
+HOME = {"joints": "home", "after": 1, "stop": True}
+CASES: dict[str, tuple[dict[str, Any], str]] = {
+    "first of all": (task(OFF, UP, start=NO), r"waypoints\[0\]\.along: the path has no waypoint"),
+    "first after a start": (task(OFF, UP), r"waypoints\[0\]\.along: the path has no waypoint"),
+    "after joints": (task(HOME, OFF, UP), r"waypoints\[1\]\.along: .* given by joint values"),
+    "without robot": (task(ON, OFF, robot=NO, start=NO), "a pose needs a robot"),
+    "blend and wait": (task(ON, changed(OFF, blend=5, wait=1), then(90)), "gives blend and wait"),
+    "blend and stop": (task(ON, changed(OFF, blend=5, stop=True), then(90)), "blend and stop"),
+    "blend at the end": (task(ON, changed(OFF, blend=5)), "not between two lines"),
+    "blend and then no path": (off(blend=5), r"waypoints\[1\]\.blend: .*not between two lines"),
+    "blend too long": (task(ON, changed(OFF, blend=80), then(100)), r"at most 25\)"),
+    "blend of a turn back": (
+        task(ON, changed(OFF, blend=9), then(-50)),
+        "turns back at the corner",
+    ),
+    "corner at speed": (task(ON, OFF, then(50, 500)), r"turns sharply by 90 deg.*blend"),
+    "wait of no time": (off(wait=0), r"waypoints\[1\]\.wait: 0: must be greater"),
+    "stop that is none": (off(stop=False), r"waypoints\[1\]\.stop: false: must be true"),
+    "velocity": (off(velocity={"linear": [0, 60, 0]}), r"velocity: unknown key"),
+    "speed where it begins": (
+        task(changed(ON, speed=50), OFF, UP),
+        r"\[0\]\.speed: is given where",
+    ),
+    "speed zero": (off(speed=0), r"speed: 0: must be greater than 0"),
+    "speed text": (off(speed="fast"), r"speed: 'fast': must be a number"),
+    "speed infinite": (off(speed=float("inf")), "must be a finite number"),
+    "speed beyond all measure": (off(speed=1e9), r"would have to turn at .*of the speed it could"),
+    "speed and another time": (off(time=3), r"leaves 1 s, .* takes 2\.5 s"),
+    "time too early": (off(time=1, speed=NO), "is not later than 2 s"),
+    "neither speed nor time": (off(speed=NO), "has neither speed nor after"),
+    "time after a speed": (task(ON, OFF, then(90, time=9, speed=NO)), "does not say how long"),
+    "time too short": (off(after=0.01, speed=NO, stop=True), r"takes at least 0\.67\d* s"),
+    "no length": (off(pose={"position": [450, -100, 60]}), "has no length"),
+    "arc of three points on a line": (arc(through=[450, 0, 60]), "are on a line"),
+    "arc too tight": (arc(radius=20, normal=[0, 0, 1]), r"must be at least 0\.075 m"),
+    "arc with its normal along it": (arc(radius=90, normal=[0, 1, 0]), "must be 90 deg"),
+    "arc with a normal of zero": (arc(radius=90, normal=[0, 0, 0]), "normal is zero"),
+    "arc with its centre aside": (arc(centre=[450, 0, 60]), "both must be the radius"),
+    "arc of two forms": (arc(centre=[450, 0, 60], radius=9), "gives centre and radius"),
+    "arc of no form": (arc(), "gives no form of arc"),
+    "no kind of path": (off(along="spline"), "must be line"),
+    "points that repeat": (
+        off(along={"points": [[460, 0, 60]] * 2}),
+        "points 1 and 2 are the same",
+    ),
+    "points that turn back": (
+        off(along={"points": [[450, 0, 60], [450, -100, 60]]}),
+        "turns back sharply",
+    ),
+    "half a turn": (off(pose={"position": [450, 50, 60], "rpy": [0, 0, 0]}), "turns by 180 deg"),
+    "another end than the tangent's": (
+        off(orientation="tangent", pose={"position": [450, 50, 60], "rpy": [180, 0, 30]}),
+        r"\.pose: is turned 30 degrees from where the path takes the tool",
+    ),
+    "times of knots": (changed(off(), knots=[0, 1, 4.5]), "waypoints are inserted along the path"),
+    "path tolerance too small": (changed(off(), tolerances={"path": 1e-7}), "at least 1e-06"),
+    "angle tolerance too small": (
+        changed(off(), tolerances={"path_orientation": 1e-9}),
+        r"at least 5\.7",
+    ),
+    "speed tolerance too small": (
+        changed(off(), tolerances={"path_speed": 1e-12}),
+        "at least 1e-09",
+    ),
+    "tolerance of no such thing": (
+        changed(off(), tolerances={"path_deviation": 1}),
+        "did you mean 'path_orientation'",
+    ),
+    "too short for its ramps": (
+        changed(task(changed(ON, stop=True), OFF, UP), path={"acceleration": 1}),
+        r"acceleration: 18\} or more",
+    ),
+    "out of reach": (off(pose={"position": [1450, 50, 60]}), "out or singular and can't go on"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_wrong_path_is_an_error_with_its_line(
+    case: str, knotwork: Command, tmp_path: Path
+) -> None:
+    scenario, said = CASES[case]
+    file = tmp_path / "bad.yaml"
+    file.write_text(yaml.safe_dump(scenario, sort_keys=False))
+    ran = knotwork("plan", file)
+    assert ran.code == 2, ran.err
+    assert re.search(said, " ".join(ran.err.split())), ran.err
+    assert re.search(r"bad\.yaml: line \d+: ", ran.err)
+
+
+FILES = {
+    "x,y,zz\n450,-100,60\n450,50,60\n": r"line 1: column 3: unknown heading 'zz'",
+    "450,-100,60\n450,50,60\n": r"line 1: has no headings",
+    "x,y,z\n450,-100,60\n460,a,60\n": r"line 3: column 2 \(y\): 'a' \(a finite number\)",
+    "x,y,z\n450,-100,60\n460,nan,60\n": r"line 3: column 2 \(y\): 'nan'",
+    "x,y,z\n450,-100,60\n460,60\n": r"line 3: has 2 values",
+    "x,y,z\n450,-100,60\n\n460,0,60\n460,0,60\n": r"line 5: is the same point as line 4",
+    "x,y,z\n450,-100,60\n450,0,60\n450,-100,60\n": r"seam\.csv: the curve stops or turns back",
+    "x,y,z,qx,qy,qz\n450,-100,60,1,0,0\n": r"line 1: no column is named qw",
+    "x,y,z,qx,qy,qz,qw\n450,-100,60,1,0,0,0\n460,0,60,2,0,0,0\n": r"line 3: .*length 2 \(1\)",
+    "x,y,z,qx,qy,qz,qw\n450,-100,60,0,0,0,1\n460,0,60,1,0,0,0\n": r"first point .* 180 degrees",
+    "x,y,z,qx,qy,qz,qw\n450,-100,60,1,0,0,0\n460,0,60,0,1,0,0\n": r"turns by 180 deg",
+    "": "holds no rows",
+    "x,y,z\n450,50,60\n": "has one point",
+}
+
+
+@pytest.mark.parametrize("text", FILES)
+def test_a_wrong_file_of_points_is_named_with_its_line(
+    text: str, knotwork: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "seam.csv").write_text(text)
+    file = tmp_path / "bad.yaml"
+    file.write_text(yaml.safe_dump(off(along={"points": "seam.csv"}), sort_keys=False))
+    ran = knotwork("plan", file)
+    assert ran.code == 2, ran.err
+    assert re.search(FILES[text], " ".join(ran.err.split())), ran.err
+    assert re.search(r"bad\.yaml: line \d+: waypoints\[1\]\.along", ran.err)
+
+
+def test_orientations_beside_tangent_and_another_end_are_errors(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    rows = ["x,y,z,qx,qy,qz,qw", "450,-100,60,1,0,0,0", "460,0,60,1,0,0,0", "450,50,60,1,0,0,0"]
+    (tmp_path / "seam.csv").write_text("\n".join(rows))
+    file = tmp_path / "bad.yaml"
+    turned = {"position": [450, 50, 60], "rpy": [180, 0, 20]}
+    for change, said in (
+        ({"orientation": "tangent"}, "orientation: is given beside points that have orientations"),
+        ({"pose": turned}, "pose: is turned 20 degrees from where the path takes the tool"),
+    ):
+        file.write_text(yaml.safe_dump(off(along={"points": "seam.csv"}, **change)))
+        ran = knotwork("plan", file)
+        assert ran.code == 2
+        assert said in " ".join(ran.err.split())
