@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -40,9 +41,15 @@ def deburring() -> Plan:
 
 
 @pytest.fixture(scope="session")
+def deburring_by_waypoints() -> Plan:
+    """The same task, its edge given by seven waypoints instead of a path."""
+    return plan(Path(__file__).parent / "scenario" / "by_waypoints" / "ur5_deburring.yaml")
+
+
+@pytest.fixture(scope="session")
 def paper_case() -> Plan:
     """The plan of the paper's case, made once."""
     return plan("paper_case")
 
 
-__all__ = ["chromium", "deburring", "knotwork", "paper_case"]
+__all__ = ["chromium", "deburring", "deburring_by_waypoints", "knotwork", "paper_case"]

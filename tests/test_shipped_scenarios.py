@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -25,18 +26,24 @@ ROOT = Path(__file__).parents[1]
 PATHS = sorted((ROOT / "scenarios").glob("*.yaml"))
 scenarios = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 
+# Three of them as they are written without tool paths, waypoint by waypoint.
+BY_WAYPOINTS = sorted((ROOT / "tests" / "scenario" / "by_waypoints").glob("*.yaml"))
+motions = pytest.mark.parametrize(
+    "path", PATHS + BY_WAYPOINTS, ids=lambda path: f"{path.parent.name}/{path.stem}"
+)
+
 
 @cache
-def planned(name: str) -> kw.Plan:
+def planned(scenario: str | Path) -> kw.Plan:
     """The plan of a scenario, made once."""
-    return kw.plan(name)
+    return kw.plan(scenario)
 
 
 def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
     assert [path.stem for path in PATHS] == resources.names("scenarios")
-    assert len(PATHS) >= 6
+    assert len(PATHS) == 11
     robots = {str(kw.load_scenario(path).robot) for path in PATHS}
-    assert {"ur5", "panda", "kinova", "ur10", "planar2", "None"} <= robots
+    assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
 
 
 @scenarios
@@ -137,10 +144,10 @@ class Arm:
         return total
 
 
-@scenarios
+@motions
 def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
     scenario = kw.load_scenario(path)
-    trajectory = planned(path.stem).trajectory
+    trajectory = planned(path).trajectory
     arm = Arm(scenario) if scenario.robot is not None else None
     if arm is not None:
         assert arm.joints == trajectory.joint_names
@@ -166,10 +173,11 @@ def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
         np.testing.assert_allclose(arm.twist(trajectory, waypoint.time), wanted, atol=2e-6)
 
 
-@scenarios
+@motions
 def test_joints_keep_their_limits_and_move_without_a_jump(path: Path) -> None:
     """Dense samples against the report, which has them from the polynomials."""
-    plan = planned(path.stem)
+    plan = planned(path)
+    assert plan.report.ok
     trajectory = plan.trajectory
     assert trajectory.continuity.order >= 2
     time = np.linspace(trajectory.start_time, trajectory.end_time, 20_001)
@@ -185,6 +193,147 @@ def test_joints_keep_their_limits_and_move_without_a_jump(path: Path) -> None:
         beyond = item.limit - values if lower else values - item.limit
         assert beyond.max() <= -item.margin + 1e-9 * max(1.0, abs(item.limit))
         assert item.margin >= 0
+
+
+class Asked(NamedTuple):
+    """What the description of a scenario with a path says of it, in units of its own frame [mm]."""
+
+    first: str
+    last: str
+    frame: tuple[list[float], list[float]]
+    speed: float
+    off: Callable[[Array], Array]
+    turned: Callable[[Array], Array]
+    length: float
+    ease: float = 0.0  # how far the tool turns ahead of the path where its turning begins [rad]
+
+
+def off_line(x: Array) -> Array:
+    return np.linalg.norm(x[:, 1:], axis=1)
+
+
+def off_circle(radius: float) -> Callable[[Array], Array]:
+    return lambda x: np.hypot(np.linalg.norm(x[:, :2], axis=1) - radius, x[:, 2])
+
+
+def off_seam(x: Array) -> Array:
+    """Off two sides at right angles and a corner of 25 mm between them."""
+    spoke = np.stack((np.maximum(x[:, 0] - 175, 0), np.minimum(x[:, 1] - 25, 0)), axis=1)
+    return np.hypot(np.linalg.norm(spoke, axis=1) - 25, x[:, 2])
+
+
+def off_strokes(x: Array) -> Array:
+    """Off three strokes along y, 100 mm apart, and the half circles that join them."""
+    y = np.clip(x[:, 1], 0, 600)
+    strokes = [np.hypot(x[:, 0] - at, x[:, 1] - y) for at in (0, 100, 200)]
+    turns = [
+        np.where(
+            side * (x[:, 1] - end) >= 0,
+            np.abs(np.hypot(x[:, 0] - at, x[:, 1] - end) - 50),
+            np.inf,
+        )
+        for at, end, side in ((50, 600, 1), (150, 0, -1))
+    ]
+    return np.hypot(np.min(strokes + turns, axis=0), x[:, 2] - 200)
+
+
+def corner_angle(x: Array) -> Array:
+    """How far the seam has turned [rad]."""
+    spoke = x[:, :2] - [175, 25]
+    return np.clip(np.arctan2(spoke[:, 0], -spoke[:, 1]), 0, np.pi / 2)
+
+
+ASKED = {
+    "ur5_deburring": Asked(
+        *("edge start", "edge end", ([450, -150, 200], [0, 0, 90]), 50, off_line),
+        turned=lambda x: np.zeros(len(x)),
+        length=300,
+    ),
+    "ur10_spray": Asked(
+        *("stroke 1 in", "stroke 3 out", ([650, -300, 150], [0, -50, 0]), 300, off_strokes),
+        turned=lambda x: np.zeros(len(x)),
+        length=3 * 600 + 100 * np.pi,
+    ),
+    "kinova_dispense": Asked(
+        *("bead start", "bead end", ([400, -100, 150], [0, 0, 0]), 20, off_circle(60)),
+        turned=lambda x: np.unwrap(np.arctan2(x[:, 1], x[:, 0])),
+        length=60 * np.radians(390),
+    ),
+    "ur10_weld": Asked(
+        *("seam start, after the wait", "seam end", ([600, 200, 50], [0, 0, -90]), 8, off_seam),
+        turned=corner_angle,
+        length=175 + 12.5 * np.pi + 100,
+        ease=0.025 * np.pi / 2,
+    ),
+    "xarm7_bead": Asked(
+        *("bead start, after the wait", "bead end", ([400, 50, 150], [0, -20, 0]), 30),
+        off=off_circle(40),
+        turned=lambda x: np.zeros(len(x)),
+        length=80 * np.pi,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_the_tool_keeps_to_the_path_that_the_description_promises(name: str) -> None:
+    """Dense samples, against the geometry written down here and tolerances of the file."""
+    scenario, plan, asked = kw.load_scenario(name), planned(name), ASKED[name]
+    assert f"{asked.speed} mm/s" in scenario.description
+    when = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
+    t = np.linspace(when[asked.first], when[asked.last], 3001)
+    arm, q = Arm(scenario), plan.trajectory(t)
+    poses = [arm.pose(row) for row in q]
+    position = 1e3 * np.array([pose.translation for pose in poses])
+    place, angles = asked.frame
+    turn = pin.rpy.rpyToMatrix(*np.radians(angles))
+    x = (position - place) @ turn
+    assert asked.off(x).max() <= 1e3 * scenario.tolerances.path
+
+    def about_z(angle: float) -> Array:
+        return np.asarray(pin.rpy.rpyToMatrix(0, 0, angle))
+
+    first = turn.T @ poses[0].rotation
+    allowed = scenario.tolerances.path_orientation + asked.ease + 1e-6
+    for pose, angle in zip(poses[::10], asked.turned(x)[::10], strict=True):
+        error = pin.log3((about_z(angle) @ first).T @ turn.T @ pose.rotation)
+        assert np.linalg.norm(error) <= allowed
+
+    way = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    assert way.sum() == pytest.approx(asked.length, rel=1e-3)
+    (path,) = scenario.paths
+    full = np.zeros(len(t) - 1, dtype=bool)
+    for stretch in path.stretches:
+        assert stretch.speed == pytest.approx(1e-3 * asked.speed)
+        full |= (t[:-1] >= stretch.full_speed[0]) & (t[1:] <= stretch.full_speed[1])
+    assert full.mean() > 0.9
+    speed = way / np.diff(t)
+    off = np.abs(speed[full] / asked.speed - 1).max()
+    assert off <= scenario.tolerances.path_speed
+    assert all(
+        found.proof == "bounded"
+        for found in plan.report.findings
+        if found.quantity.startswith("path_")
+    )
+
+
+@pytest.mark.parametrize("path", BY_WAYPOINTS, ids=lambda path: path.stem)
+def test_a_path_says_in_fewer_lines_what_waypoints_say(path: Path) -> None:
+    """Their waypoints lie on the path, and the tool leaves it farther between them."""
+    short = ROOT / "scenarios" / path.name
+    assert len(short.read_text().splitlines()) < 0.7 * len(path.read_text().splitlines())
+    asked, scenario = ASKED[path.stem], kw.load_scenario(path)
+    place, angles = asked.frame
+    turn = pin.rpy.rpyToMatrix(*np.radians(angles))
+    names = ("edge", "bead", "stroke")
+    on = [w for w in scenario.waypoints if w.name.startswith(names)]
+    given = np.array([w.position for w in on if isinstance(w, CartesianWaypoint)])
+    assert len(given) == len(on) >= 7
+    assert asked.off((1e3 * given - place) @ turn).max() < 1e-3
+    arm, motion = Arm(scenario), planned(path).trajectory
+    t = np.linspace(on[0].time, on[1].time, 301)
+    position = 1e3 * np.array([arm.pose(q).translation for q in motion(t)])
+    off = asked.off((position - place) @ turn).max()
+    assert off > 1e3 * kw.load_scenario(short).tolerances.path
 
 
 def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:

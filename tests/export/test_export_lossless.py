@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -87,13 +89,14 @@ COUNTS = {
     "3-5-3": (16, 23, 62),
     "4-3-4": (14, 18, 38),
 }
-"""Points that a fit of `ur5_deburring` within 1e-3, 1e-4 and 1e-6 rad takes."""
+"""Points that a fit of `ur5_deburring` by waypoints within 1e-3, 1e-4 and 1e-6 rad takes."""
 
 
 @pytest.mark.parametrize("planner", sorted(COUNTS))
 def test_points_that_a_fit_takes(planner: str) -> None:
     """To within one, because another machine's rounding may settle a close case otherwise."""
-    trajectory = plan("ur5_deburring", planner=planner).trajectory
+    folder = Path(__file__).parents[1] / "scenario" / "by_waypoints"
+    trajectory = plan(folder / "ur5_deburring.yaml", planner=planner).trajectory
     for tolerance, count in zip((1e-3, 1e-4, 1e-6), COUNTS[planner], strict=True):
         assert motion_points(trajectory, fit=tolerance).count == pytest.approx(count, abs=1)
 

@@ -32,11 +32,15 @@ def replayed_error(trajectory: JointTrajectory, message: dict, rate: int = 1000)
 
 
 @pytest.mark.parametrize("accelerations", [False, True])
-def test_replay_at_1_khz_is_the_plan(deburring: Plan, accelerations: bool) -> None:
-    text = deburring.trajectory.to_ros2(accelerations=accelerations)
-    message = accepted_by_ros2(text, goal=False)
-    assert len(message["points"]) == 2 * len(deburring.scenario.waypoints)
-    assert replayed_error(deburring.trajectory, message) < 1e-12
+def test_replay_at_1_khz_is_the_plan(
+    deburring: Plan, deburring_by_waypoints: Plan, accelerations: bool
+) -> None:
+    for plan in (deburring, deburring_by_waypoints):
+        text = plan.trajectory.to_ros2(accelerations=accelerations)
+        message = accepted_by_ros2(text, goal=False)
+        assert len(message["points"]) == len(plan.trajectory.breaks)
+        assert replayed_error(plan.trajectory, message) < 1e-12
+    assert len(message["points"]) == 2 * len(deburring_by_waypoints.scenario.waypoints)
 
 
 def test_replay_with_knots_between_nanoseconds() -> None:

@@ -356,7 +356,7 @@ def test_the_name_of_the_file_is_the_scenario_s(tmp_path: Path) -> None:
 
 
 def test_a_file_and_the_same_mapping_are_the_same_scenario() -> None:
-    path = resources.find("scenarios", "ur5_deburring")
+    path = resources.find("scenarios", "ur10_weld")
     # This file says nothing that YAML 1.1, as PyYAML reads it, takes for something else.
     mapping = yaml.safe_load(path.read_text(encoding="utf-8"))
     from_file, from_mapping = load_scenario(path), load_scenario(mapping)
@@ -367,10 +367,12 @@ def test_a_file_and_the_same_mapping_are_the_same_scenario() -> None:
             assert isinstance(other, CartesianWaypoint)
             for part in ("position", "rotation", "linear", "angular"):
                 np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
+    for here, there in zip(from_file.paths, from_mapping.paths, strict=True):
+        assert (here.first, here.stretches) == (there.first, there.stretches)
     assert from_file.tolerances == from_mapping.tolerances
     assert from_file.tool.offset == from_mapping.tool.offset
     assert from_mapping.name == "scenario"
-    assert load_scenario("ur5_deburring").times.tolist() == from_file.times.tolist()
+    assert load_scenario("ur10_weld").times.tolist() == from_file.times.tolist()
 
 
 def test_a_mapping_is_not_changed_and_not_kept() -> None:

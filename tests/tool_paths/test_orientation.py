@@ -149,7 +149,7 @@ def test_joined_stretches_have_continuous_rates():
         left, right = (curve.rate(inner, order, side=side) for side in ("left", "right"))
         np.testing.assert_allclose(left, right, atol=atol)
     one, other = stretches[0].rate([0.0])[0], stretches[1].rate([0.0])[0]
-    np.testing.assert_allclose(curve.rate([0.4])[0], one / 3 + other * 2 / 3, atol=1e-12)
+    np.testing.assert_allclose(curve.rate([0.4])[0], 0.5 * (one + other), atol=1e-12)
 
 
 def test_joined_stretches_turn_as_alone_but_in_the_quarters_at_the_junctions():
@@ -161,6 +161,19 @@ def test_joined_stretches_turn_as_alone_but_in_the_quarters_at_the_junctions():
         s = np.linspace(*parts, 20) * stretch.length
         np.testing.assert_allclose(curve.rotation(start + s), stretch.rotation(s), atol=1e-12)
         np.testing.assert_allclose(curve.rate(start + s), stretch.rate(s), atol=1e-9)
+
+
+def test_a_long_stretch_before_a_short_turn_is_left_only_near_it():
+    long = OrientationCurve.constant(np.eye(3), 0.175)
+    turn = OrientationCurve.turning(np.eye(3), [0, 0, 1], np.pi / 2, 0.04)
+    curve = OrientationCurve.joined([long, turn])
+    s = np.linspace(0, 0.165, 100)
+    np.testing.assert_allclose(curve.rotation(s), np.eye(3) + np.zeros((100, 1, 1)), atol=1e-12)
+    near = curve.rotation(np.linspace(0.16, 0.18, 501))
+    alone = np.maximum(np.linspace(-0.015, 0.005, 501), 0) * (np.pi / 2) / 0.04
+    angles = np.arctan2(near[:, 1, 0], near[:, 0, 0])
+    assert np.abs(angles - alone).max() <= 0.025 * np.pi / 2
+    np.testing.assert_allclose(curve.rotation([0.175])[0], np.eye(3), atol=1e-12)
 
 
 def test_stretches_joined_at_a_stop_keep_their_rates():

@@ -59,8 +59,9 @@ def test_a_path_knows_where_its_parts_begin():
     half = math.pi * 0.05
     np.testing.assert_allclose(path.starts, [0, 0.2, 0.2 + half])
     assert path.length == pytest.approx(0.4 + half)
-    # the tool begins to turn in the last quarter of the first line, and so on
-    shares = [0, 0.15, 0.2, 0.2 + half / 4, 0.2 + 3 * half / 4, 0.2 + half, 0.25 + half, 0.4 + half]
+    # the tool begins to turn a quarter of the arc, the shorter stretch, before it, and so on
+    shares = [0, 0.2 - half / 4, 0.2, 0.2 + half / 4, 0.2 + 3 * half / 4]
+    shares += [0.2 + half, 0.2 + 5 * half / 4, 0.4 + half]
     np.testing.assert_allclose(path.breaks, shares, atol=1e-12)
 
 

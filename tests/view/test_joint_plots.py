@@ -252,8 +252,10 @@ def test_angles_and_lengths_do_not_share_a_panel() -> None:
     assert data(lines(figure.axes[1], "curve")[0])[1][-1] == pytest.approx(0.3)
 
 
-def test_a_trajectory_alone_has_numbered_waypoints_if_it_knows_them(deburring: Plan) -> None:
-    figure = plot_joints(deburring.trajectory)
+def test_a_trajectory_alone_has_numbered_waypoints_if_it_knows_them(
+    deburring_by_waypoints: Plan,
+) -> None:
+    figure = plot_joints(deburring_by_waypoints.trajectory)
     assert [text.get_text() for text in waypoint_names(figure.axes[0])] == [
         str(i) for i in range(10)
     ]
@@ -263,7 +265,7 @@ def test_a_trajectory_alone_has_numbered_waypoints_if_it_knows_them(deburring: P
 
 def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:
     figure = plot_joints(deburring.trajectory, scenario=deburring.scenario)
-    assert "edge 3" in [text.get_text() for text in waypoint_names(figure.axes[0])]
+    assert "edge start" in [text.get_text() for text in waypoint_names(figure.axes[0])]
     assert "shoulder_pan_joint: 20 % of limit ±3.15 rad/s" in notes(figure)
     # of the poses it is not known which solution was meant; the start is given by joint values
     assert [len(data(line)[0]) for line in lines(figure.axes[0], "asked")] == [1] * 6
