@@ -56,7 +56,8 @@ def test_the_commands_exist() -> None:
 
 def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
     said = re.search(
-        r"within ([\d.]+) mm of the edge and within ([\d.]+) % of the speed", re.sub(r"\s+", " ", README)
+        r"within ([\d.]+) mm of the edge and within ([\d.]+) % of the speed",
+        re.sub(r"\s+", " ", README),
     )
     assert said is not None
     plan = kw.plan("ur5_deburring")

@@ -368,7 +368,11 @@ def test_a_file_and_the_same_mapping_are_the_same_scenario() -> None:
             for part in ("position", "rotation", "linear", "angular"):
                 np.testing.assert_array_equal(getattr(one, part), getattr(other, part))
     for here, there in zip(from_file.paths, from_mapping.paths, strict=True):
-        assert (here.first, here.stretches) == (there.first, there.stretches)
+        assert here.first == there.first
+        for one, other in zip(here.stretches, there.stretches, strict=True):
+            assert one.kind == other.kind
+            for value in ("start", "end", "speed", "full_speed"):
+                assert getattr(one, value) == pytest.approx(getattr(other, value), rel=1e-12)
     assert from_file.tolerances == from_mapping.tolerances
     assert from_file.tool.offset == from_mapping.tool.offset
     assert from_mapping.name == "scenario"

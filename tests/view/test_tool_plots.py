@@ -15,7 +15,8 @@ from knotwork.tool_path import straight_path_deviation
 from knotwork.view import plot_tool
 
 
-def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring: Plan) -> None:
+def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoints: Plan) -> None:
+    deburring = deburring_by_waypoints
     figure = plot_tool(deburring)
     labels = [axis.get_ylabel() for axis in figure.axes]
     assert labels == [
@@ -37,11 +38,12 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring: Plan) -> N
             by_differences = 1e3 * float(np.linalg.norm(near[1] - near[0])) / 2e-5
             assert speed[i] == pytest.approx(by_differences, abs=0.01)
     asked_time, asked = data(lines(figure.axes[0], "asked")[0])
-    np.testing.assert_allclose(asked, [0, 50, 50, 0], atol=1e-9)
+    np.testing.assert_allclose(asked, [0, *[50] * 7, 0], atol=1e-9)
     np.testing.assert_array_equal(asked_time, deburring.scenario.times[1:])
 
 
-def test_deviation_is_that_of_the_comparison(deburring: Plan) -> None:
+def test_deviation_is_that_of_the_comparison(deburring_by_waypoints: Plan) -> None:
+    deburring = deburring_by_waypoints
     figure = plot_tool(deburring, degrees=True)
     robot = deburring.space.robot
     assert robot is not None
