@@ -68,7 +68,8 @@ def test_planners_lie_over_each_other(deburring: Plan) -> None:
     assert words == ["modified-hermite", "trapezoidal"]
 
 
-def test_a_trajectory_needs_its_scenario(deburring: Plan, paper_case: Plan) -> None:
+def test_a_trajectory_needs_its_scenario(deburring_by_waypoints: Plan, paper_case: Plan) -> None:
+    deburring = deburring_by_waypoints
     figure = plot_tool(deburring.trajectory, scenario=deburring.scenario)
     assert len(figure.axes) == 4
     with pytest.raises(InputError, match="without a robot"):
