@@ -41,11 +41,11 @@ def main() -> None:
     axes[0].legend(ncols=3, fontsize=9, frameon=False, loc="upper right")
     axes[2].plot(time, 1e3 * np.array(tool), color="black")
     asked = [
-        1e3 * float(np.linalg.norm(waypoint.linear))
+        (waypoint.time, 1e3 * float(np.linalg.norm(waypoint.linear)))
         for waypoint in plan.scenario.waypoints
         if isinstance(waypoint, kw.CartesianWaypoint)
     ]
-    axes[2].plot(waypoints[1:], asked, "o", color="black", ms=5, label="asked for at the waypoints")
+    axes[2].plot(*zip(*asked, strict=True), "o", color="black", ms=5, label="asked for at waypoints")
     axes[2].legend(fontsize=9, frameon=False, loc="upper right")
     axes[2].set(ylabel="tool speed [mm/s]", xlabel="time [s]")
     for axis in axes:
