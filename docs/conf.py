@@ -77,6 +77,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(knotwork\.robot\.model\.)?Description"),
     (r"py:.*", r"(knotwork\.view\.motions\.)?Drawable"),
     (r"py:.*", r"EndAcceleration"),
+    (r"py:.*", r"(knotwork\.view\.window\.)?Window"),
     # NumPy's array of floats under a shorter name.
     (r"py:.*", r"(knotwork\.waypoints\.)?FloatArray"),
 ]

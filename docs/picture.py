@@ -45,7 +45,9 @@ def main() -> None:
         for waypoint in plan.scenario.waypoints
         if isinstance(waypoint, kw.CartesianWaypoint)
     ]
-    axes[2].plot(*zip(*asked, strict=True), "o", color="black", ms=5, label="asked for at waypoints")
+    axes[2].plot(
+        *zip(*asked, strict=True), "o", color="black", ms=5, label="asked for at waypoints"
+    )
     axes[2].legend(fontsize=9, frameon=False, loc="upper right")
     axes[2].set(ylabel="tool speed [mm/s]", xlabel="time [s]")
     for axis in axes:

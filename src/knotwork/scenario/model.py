@@ -243,7 +243,7 @@ class Scenario:
     >>> from knotwork import load_scenario
     >>> scenario = load_scenario("ur5_deburring")
     >>> [waypoint.name for waypoint in scenario.waypoints][:3]
-    ['start', 'approach', 'edge 0']
+    ['start', 'approach', 'edge start']
     """
 
     name: str
