@@ -35,7 +35,7 @@ def test_the_tool_stays_on_the_edge(plan: kw.Plan) -> None:
     points = np.array([robot.forward(q).translation for q in plan.trajectory(on_edge)])
     along = (points[-1] - points[0]) / np.linalg.norm(points[-1] - points[0])
     off = np.linalg.norm(np.cross(points - points[0], along), axis=1)
-    assert off.max() < 0.5e-3  # metres
+    assert off.max() < 0.05e-3  # metres
 
 
 def test_a_stop_at_each_waypoint_is_noticed() -> None:
