@@ -147,6 +147,8 @@ def _said(found: Finding) -> str:
         return found.title
     if found.requested is not None:
         return f"{found.title} off by {factor * found.value:.3g} {unit}"
-    value = f"{found.value:.3g}" if np.isfinite(found.value) else "infinite"
-    limit = f", limit {found.limit:.3g}" if found.limit is not None else ""
-    return f"{found.title} {value}{limit} {found.unit}"
+    if found.subject != "path":  # limits of joints are known in SI
+        factor, unit = 1.0, found.unit
+    value = f"{factor * found.value:.3g}" if np.isfinite(found.value) else "infinite"
+    limit = f", limit {factor * found.limit:.3g}" if found.limit is not None else ""
+    return f"{found.title} {value}{limit} {unit}"

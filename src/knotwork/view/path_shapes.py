@@ -32,14 +32,14 @@ def path_meshes(path: ToolPath, size: float) -> dict[str, Mesh]:
     at = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
     colours = np.stack([np.interp(share, at, SPEED_COLOURS[:, i]) for i in range(3)], axis=1)
     meshes = {}
-    line = _tube(path.position, colours, 0.0032 * size)
+    line = line_mesh(path.position, colours, 0.0032 * size)
     if line is not None:
         meshes["path"] = line
     broken = np.flatnonzero(path.broken)
     red: list[Mesh] = []
     for run in np.split(broken, np.flatnonzero(np.diff(broken) > 1) + 1) if len(broken) else ():
         part = path.position[max(run[0] - 1, 0) : run[-1] + 2]
-        tubes = _tube(part, np.tile(RED[:3], (len(part), 1)), 0.0065 * size)
+        tubes = line_mesh(part, np.tile(RED[:3], (len(part), 1)), 0.0065 * size)
         red.append(
             tubes
             if tubes is not None  # the tool stands still while the limit is broken
@@ -52,7 +52,7 @@ def path_meshes(path: ToolPath, size: float) -> dict[str, Mesh]:
 
 def other_path_mesh(path: ToolPath, size: float) -> Mesh | None:
     """Draw the path of a motion that is compared with; `None` if the tool stands still."""
-    return _tube(path.position, np.tile(OTHER, (len(path.time), 1)), 0.0022 * size)
+    return line_mesh(path.position, np.tile(OTHER, (len(path.time), 1)), 0.0022 * size)
 
 
 def tool_mesh(robot: Robot, size: float) -> Mesh:
@@ -65,8 +65,14 @@ def tool_mesh(robot: Robot, size: float) -> Mesh:
     return merged(parts)
 
 
-def _tube(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | None:
-    """A line as a tube; `None` if it has no length."""
+def line_mesh(points: FloatArray, colours: FloatArray, radius: float) -> Mesh | None:
+    """Draw a line as a tube; `None` if it has no length.
+
+    Args:
+        points: [m], shape (n, 3).
+        colours: Of each point, shape (n, 3).
+        radius: [m].
+    """
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
     keep = np.concatenate([[True], apart > 1e-9])
     points, colours = points[keep], colours[keep]

@@ -19,6 +19,12 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
 from knotwork.view.animation import frame_times, joint_tree
+from knotwork.view.asked_path import (
+    DEVIATION_COLOURS,
+    asked_path_mesh,
+    asked_points,
+    deviation_mesh,
+)
 from knotwork.view.camera import first_view
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
@@ -37,7 +43,9 @@ GHOST_DETAIL = 0.007
 MOST_HIDING = 5
 MOST_SPEEDS = 30_000
 # Drawn in their own colours, whatever the light.
-UNLIT = ("path", "limits broken", "failures")
+UNLIT = ("path", "limits broken", "failures", "deviation")
+# Shown on demand.
+HIDDEN = ("deviation",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +67,7 @@ class _Shown:
         points = [self.stops.outlines.reshape(-1, 3)]
         if self.path is not None:
             points.append(self.path.position)
+            points += asked_points(self.scenario, self.robot, 1.0)
         points += [target.pose.translation[np.newaxis] for target in self.asked]
         if self.scenario is not None:
             base = self.robot.base_placement
@@ -180,6 +189,11 @@ def _task_data(
     """Meshes by name, labels and the legend."""
     robot = shown.robot
     meshes = path_meshes(path, size)
+    along = {
+        "path asked for": asked_path_mesh(shown.scenario, robot, size),
+        "deviation": deviation_mesh(shown.scenario, robot, shown.curve, size),
+    }
+    meshes |= {name: mesh for name, mesh in along.items() if mesh is not None}
     for name, motion in shown.motions.items():
         line = other_path_mesh(tool_path(robot, motion), size)
         if line is not None:
@@ -189,19 +203,30 @@ def _task_data(
     )
     meshes |= {**drawn, "tool": tool_mesh(robot, size)}
     things: list[dict[str, Any]] = [
-        {"name": name, "mesh": packed(mesh), "lit": not name.startswith(UNLIT)}
+        {
+            "name": name,
+            "mesh": packed(mesh),
+            "lit": not name.startswith(UNLIT),
+            "hidden": name in HIDDEN,
+        }
         for name, mesh in meshes.items()
     ]
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     legend = {
         "high": float(path.speed.max()),
-        "colours": [
-            "#" + bytes(colour).hex() for colour in np.round(255 * SPEED_COLOURS).astype(np.uint8)
-        ],
+        "colours": _written(SPEED_COLOURS),
         **seconds,
         "broken": bool(path.broken.any()),
     }
+    if shown.scenario is not None and "deviation" in meshes:
+        legend["tolerance"] = shown.scenario.tolerances.path
+        legend["deviation_colours"] = _written(DEVIATION_COLOURS)
     return things, labels, legend
+
+
+def _written(colours: FloatArray) -> list[str]:
+    """Colours as pages have them."""
+    return ["#" + bytes(colour).hex() for colour in np.round(255 * colours).astype(np.uint8)]
 
 
 def _motion(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, Any]:

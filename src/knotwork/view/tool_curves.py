@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot
-from knotwork.scenario import ScenarioPath, Stretch
+from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.tool_path import deviation_from_line, deviation_from_path, straight_legs
 from knotwork.view.curves import piecewise_values
 from knotwork.view.motions import Motion
@@ -40,10 +41,12 @@ def robot_of(motion: Motion) -> Robot:
     return robot
 
 
-def stretches(motion: Motion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
-    """Stretches of tool paths, and from when to when each is shown [s]."""
-    start, end = motion.curve.x[[0, -1]]
-    for path in motion.scenario.paths if motion.scenario is not None else ():
+def stretches(
+    scenario: Scenario | None, curve: PiecewisePolynomial
+) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
+    """Stretches of tool paths, and from when to when a motion is on each [s]."""
+    start, end = curve.x[[0, -1]]
+    for path in scenario.paths if scenario is not None else ():
         for stretch in path.stretches:
             low, high = max(stretch.start, start), min(stretch.end, end)
             if low < high:
@@ -52,7 +55,7 @@ def stretches(motion: Motion) -> Iterator[tuple[ScenarioPath, Stretch, float, fl
 
 def full_speeds(motion: Motion) -> Iterator[tuple[Stretch, float, float]]:
     """Stretches that ask for a constant speed, and from when to when that is shown [s]."""
-    for _, stretch, start, end in stretches(motion):
+    for _, stretch, start, end in stretches(motion.scenario, motion.curve):
         low, high = max(stretch.full_speed[0], start), min(stretch.full_speed[1], end)
         if low < high:
             yield stretch, low, high
@@ -76,7 +79,7 @@ def speed_errors(motion: Motion) -> Curve:
     """Speed beyond that asked for, as a part of it, where it is asked for; the second is NaN."""
     robot, parts = robot_of(motion), []
     for stretch, start, end in full_speeds(motion):
-        time = _along(motion, start, end)
+        time = times_along(motion.curve, start, end)
         states = zip(motion.curve(time), motion.curve(time, 1), strict=True)
         speed = np.array([np.linalg.norm(robot.twist(q, v).linear) for q, v in states])
         parts.append(
@@ -88,8 +91,8 @@ def speed_errors(motion: Motion) -> Curve:
 def path_deviations(motion: Motion) -> Curve:
     """Distance [m] and angle [rad] of the tool from its path."""
     robot, parts = robot_of(motion), []
-    for path, stretch, start, end in stretches(motion):
-        time = _along(motion, start, end)
+    for path, stretch, start, end in stretches(motion.scenario, motion.curve):
+        time = times_along(motion.curve, start, end)
         off = deviation_from_path(robot, motion.curve(time), path, stretch, time)
         parts.append((time, np.stack(off, axis=1)))
     return _joined(parts)
@@ -110,9 +113,9 @@ def straight_deviations(motion: Motion) -> Curve:
     return _joined(parts)
 
 
-def _along(motion: Motion, start: float, end: float) -> FloatArray:
-    """Times from one to another, with the breaks of the motion [s]."""
-    x = motion.curve.x
+def times_along(curve: PiecewisePolynomial, start: float, end: float) -> FloatArray:
+    """Times from one to another, some in each piece of a motion, with its breaks [s]."""
+    x = curve.x
     edges = np.concatenate(([start], x[(x > start) & (x < end)], [end]))
     pieces = len(edges) - 1
     count = max(min(max(ALONG // pieces, PIECE_ALONG), MOST_ALONG // pieces), LEAST_POINTS)

@@ -206,7 +206,7 @@ def _mark_asked(axis: Axes, row: _Row, motion: Motion) -> None:
 def _mark_tolerance(axis: Axes, row: _Row, motions: list[Motion], curves: list[Curve]) -> None:
     """The tolerance, the curves beyond it, and in words how much of it the worst one takes."""
     signed = row.curve is speed_errors
-    shown = full_speeds(motions[0]) if signed else stretches(motions[0])
+    shown = full_speeds(motions[0]) if signed else stretches(motions[0].scenario, motions[0].curve)
     spans = [(start, end) for *_, start, end in shown]
     limit = row.factor * (row.tolerance or 0.0)
     worst, at, who = -1.0, 0.0, ""

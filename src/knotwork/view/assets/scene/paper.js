@@ -1,7 +1,6 @@
 // The scene on paper: its canvas, and over it the words as they stand on the screen.
-// `labels` are boxes with the lines that lead to them, `colours` those of the legend's scale, and
-// `fine` the picture's pixels for each of the window's. Gives the address of a picture.
-function pictureWithWords(scene, pane, labels, legend, colours, fine) {
+// `labels` are boxes with the lines that lead to them, and `fine` the picture's pixels for each of the window's. Gives the address of a picture.
+function pictureWithWords(scene, pane, labels, legend, fine) {
   const canvas = document.createElement("canvas");
   canvas.width = Math.round(fine * pane.width);
   canvas.height = Math.round(fine * pane.height);
@@ -45,20 +44,21 @@ function pictureWithWords(scene, pane, labels, legend, colours, fine) {
   }
   if (legend && legend.offsetHeight) {
     plate(legend);
-    const [x, y, width, height] = inPane(legend.querySelector(".scale"));
-    const scale = pen.createLinearGradient(x, 0, x + width, 0);
-    colours.forEach((colour, i, all) => scale.addColorStop(i / (all.length - 1), colour));
-    pen.fillStyle = scale;
-    pen.fillRect(x, y, width, height);
+    for (const element of legend.querySelectorAll(".scale")) {
+      const [x, y, width, height] = inPane(element);
+      const scale = pen.createLinearGradient(x, 0, x + width, 0);
+      element.dataset.colours.split(",").forEach((colour, i, all) => scale.addColorStop(i / (all.length - 1), colour));
+      pen.fillStyle = scale;
+      pen.fillRect(x, y, width, height);
+    }
     for (const element of legend.querySelectorAll(".word")) if (element.offsetHeight) word(element);
-    const broken = legend.querySelector(".red");
-    if (broken) plate(broken);
+    for (const red of legend.querySelectorAll(".red")) if (red.offsetHeight) plate(red);
   }
   return canvas.toDataURL("image/png");
 }
 
 // A still picture for paper: what is seen, with its labels and legend; of one size everywhere
-function still(viewer, camera, labels, colours) {
+function still(viewer, camera, labels) {
   const fine = 2;
   const { renderer } = viewer;
   const before = renderer.getPixelRatio();
@@ -70,7 +70,7 @@ function still(viewer, camera, labels, colours) {
   };
   document.body.classList.add("still");
   draw(fine);
-  const address = pictureWithWords(renderer.domElement, paneBox(), labels.seen(), byId("legend"), colours, fine);
+  const address = pictureWithWords(renderer.domElement, paneBox(), labels.seen(), byId("legend"), fine);
   document.body.classList.remove("still");
   draw(before);
   return address;

@@ -29,19 +29,27 @@ async function showScene(data, options) {
   viewer.set_dirty();
   viewer.render();
   document.documentElement.dataset.ready = "true";
-  if (window.parent !== window) givePictures(viewer, () => still(viewer, camera, labels, data.legend.colours || []));
+  if (window.parent !== window) givePictures(viewer, () => still(viewer, camera, labels));
 }
 
 // What can be shown and hidden
 function addSwitches(viewer, data, labels, ghosts) {
   const show = (path) => (on) => viewer.set_property(path, "visible", on);
   const rows = { labels: (on) => labels.show(on), ghosts: show([...ROOT, "ghosts"]) };
+  const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
+  if (ghosts === false) hidden.add("ghosts");
   for (const { name } of data.things) if (name !== "tool") rows[name] = show([...ROOT, name]);
+  if (rows.deviation) {
+    rows.deviation = (on) => {
+      show([...ROOT, "deviation"])(on);
+      byId("deviation").hidden = !on;
+    };
+  }
   data.arms.slice(1).forEach((arm) => { rows[`arm: ${arm.name}`] = show([...ROOT, `arm: ${arm.name}`]); });
   for (const [name, change] of Object.entries(rows)) {
     const row = document.createElement("label");
     const box = document.createElement("input");
-    Object.assign(box, { type: "checkbox", name, checked: !(name === "ghosts" && ghosts === false) });
+    Object.assign(box, { type: "checkbox", name, checked: !hidden.has(name) });
     row.append(box, ` ${name}`);
     byId("switches").appendChild(row);
     const changed = () => {

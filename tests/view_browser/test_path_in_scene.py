@@ -1,0 +1,157 @@
+"""Tool paths in scenes and reports: where they are asked for, and how far the tool is off them."""
+
+from __future__ import annotations
+
+import base64
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_scene_in_browser import changed, is_red, picture
+from test_scene_parts import numbers, scene, thing, vertices
+
+import knotwork as kw
+from knotwork.view.report_page import report_page
+from knotwork.view.show import view_plan
+
+DOWN = {"rpy": [180, 0, 0]}
+SEAM: dict[str, Any] = {
+    "units": {"length": "mm", "angle": "deg"},
+    "robot": "ur5",
+    "start": "home",
+    "waypoints": [
+        {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], **DOWN}},
+        {"name": "turn", "along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}},
+        {
+            "name": "off",
+            "along": {"arc": {"centre": [480, 50, 60], "normal": [0, 0, -1]}},
+            "speed": 40,
+            "stop": True,
+            "pose": {"position": [510, 50, 60]},
+        },
+    ],
+}
+
+
+@cache
+def planned(planner: str | None) -> kw.Plan:
+    return kw.plan(SEAM, planner=planner)
+
+
+@cache
+def drawn(planner: str | None) -> Any:
+    return scene(view_plan(planned(planner)))
+
+
+def off_seam(points: Any) -> Any:
+    """Distance from the line and the half circle [m], in the axes of the URDF's root."""
+    robot = planned(None).space.robot
+    assert robot is not None
+    base = robot.base_placement.inverse()
+    x, y, z = (points @ base.rotation.T + base.translation).T
+    line = np.linalg.norm([x - 0.45, y - np.clip(y, -0.1, 0.05), z - 0.06], axis=0)
+    arc = np.hypot(np.hypot(x - 0.48, y - 0.05) - 0.03, z - 0.06)
+    end = np.linalg.norm([x - 0.51, y - 0.05, z - 0.06], axis=0)
+    return np.minimum(line, np.where(y < 0.05, end, arc))
+
+
+@pytest.mark.parametrize("planner", [None, "bspline"])
+def test_the_path_asked_for_is_drawn_as_a_thin_dashed_line(planner: str | None) -> None:
+    data = drawn(planner)
+    points = vertices(thing(data, "path asked for"))
+    thick = 0.0045 * data["size"]
+    assert off_seam(points).max() == pytest.approx(thick, rel=0.02)
+    assert off_seam(points).min() > 0.9 * thick
+    corners = np.array([[0.45, -0.1], [0.45, 0.05], [0.48, 0.08], [0.51, 0.05]])
+    for corner in corners:  # from its start to its end
+        robot = planned(None).space.robot
+        assert robot is not None
+        at = robot.base_placement.act(np.array([*corner, 0.06]))
+        assert np.linalg.norm(points - at, axis=1).min() < 0.03 * data["size"]
+
+
+def test_deviation_is_coloured_and_red_beyond_the_tolerance_alone() -> None:
+    for planner in (None, "bspline"):
+        data = drawn(planner)
+        mesh = thing(data, "deviation")
+        colours = numbers(mesh["colours"], "u1").astype(int)
+        red = (colours[:, 0] > 180) & (colours[:, 1] < 60)
+        away = off_seam(vertices(mesh).reshape(-1, 8, 3).mean(axis=1)).repeat(8)
+        allowed = planned(None).scenario.tolerances.path
+        assert (red == (away > allowed))[np.abs(away / allowed - 1) > 0.02].all()
+        assert red.any() == (planner is not None)
+
+
+def test_deviation_is_on_demand_and_no_limit_of_a_joint() -> None:
+    data = drawn("bspline")
+    assert {one["name"] for one in data["things"] if one["hidden"]} == {"deviation"}
+    assert not data["legend"]["broken"]
+    assert data["legend"]["tolerance"] == pytest.approx(1e-4)
+    (failed,) = planned("bspline").report.select(name="on to turn", quantity="path_deviation")
+    assert str(failed) in data["failures"]
+    wanted = f"on to turn: path deviation {1e3 * failed.value:.3g}, limit 0.1 mm"
+    assert any(label["text"] == wanted for label in data["labels"])
+
+
+def test_only_waypoints_of_the_scenario_have_labels_and_ghosts() -> None:
+    data, plan = drawn(None), planned(None)
+    assert [one["text"] for one in data["labels"]] == ["start", "on", "turn", "off"]
+    assert len(plan.joint_waypoints.time) > 4
+    assert len(data["ghosts"]) <= 4
+    for ghost in data["ghosts"]:
+        apart = np.abs(plan.trajectory(plan.scenario.times) - ghost).max(axis=1)
+        assert apart.min() < 1e-9
+
+
+def test_a_scenario_without_paths_has_none_in_its_scene() -> None:
+    data = scene(view_plan(kw.plan("planar2_closed_form")))
+    names = {one["name"] for one in data["things"]}
+    assert not names & {"path asked for", "deviation"}
+    assert "tolerance" not in data["legend"]
+
+
+def test_the_browser_draws_the_path_and_on_demand_the_deviation(tabs: Any, tmp_path: Path) -> None:
+    page = view_plan(planned("bspline"))
+    tab = tabs.new()
+    tab.set_viewport_size({"width": 1200, "height": 800})
+    tab.goto(page.save(tmp_path / "seam.html").as_uri() + "#paused")
+    tab.wait_for_function("document.documentElement.dataset.ready === 'true'")
+    box = "document.querySelector('#switches input[name=\"{}\"]')"
+    legend = "document.getElementById('deviation').offsetHeight > 0"
+    assert not tab.evaluate(box.format("deviation") + ".checked")
+    assert not tab.evaluate(legend)
+    for name in ("ghosts", "failures", "speeds asked for", "waypoints"):
+        tab.evaluate(box.format(name) + ".click()")
+    tab.evaluate("viewer.set_property(['Knotwork', 'arm'], 'visible', false)")
+    before = picture(tab)
+    assert not is_red(before).any()
+    tab.evaluate(box.format("deviation") + ".click()")
+    assert tab.evaluate(legend)
+    after = picture(tab)
+    assert is_red(after).sum() > 20
+    tab.evaluate(box.format("path asked for") + ".click()")
+    assert changed(after, picture(tab)).sum() > 20
+    tab.evaluate(box.format("deviation") + ".click()")
+    assert not tab.evaluate(legend)
+    assert not is_red(picture(tab)).any()
+
+
+def test_the_report_lists_paths_and_draws_their_deviation(monkeypatch: pytest.MonkeyPatch) -> None:
+    from knotwork.view import report_page as module
+
+    figures = []
+    real = module.plot_tool
+    monkeypatch.setattr(module, "plot_tool", lambda plan: figures.append(real(plan)) or figures[0])
+    page = report_page(planned(None))
+    (figure,) = figures
+    titles = [axis.get_ylabel() for axis in figure.axes]
+    assert "off tool path [mm]" in titles
+    assert "speed error [%]" in titles
+    text = re.sub(r"<[^>]+>", " ", page.html)
+    assert "Tool paths" in text
+    assert re.search(r"on to turn\s", text)
+    png = re.findall(r"data:image/png;base64,([A-Za-z0-9+/=]+)", page.html)
+    assert any(base64.b64decode(one).startswith(b"\x89PNG") for one in png)
