@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import pytest
 
 import knotwork as kw
 from knotwork import resources
+from knotwork.cli.compare import print_comparison
 from knotwork.comparison import Comparison, Refusal, Score, best, compare
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.interpolation import PLANNER_SPECS, PLANNERS
@@ -368,3 +370,91 @@ class TestCommand:
         assert set(rows) == set(PLANNERS)
         assert all(row["cannot"] and row["guarantees"] for row in rows.values())
         assert "quintic" in knotwork("planners").out
+
+
+@pytest.fixture(scope="module")
+def along_a_path() -> Comparison:
+    down = {"rpy": [180, 0, 0]}
+    return compare(
+        {
+            "units": {"length": "mm", "angle": "deg"},
+            "robot": "ur5",
+            "start": "home",
+            "waypoints": [
+                {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], **down}},
+                {
+                    "name": "off",
+                    "along": "line",
+                    "speed": 60,
+                    "stop": True,
+                    "pose": {"position": [450, 50, 60]},
+                },
+            ],
+        }
+    )
+
+
+def test_planners_that_know_the_accelerations_of_a_path_follow_it(
+    along_a_path: Comparison,
+) -> None:
+    rows = {row.planner: row for row in along_a_path.scores}
+    assert not [row for row in along_a_path.rows if isinstance(row, Refusal)]
+    for name in ("modified-hermite", "quintic", "septic", "nonic"):
+        row = rows[name]
+        assert row.tool_paths_failed == 0
+        assert row.tool_path_deviation is not None
+        assert row.tool_path_deviation < 1e-4
+        assert row.tool_path_speed_error is not None
+        assert row.tool_path_speed_error < 0.01
+    for name in ("bspline", "4-3-4", "parabolic-blend"):
+        row = rows[name]
+        assert row.tool_paths_failed is not None
+        assert row.tool_paths_failed >= 2
+        assert row.tool_path_deviation is not None
+        assert row.tool_path_deviation > 1e-3
+    assert "modified-hermite" in best(along_a_path.scores)["tool_paths_failed"]
+    assert "bspline" not in best(along_a_path.scores)["tool_paths_failed"]
+
+
+def test_what_a_planner_loses_on_a_path_is_what_its_tool_does(along_a_path: Comparison) -> None:
+    robot = kw.load_robot("ur5")
+    for row in along_a_path.scores:
+        motion = along_a_path.trajectories[row.planner]
+        time = np.linspace(2.0, motion.end_time, 4001)
+        poses = [robot.forward(q).translation for q in motion.position(time)]
+        away = np.linalg.norm((np.array(poses) - [0.45, 0, 0.06]) * [1, 0, 1], axis=1)
+        beyond = np.maximum(np.array(poses)[:, 1] - 0.05, 0) + np.maximum(
+            -0.1 - np.array(poses)[:, 1], 0
+        )
+        off = float(np.hypot(away, beyond).max())
+        assert row.tool_path_deviation == pytest.approx(off, rel=0.02, abs=2e-8)
+        constant = time[time < motion.end_time - 0.2]
+        states = zip(motion.position(constant), motion.velocity(constant), strict=True)
+        speeds = np.array([np.linalg.norm(robot.twist(q, v).linear) for q, v in states])
+        error = float(np.abs(speeds / 0.06 - 1).max())
+        assert row.tool_path_speed_error is not None
+        assert row.tool_path_speed_error >= 0.99 * error - 1e-9
+
+
+def test_paths_have_columns_of_their_own(along_a_path: Comparison, paper: Comparison) -> None:
+    assert {row.tool_path_deviation for row in paper.scores} == {None}
+    assert {row.tool_paths_failed for row in paper.scores} == {None}
+    assert {row.path_deviation for row in along_a_path.scores} == {None}
+    rows = along_a_path.to_dict()["planners"]
+    assert rows[0]["tool_paths_failed"] == 0
+    (header, *_) = csv.reader(io.StringIO(along_a_path.to_csv()))
+    assert {"tool_path_deviation", "tool_path_speed_error", "tool_paths_failed"} <= set(header)
+
+
+def test_the_table_shows_what_is_off_the_path_instead_of_straight_lines(
+    along_a_path: Comparison, capsys: pytest.CaptureFixture[str]
+) -> None:
+    print_comparison(along_a_path)
+    heading, units = capsys.readouterr().out.splitlines()[1:3]
+    assert re.search(r"off path +speed +paths", heading)
+    assert re.search(r"\[mm\] +off \[%\] +failed", units)
+    assert "off line" not in heading
+    print_comparison(compare("planar2_closed_form", ["cubic"]))
+    heading = capsys.readouterr().out.splitlines()[1]
+    assert "off line" in heading
+    assert "off path" not in heading

@@ -20,8 +20,9 @@ from knotwork.pipeline import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification import check
+from knotwork.verification import Report, check
 from knotwork.verification.limits import LIMITS
+from knotwork.verification.paths import GROUP as PATHS
 from knotwork.waypoints import JointWaypoints
 
 
@@ -45,8 +46,13 @@ class Score:
         squared_acceleration: Its integral over time, summed over the joints.
         squared_jerk: The same for jerk; `None` where the acceleration jumps: it is infinite.
         path_deviation: Distance of the tool from the straight path between poses [m], sampled;
-            `None` without poses.
-        path_turn: Angle of the tool from that path [rad], sampled; `None` without poses.
+            `None` where no poses follow each other without a tool path.
+        path_turn: Angle of the tool from that path [rad], sampled; `None` likewise.
+        tool_path_deviation: Largest distance of the tool from the scenario's tool paths that the
+            check finds [m]; `None` without such paths.
+        tool_path_speed_error: Largest difference from the speed asked for along them, as a part of
+            it; `None` where no speed is asked for.
+        tool_paths_failed: How many tolerances of tool paths are broken; `None` without such paths.
         duration: [s]
         limits_broken: How many limits of joints are broken; `None` where there is none.
         time_to_plan: Time that the planner took, the best of a few runs [s].
@@ -65,6 +71,9 @@ class Score:
     squared_jerk: float | None
     path_deviation: float | None
     path_turn: float | None
+    tool_path_deviation: float | None
+    tool_path_speed_error: float | None
+    tool_paths_failed: int | None
     duration: float
     limits_broken: int | None
     time_to_plan: float
@@ -279,10 +288,26 @@ def _score(
         squared_jerk=metrics.integral_of_square(trajectory, 3) if jerk_bounded else None,
         path_deviation=deviation.position if deviation is not None else None,
         path_turn=deviation.orientation if deviation is not None else None,
+        **_along_paths(report, scenario.tolerances.path_speed),
         duration=trajectory.duration,
         limits_broken=sum(not found.ok for found in limits) if limits else None,
         time_to_plan=seconds,
     )
+
+
+def _along_paths(report: Report, allowed: float) -> dict[str, Any]:
+    """What the check finds along tool paths; speeds are allowed to be off by a part of theirs."""
+    found = [one for one in report.findings if one.group == PATHS]
+    worst: dict[str, float] = {}
+    for one in found:
+        if one.value is not None and one.limit is not None:
+            off = one.value if one.quantity == "path_deviation" else allowed * one.value / one.limit
+            worst[one.quantity] = max(off, worst.get(one.quantity, 0.0))
+    return {
+        "tool_path_deviation": worst.get("path_deviation"),
+        "tool_path_speed_error": worst.get("path_speed"),
+        "tool_paths_failed": sum(not one.ok for one in found) if found else None,
+    }
 
 
 COLUMNS = tuple(

@@ -25,12 +25,23 @@ _HEADINGS = {
     "velocity_fluctuation": "velocity\nfluct.",
     "squared_acceleration": "integral\naccel.²",
     "squared_jerk": "integral\njerk²",
-    "path_deviation": "off path\n[mm]",
+    "path_deviation": "off line\n[mm]",
     "path_turn": "turned\n[deg]",
+    "tool_path_deviation": "off path\n[mm]",
+    "tool_path_speed_error": "speed\noff [%]",
+    "tool_paths_failed": "paths\nfailed",
     "limits_broken": "limits\nbroken",
     "time_to_plan": "time\n[ms]",
 }
-_FACTORS = {"path_deviation": 1e3, "path_turn": 57.29577951308232, "time_to_plan": 1e3}
+_FACTORS = {
+    "path_deviation": 1e3,
+    "path_turn": 57.29577951308232,
+    "tool_path_deviation": 1e3,
+    "tool_path_speed_error": 1e2,
+    "time_to_plan": 1e3,
+}
+# Left out where there are tool paths: what is between them is of no interest then.
+_STRAIGHT = ("path_deviation", "path_turn")
 
 
 @click.command()
@@ -57,8 +68,9 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
     fluctuation is the variation of velocity beyond the least that the task forces, of the worst
     joint; misses of position are no part of it. An arm that starts and stops at rest makes a step
     of its acceleration at the ends. Where the acceleration jumps, no bound holds for the jerk.
-    The tool is compared with straight lines between the poses. The best of each column is marked
-    with a star.
+    The tool is compared with its paths: how far it is off them, how much its speed is off the one
+    asked for, and how many of their tolerances are broken. Without paths it is compared with
+    straight lines between the poses. The best of each column is marked with a star.
     """
     from knotwork.comparison import compare as compare_planners
 
@@ -107,10 +119,12 @@ def print_comparison(comparison: Comparison) -> None:
     from knotwork.comparison import Refusal, best
 
     scores = comparison.scores
+    paths = any(score.tool_paths_failed is not None for score in scores)
     shown = [
         column
         for column in _HEADINGS
         if any(getattr(score, column) is not None for score in scores)
+        and not (paths and column in _STRAIGHT)
     ]
     table = tables.plain_table(
         f"{comparison.scenario}: {scores[0].duration:g} s" if scores else comparison.scenario,
