@@ -364,7 +364,7 @@ def test_arrows_are_as_long_as_the_tool_goes_and_turn_with_the_robots_base() -> 
             assert np.linalg.norm(arrows - tip, axis=1).min() < 1e-5
             found += 1
     per_arrow = len(arrows) / found
-    assert found > 2
+    assert found > 1
     assert per_arrow == round(per_arrow)  # and none else
 
 
