@@ -41,6 +41,9 @@ TRANSITION = 0.25
 SAME = 1e-12
 """Rotation vectors and rates that differ by less, relative to their size, are the same."""
 
+EVEN = 1e-14
+"""Rotation vectors of a piece that differ by less [rad] turn it evenly."""
+
 EQUAL = 1e-9
 """Rates of two stretches that differ by less, relative to their size, need no transition."""
 
@@ -103,6 +106,10 @@ class OrientationCurve:
         # Vectors v of each piece, shape (m - 1, 5, 3).
         self._v = np.array([self._vectors(i) for i in range(count - 1)])
         self._bounds = TurnBounds(self._v)
+        # Nothing turns, or every piece turns evenly: then there are shorter ways.
+        spread = np.abs(np.diff(self._v, axis=1)).max()
+        self._even = bool(spread <= EVEN)
+        self._still = self._even and not self._v.any()
 
     def _vectors(self, i: int) -> FloatArray:
         """Rotation vectors v1 to v5 of piece i, shape (5, 3)."""
@@ -275,8 +282,12 @@ class OrientationCurve:
             side: Which piece is chosen at a break: `"right"` or `"left"`.
         """
         piece, u = self._pieces(s, at, side)
-        f = _sums_of_basis(basis(5, u))
         R = self.rotations[piece]
+        if self._still:
+            return np.asarray(R)
+        if self._even:
+            return np.asarray(R @ exponentials(5.0 * u[:, None] * self._v[piece, 0]))
+        f = _sums_of_basis(basis(5, u))
         for i in range(5):
             R = R @ exponentials(f[i][:, None] * self._v[piece, i])
         return np.asarray(R)
@@ -295,6 +306,10 @@ class OrientationCurve:
         """
         checked_order(order, 1)
         piece, u = self._pieces(s, at, side)
+        if self._still or (self._even and order):
+            return np.zeros((len(u), 3))
+        if self._even:
+            return np.asarray(self.rates[piece, 1])
         f = _sums_of_basis(basis(5, u))
         slope = 5.0 * basis(4, u)
         bent = -20.0 * np.diff(basis(3, u), axis=0, prepend=0.0, append=0.0)

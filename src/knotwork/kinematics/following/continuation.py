@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from knotwork.waypoints import FloatArray
 
 # Joints move by no more than this in one step [rad or m].
 STEP = 0.1
-# And each stretch takes so many of them at least.
+# And each piece of a path takes so many of them at least.
 LEAST_STEPS = 4
 # The path is evaluated for so many steps at once.
 TOGETHER = 16
@@ -143,7 +144,9 @@ def continue_along(
     steps: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
     lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)
     for start, end in pairwise(stops):
-        now, least = float(start), (end - start) / LEAST_STEPS
+        now = float(start)
+        least = float(_piece_durations(path, np.array([0.5 * (start + end)]), "right")[0])
+        least = min(least / LEAST_STEPS, end - start)
         v, smallest = _velocities(field, path, q, now, "right")
         while now < end and np.isfinite(q).any():
             fastest = float(np.nanmax(np.abs(v), initial=0.0))
@@ -193,7 +196,9 @@ def _finite_velocities(
     return v, smallest
 
 
-def _demand(path: TimedPath, t: FloatArray, at: float, side: str) -> tuple[FloatArray, FloatArray]:
+def _demand(
+    path: TimedPath, t: FloatArray, at: FloatArray | float, side: str
+) -> tuple[FloatArray, FloatArray]:
     """Twists of the tool, and the part of the path's full speed that it has."""
     twist = path.state(t, at=at, side=side)[2]
     speed = np.linalg.norm(twist[:, :3], axis=1)
@@ -214,28 +219,39 @@ def accelerations(
     robot: Robot,
     path: TimedPath,
     q: FloatArray,
-    time: float,
+    times: FloatArray,
     side: str,
     *,
     pull: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """Joint velocities and accelerations on the path, from one side of a time; shape (d,) each.
+    """Joint velocities and accelerations on the path, from one side of times; shape (k, d) each.
 
     The acceleration is the derivative of the field of joint velocities along itself, by central
     differences of fourth order: exact to about 1e-10 of its size.
+
+    Args:
+        robot: The arm.
+        path: Poses of the tool over time.
+        q: Joint positions at the times [rad or m], shape (k, d).
+        times: [s], shape (k,).
+        side: `"right"` or `"left"`.
+        pull: See `JointField`.
     """
     field = JointField(robot, pull)
-    v, _ = field.velocities(q[None], *_demand(path, np.array([time]), time, side))
-    fastest, length = float(np.abs(v).max()), _piece_duration(path, time, side)
-    h = DIFFERENCE_TIME * length if fastest == 0.0 else min(DIFFERENCE / fastest, length)
-    offsets = h * np.array([-1.0, -0.5, 0.5, 1.0])
-    f, _ = field.velocities(q + offsets[:, None] * v, *_demand(path, time + offsets, time, side))
-    coarse, fine = (f[3] - f[0]) / (2.0 * h), (f[2] - f[1]) / h
-    return v[0], (4.0 * fine - coarse) / 3.0
+    v, _ = field.velocities(q, *_demand(path, times, times, side))
+    fastest, length = np.abs(v).max(axis=1), _piece_durations(path, times, side)
+    h = np.minimum(DIFFERENCE / np.maximum(fastest, 1e-300), length)
+    h = np.where(fastest == 0.0, DIFFERENCE_TIME * length, h)
+    offsets = np.multiply.outer([-1.0, -0.5, 0.5, 1.0], h)
+    around = (q + offsets[:, :, None] * v).reshape(-1, q.shape[1])
+    demand = _demand(path, (times + offsets).ravel(), np.tile(times, 4), side)
+    f = field.velocities(around, *demand)[0].reshape(4, *q.shape)
+    coarse, fine = (f[3] - f[0]) / (2.0 * h[:, None]), (f[2] - f[1]) / h[:, None]
+    return v, (4.0 * fine - coarse) / 3.0
 
 
-def _piece_duration(path: TimedPath, time: float, side: str) -> float:
-    breaks = np.asarray(path.breaks)
-    found = int(np.searchsorted(breaks, time, "right" if side == "right" else "left"))
-    index = min(max(found, 1), len(breaks) - 1)
-    return float(breaks[index] - breaks[index - 1])
+def _piece_durations(path: TimedPath, times: FloatArray, side: str) -> FloatArray:
+    """How long the pieces of a path take that times are in [s], shape (k,)."""
+    where: Literal["left", "right"] = "right" if side == "right" else "left"
+    index = np.searchsorted(path.breaks, times, where)
+    return np.asarray(np.diff(path.breaks)[np.clip(index, 1, len(path.breaks) - 1) - 1])

@@ -135,14 +135,13 @@ def _rates(
 ) -> tuple[FloatArray, FloatArray]:
     """Velocities and accelerations; at a jump of the acceleration the mean of both sides."""
     v, a = np.empty(q.shape), np.empty(q.shape)
-    breaks = set(np.asarray(path.breaks)[1:-1].tolist())
-    for i, time in enumerate(times):
-        side = "left" if time == path.end_time else "right"
-        v[i], a[i] = accelerations(robot, path, q[i], float(time), side, pull=pull)
-        if time in breaks:
-            a[i] = 0.5 * (
-                a[i] + accelerations(robot, path, q[i], float(time), "left", pull=pull)[1]
-            )
+    for side, own in (("left", times == path.end_time), ("right", times < path.end_time)):
+        if own.any():
+            v[own], a[own] = accelerations(robot, path, q[own], times[own], side, pull=pull)
+    inner = np.isin(times, path.breaks[1:-1])
+    if inner.any():
+        _, before = accelerations(robot, path, q[inner], times[inner], "left", pull=pull)
+        a[inner] = 0.5 * (a[inner] + before)
     return v, a
 
 

@@ -1,0 +1,236 @@
+"""Random lines and arcs on six arms: followed within tolerance, or refused with a true reason.
+
+Pinocchio alone says where the tool is, how it is turned and how fast it goes, and closed forms say
+where it should be. A reason is checked by integrating joint velocities along the path, step by
+step, without correction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import FollowingError, RampError
+from sweeps import first_of
+
+tp = kw.tool_paths
+ARMS = ("ur3", "ur10", "panda", "kinova", "z1", "xarm7")
+ORDINARY, ALL = 12, 504
+SAMPLES, STEPS = 301, 1000
+
+
+@dataclass
+class Task:
+    """A random path: an arc by its spoke from the centre, or a line."""
+
+    arm: kw.Robot
+    q: np.ndarray
+    spoke: np.ndarray
+    normal: np.ndarray
+    direction: np.ndarray
+    length: float
+    turn: np.ndarray
+    tangent: bool
+    speed: float
+    acceleration: float | None
+    tolerance: float
+
+    @property
+    def start(self):
+        return self.arm.forward(self.q)
+
+    @property
+    def is_arc(self):
+        return bool(self.spoke.any())
+
+    def place(self, s):
+        """Where the tool should be at an arc length, and how it should be turned."""
+        pose = self.start
+        turned = pin.exp3(self.turn * s / self.length)
+        if not self.is_arc:
+            return pose.translation + s * self.direction, turned @ pose.rotation
+        about = pin.exp3(self.normal * s / np.linalg.norm(self.spoke))
+        centre = pose.translation - self.spoke
+        return centre + about @ self.spoke, (about if self.tangent else turned) @ pose.rotation
+
+    def nearest(self, point, guess):
+        if not self.is_arc:
+            s = (point - self.start.translation) @ self.direction
+        else:
+            radius = np.linalg.norm(self.spoke)
+            out = point - self.start.translation + self.spoke
+            aside = np.cross(self.normal, self.spoke)
+            s = radius * np.arctan2(out @ aside, out @ self.spoke)
+            s += 2 * np.pi * radius * np.round((guess - s) / (2 * np.pi * radius))
+        return np.clip(s, 0, self.length)
+
+    def path(self):
+        pose = self.start
+        end, _ = self.place(self.length)
+        if self.is_arc:
+            centre = pose.translation - self.spoke
+            angle = self.length / np.linalg.norm(self.spoke)
+            turns = int(angle // (2 * np.pi))
+            curve = tp.Arc.about(pose.translation, centre, end, self.normal, turns)
+        else:
+            curve = tp.Line(pose.translation, end)
+        if self.tangent:
+            turning = tp.tangent_orientation(curve, pose.rotation)
+        else:
+            turned = pin.exp3(self.turn) @ pose.rotation
+            turning = tp.OrientationCurve.even_turning(pose.rotation, turned, curve.length)
+        return tp.ToolPath([curve], turning)
+
+    def follow(self):
+        return kw.follow(
+            self.arm,
+            self.path(),
+            self.speed,
+            self.tolerance,
+            start=self.q,
+            acceleration=self.acceleration,
+        )
+
+
+def limits(arm):
+    return arm.lower_position_limit, arm.upper_position_limit
+
+
+def random_task(seed: int) -> Task:
+    rng = np.random.default_rng([13, seed])
+    arm = kw.load_robot(ARMS[seed % len(ARMS)])
+    lower, upper = (np.nan_to_num(a, posinf=np.pi, neginf=-np.pi) for a in limits(arm))
+    q = lower + (upper - lower) * rng.uniform(0.2, 0.8, arm.dof)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    arc, mode = rng.random() < 0.5, rng.integers(3)
+    length = rng.uniform(0.02, 0.3)
+    spoke = np.zeros(3)
+    if arc:
+        spoke = rng.uniform(0.02, 0.15) * axes[0]
+        length = np.linalg.norm(spoke) * rng.uniform(0.5, 3 * np.pi)
+    turn = rng.normal(size=3)
+    turn *= rng.uniform(0.0, 1.5) / np.linalg.norm(turn) if mode == 1 else 0.0
+    return Task(
+        arm,
+        q,
+        spoke,
+        axes[2] * np.sign(np.linalg.det(axes)),
+        axes[1],
+        length,
+        turn,
+        mode == 2,
+        np.exp(rng.uniform(np.log(0.005), np.log(0.3))),
+        rng.uniform(0.2, 2.0) if rng.random() < 0.5 else None,
+        np.exp(rng.uniform(np.log(1e-6), np.log(1e-3))),
+    )
+
+
+def check_followed(task: Task, motion: kw.JointTrajectory) -> None:
+    """Compare the tool with the path, by Pinocchio."""
+    arm, model = task.arm, task.arm.model
+    data, frame = model.createData(), arm.require_tool()
+    ramp = 1.5 * task.speed / task.acceleration if task.acceleration else 0.0
+    for t in np.linspace(0.0, motion.end_time, SAMPLES):
+        pin.forwardKinematics(model, data, motion.position(t), motion.velocity(t))
+        pose = arm.base_placement.actInv(pin.updateFramePlacement(model, data, frame))
+        velocity = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        guess = task.speed * (t - ramp / 2)
+        s = task.nearest(pose.translation, guess)
+        place, rotation = task.place(s)
+        assert np.linalg.norm(pose.translation - place) <= task.tolerance
+        assert np.linalg.norm(pin.log3(rotation.T @ pose.rotation)) <= np.radians(0.1)
+        if ramp <= t <= motion.end_time - ramp:
+            assert np.linalg.norm(velocity) == pytest.approx(task.speed, rel=0.01)
+    assert np.abs(motion.polynomial.jumps(2)).max() < 1e-6
+    assert (
+        np.abs(motion.velocity(np.linspace(0, motion.end_time, 999))) < arm.velocity_limit * 1.01
+    ).all()
+
+
+def jacobian(task: Task, q: np.ndarray) -> np.ndarray:
+    model = task.arm.model
+    data, frame = model.createData(), task.arm.require_tool()
+    J = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
+    turn = task.arm.base_placement.rotation.T
+    return np.vstack((turn @ J[:3], turn @ J[3:]))
+
+
+def twist(task: Task, s: float) -> np.ndarray:
+    """Of the tool, for a metre of path a second."""
+    spin = task.turn / task.length
+    if not task.is_arc:
+        return np.concatenate((task.direction, spin))
+    radius = np.linalg.norm(task.spoke)
+    spoke = pin.exp3(task.normal * s / radius) @ task.spoke
+    spin = task.normal / radius if task.tangent else spin
+    return np.concatenate((np.cross(task.normal, spoke) / radius, spin))
+
+
+def speed_at(task: Task, s: float) -> float:
+    ends = None if task.acceleration is None else 0.0
+    timing = tp.speed_profile(
+        [task.length],
+        [task.speed],
+        acceleration=task.acceleration or 1.0,
+        start_speed=ends,
+        end_speed=ends,
+    )
+    return float(timing(timing.time_of([s]), 1)[0])
+
+
+def integrated(task: Task, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Joint positions and their rates by arc length at the end of a part of the path."""
+    q, h = task.q.copy(), length / STEPS
+
+    limit = task.arm.velocity_limit
+    # of all that do, those that are least beside the limits
+    scale = limit / limit.mean() if task.arm.dof > 6 else np.ones(task.arm.dof)
+
+    def rates(q: np.ndarray, s: float) -> np.ndarray:
+        return scale * (np.linalg.pinv(jacobian(task, q) * scale) @ twist(task, s))
+
+    for k in range(STEPS):
+        s = k * h
+        q = q + h * rates(q + 0.5 * h * rates(q, s), s + 0.5 * h)
+    return q, rates(q, length)
+
+
+def check_refused(task: Task, error: FollowingError) -> None:
+    arm = task.arm
+    q, rates = integrated(task, error.arc_length)
+    if error.cause == "singularity":
+        assert np.linalg.svd(jacobian(task, q), compute_uv=False)[-1] < 0.02
+        return
+    j = arm.joint_names.index(error.joint)
+    if error.cause == "velocity limit":
+        use = np.abs(rates[j]) * speed_at(task, error.arc_length) / arm.velocity_limit[j]
+        assert use > 0.999
+        return
+    lower, upper = limits(arm)
+    assert error.cause == "joint limit"
+    assert q[j] > upper[j] - 1e-3 or q[j] < lower[j] + 1e-3
+
+
+def check(seed: int) -> str:
+    task = random_task(seed)
+    try:
+        motion = task.follow()
+    except FollowingError as error:
+        check_refused(task, error)
+        return error.cause
+    except RampError:
+        needed = 1.5 * task.speed**2 / task.acceleration
+        assert needed > task.length
+        return "ramp"
+    check_followed(task, motion)
+    return "followed"
+
+
+@pytest.mark.parametrize("count", first_of(ORDINARY, ALL))
+def test_a_random_path_is_followed_or_refused_with_a_true_reason(count: int) -> None:
+    found = [check(seed) for seed in range(count)]
+    assert found.count("followed") > count / 4
