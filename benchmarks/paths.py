@@ -99,12 +99,17 @@ def proved(
     whole = motion.start_time, motion.end_time
     limits = PathLimits(tolerance, np.radians(0.1), 1e-3 * speed)
     bounds = path_bounds(arm, curve.polynomial, motion, whole, whole, speed, limits)
-    if bounds.speed is None or not (bounds.position.proved and bounds.speed.proved):
+    times = curve.waypoint_times
+    if (
+        times is None
+        or bounds.speed is None
+        or not (bounds.position.proved and bounds.speed.proved)
+    ):
         raise SystemExit(f"{case}: not proved")
     return {
         "case": case,
         "tolerance_mm": 1e3 * tolerance,
-        "inserted": np.size(curve.waypoint_times) - 2,
+        "inserted": len(times) - 2,
         "bound_mm": float(f"{1e3 * bounds.position.bound:.3g}"),
         "slowest_mm_s": float(f"{1e3 * bounds.slowest:.6g}"),
         "fastest_mm_s": float(f"{1e3 * bounds.fastest:.6g}"),
