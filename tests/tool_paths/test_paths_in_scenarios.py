@@ -229,3 +229,38 @@ def test_the_tool_turns_through_the_orientations_of_a_file(tmp_path: Path) -> No
         _, rotation, _ = tool(plan, np.array([2.0 + y / 60]))
         turned = pin.log3(rotation[0] @ down.T)
         np.testing.assert_allclose(np.degrees(turned), [0, 0, angle], atol=0.1)
+
+
+def warnings_of(plan: kw.Plan) -> str:
+    return "\n".join(one.message for one in plan.report.findings if one.verdict == "warning")
+
+
+def test_an_interval_that_looks_like_a_line_and_is_none_is_a_warning() -> None:
+    first = {**FIRST, "velocity": {"linear": [0, 60, 0]}}
+    second = {
+        "name": "off",
+        "after": 2.5,
+        "velocity": {"linear": [0, 60, 0]},
+        "pose": {"position": [450, 50, 60], "rpy": [180, 0, 0]},
+    }
+    plan = kw.plan(task(first, second, UP))
+    position, _, speed = tool(plan, np.linspace(2.0, 4.5, 61))
+    off = np.linalg.norm((position - [450, 0, 60]) * [1, 0, 1], axis=1).max()
+    said = warnings_of(plan)
+    assert f"between 'on' and 'off' the tool leaves the straight line by {off:.3g} mm" in said
+    assert f"at {speed.min():.3g} to {speed.max():.3g} mm/s; `along: line` holds it" in said
+    assert plan.report.ok
+    hurried = kw.plan(task(first, {**second, "after": 1.5}, UP))
+    assert "(150 mm in 1.5 s are 100 mm/s, and 60 mm/s is asked for)" in warnings_of(hurried)
+    assert not warnings_of(kw.plan(task(FIRST, LINE, UP)))
+
+
+def test_a_circle_and_a_short_wait_are_no_slips() -> None:
+    circle = {
+        "name": "round",
+        "along": {"arc": {"centre": [430, -100, 60], "normal": [0, 0, 1]}},
+        "speed": 30,
+        "pose": {"position": [450, -100, 60]},
+        "wait": 0.02,
+    }
+    assert not warnings_of(kw.plan(task(FIRST, circle, UP, knots="balanced")))

@@ -12,6 +12,7 @@ from knotwork.documents import Location
 from knotwork.joint_space import JointSpace, JointState
 from knotwork.scenario import Scenario, ScenarioWaypoint
 from knotwork.verification.finding import Finding
+from knotwork.verification.lines import line_not_held
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint
 
@@ -21,6 +22,8 @@ WHOLE_TURN = 2.0 * np.pi * 1.001
 """Angles above this [rad], a whole turn with what files round, are probably degrees."""
 HEAVY = 100.0
 """Gravity above this [m/s²] is probably in mm/s²."""
+ROUNDED = 0.1
+"""A right angle may be off by this much [degrees]."""
 UNEVEN = 20.0
 """Balanced knots beside an interval so many times its neighbour make a large jerk."""
 
@@ -37,10 +40,17 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
             "gravity_unit",
             f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
         )
+    on_path = {i for path in scenario.paths for i in range(path.first, path.last)}
     for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
+        if i in on_path:
+            continue
         if isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint):
             yield from _one_place(first, second)
             yield from _pointing_away(first, second)
+            if space.robot is not None:
+                message = line_not_held(motion, scenario, space.robot, first, second)
+                if message:
+                    yield _warning("no_path", message, first)
         here, there = space.targets[i : i + 2]
         if here is not None and there is not None:
             yield from _joints_away(first, second, here, there, space)
@@ -108,6 +118,15 @@ def _one_place(first: CartesianWaypoint, second: CartesianWaypoint) -> Iterator[
         )
 
 
+def _waits(first: ScenarioWaypoint, second: ScenarioWaypoint) -> bool:
+    """Whether the arm stands still between two waypoints given by poses."""
+    if not (isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint)):
+        return False
+    apart = np.abs(first.pose.homogeneous - second.pose.homogeneous).max()
+    moving = first.twist.vector.any() or second.twist.vector.any()
+    return bool(apart < SAME_PLACE and not moving)
+
+
 def _pointing_away(first: CartesianWaypoint, second: CartesianWaypoint) -> Iterator[Finding]:
     """A velocity that points away from the next waypoint: the tool must turn round."""
     way = second.position - first.position
@@ -115,7 +134,7 @@ def _pointing_away(first: CartesianWaypoint, second: CartesianWaypoint) -> Itera
     if length < SAME_PLACE or speed == 0.0:
         return
     angle = np.degrees(np.arccos(np.clip(way @ first.linear / (length * speed), -1.0, 1.0)))
-    if angle > 90.0:
+    if angle > 90.0 + ROUNDED:
         yield _warning(
             "pointing_away",
             f"waypoint {first.name!r}: the velocity points away from the next waypoint "
@@ -156,7 +175,13 @@ def _balanced_and_uneven(scenario: Scenario) -> Iterator[Finding]:
     if planner != "modified-hermite" or not (balanced or rule == "balanced"):
         return
     lengths = np.diff(scenario.times)
+    known = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
+    for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
+        if _waits(first, second):
+            known.update((i, i + 1))
     for i, (before, after) in enumerate(pairwise(lengths), start=1):
+        if i in known:  # a path's sections don't depend on what is beside them
+            continue
         ratio = max(before, after) / min(before, after)
         if ratio > UNEVEN:
             name = scenario.waypoints[i].name
