@@ -200,7 +200,9 @@ def _first_times(
     low, high = max(interval[0], float(curve.x[0])), min(interval[1], float(curve.x[-1]))
     inner = curve.x[(curve.x > low) & (curve.x < high)]
     known = [t for t in full if low < t < high]
-    return np.unique(np.concatenate((np.linspace(low, high, FIRST + 1), inner, known)))
+    # at a break both sides count: velocities may jump where a scenario asks for no more
+    before = np.nextafter(inner, -np.inf)
+    return np.unique(np.concatenate((np.linspace(low, high, FIRST + 1), inner, before, known)))
 
 
 def _divided(t: FloatArray, parts: FloatArray, budget: int) -> FloatArray:

@@ -1,0 +1,162 @@
+"""Proofs of tool paths against dense samples, and motions that leave the path between samples."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import knotwork as kw
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.trajectory import JointTrajectory
+from sweeps import examples
+
+ON = {"position": [450, -100, 60], "rpy": [180, 0, 0]}
+
+
+def task(along: Any, end: list[float], **more: Any) -> dict[str, Any]:
+    return {
+        "units": {"length": "mm", "angle": "deg"},
+        "robot": "ur5",
+        "start": "home",
+        "waypoints": [
+            {"name": "on", "after": 2, "stop": True, "pose": ON},
+            {"name": "off", "along": along, "speed": 60, "stop": True, "pose": {"position": end}},
+        ],
+        **more,
+    }
+
+
+def findings(report: Any) -> dict[str, Any]:
+    return {one.quantity: one for one in report.findings if one.group == "Tool paths"}
+
+
+@pytest.fixture(scope="module")
+def line() -> kw.Plan:
+    return kw.plan(task("line", [450, 50, 60]))
+
+
+def disturbed(plan: kw.Plan, change: Any) -> JointTrajectory:
+    """The motion with its pieces' coefficients changed, joints and times as they were."""
+    curve = plan.trajectory.polynomial
+    c, x = change(np.array(curve.c), np.array(curve.x))
+    return JointTrajectory(
+        plan.trajectory.joint_names,
+        PiecewisePolynomial(c, x),
+        joint_units=plan.trajectory.joint_units,
+    )
+
+
+def bump(plan: kw.Plan, time: float, width: float, height: float) -> JointTrajectory:
+    """A bump of the second joint with a continuous second derivative, of degree 6, at a time."""
+    start = time - 0.5 * width
+
+    def change(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        curve = PiecewisePolynomial(c, x)
+        new = np.union1d(x, [start, start + width])
+        local = [
+            np.array([curve(t, k) / np.prod(range(1, k + 1), initial=1) for k in (3, 2, 1, 0)])
+            for t in new[:-1]
+        ]
+        full = np.zeros((7, len(new) - 1, c.shape[2]))
+        full[3:] = np.array(local).transpose(1, 0, 2)
+        for i, t in enumerate(new[:-1]):
+            if start <= t < start + width:
+                # 64 h u³ (1 - u)³ about the start of this piece
+                poly = np.poly1d([-1.0 / width, 1.0]) ** 3 * np.poly1d([1.0 / width, 0.0]) ** 3
+                shifted = (poly * (64.0 * float(height)))(np.poly1d([1.0, t - start]))
+                full[7 - len(shifted.c) :, i, 1] += shifted.c
+        return full, new
+
+    return disturbed(plan, change)
+
+
+@examples(10)
+@given(
+    along=st.sampled_from(["line", {"arc": {"through": [490, -30, 70]}}]),
+    tolerance=st.floats(0.005, 0.2),
+    tilt=st.floats(-30, 30),
+)
+def test_bounds_are_never_below_dense_samples(along: Any, tolerance: float, tilt: float) -> None:
+    end = {"position": [450, 50, 60], "rpy": [180, tilt, 0]}
+    given = task(along, [450, 50, 60], tolerances={"path": tolerance})
+    given["waypoints"][1]["pose"] = end
+    plan = kw.plan(given)
+    found = findings(plan.report)
+    assert plan.report.ok
+    assert all(one.proof == "bounded" for one in found.values())
+    motion, path = plan.trajectory, plan.scenario.paths[0].motion
+    times = np.random.default_rng(0).uniform(path.start_time, path.end_time, 4000)
+    poses = [plan.space.robot.forward(q) for q in motion.position(times)]
+    points = np.array([pose.translation for pose in poses])
+    s = np.linspace(0, path.path.length, 4001)
+    near = path.path.nearest(points, path.arc_length(times))
+    off = np.linalg.norm(points - path.path.position(near), axis=1).max()
+    coarse = np.linalg.norm(points[:50, None] - path.path.position(s)[None], axis=2).min(axis=1)
+    assert (coarse >= np.linalg.norm(points - path.path.position(near), axis=1)[:50] - 1e-6).all()
+    turned = max(
+        np.linalg.norm(pin.log3(R.T @ pose.rotation))
+        for R, pose in zip(path.path.rotation(near), poses, strict=True)
+    )
+    for quantity, value in (("path_deviation", off), ("path_orientation", turned)):
+        one = found[quantity]
+        assert value <= one.value + one.excess <= one.limit
+
+
+@pytest.mark.parametrize("width", [0.2, 0.02, 0.002])
+def test_a_bump_off_the_path_between_samples_fails(line: kw.Plan, width: float) -> None:
+    stretch = line.scenario.paths[0].stretches[0]
+    time = stretch.start + 0.437 * (stretch.end - stretch.start)
+    J = line.space.robot.jacobian(line.trajectory.position(time))
+    reach = np.linalg.norm(J[[0, 2], 1])  # across the line, which is along y
+    for factor, ok in ((0.5, True), (1.5, False)):
+        motion = bump(line, time, width, factor * 1e-4 / reach)
+        one = findings(kw.check(motion, line.scenario))["path_deviation"]
+        assert one.ok is ok, one.message
+        assert one.proof == "bounded"
+
+
+def test_a_speed_that_jumps_at_a_break_is_seen_on_both_sides(line: kw.Plan) -> None:
+    """Twice as fast just before a break, and as asked after it."""
+    stretch = line.scenario.paths[0].stretches[0]
+    time = 0.5 * (stretch.start + stretch.end)
+    curve = line.trajectory.polynomial
+
+    def change(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        new = np.union1d(x, [time - 1e-3, time])
+        low = np.array([curve(t) for t in new[:-1]])
+        rates = [np.array([curve(t, k) for t in new[:-1]]) for k in (1, 2, 3)]
+        full = np.stack((rates[2] / 6, rates[1] / 2, rates[0], low))
+        i = int(np.searchsorted(new, time - 1e-3))
+        # the same way in the same time, half as fast first and then up to one and a half
+        h = new[i + 1] - new[i]
+        full[1, i] += 0.5 * rates[0][i] / h
+        full[2, i] -= 0.5 * rates[0][i]
+        return full, new
+
+    motion = disturbed(line, change)
+    given = task("line", [450, 50, 60], continuity=0)
+    one = findings(kw.check(motion, kw.load_scenario(given)))["path_speed"]
+    assert not one.ok
+    assert one.value > 0.4 * 0.06
+
+
+def test_a_motion_that_is_late_on_the_path_fails_its_speed(line: kw.Plan) -> None:
+    stretch = line.scenario.paths[0].stretches[0]
+
+    def change(c: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        slower = x.copy()
+        inside = x > stretch.start
+        slower[inside] = stretch.start + 1.05 * (x[inside] - stretch.start)
+        scale = (np.diff(x) / np.diff(slower))[None, :, None] ** np.arange(3, -1, -1)[:, None, None]
+        return c * scale, slower
+
+    report = kw.check(disturbed(line, change), line.scenario)
+    found = findings(report)
+    assert found["path_deviation"].ok
+    assert not found["path_speed"].ok
+    assert not report.ok
