@@ -32,8 +32,8 @@ def test_there_are_scenarios_that_fail_in_every_way() -> None:
         for name, value in vars(errors).items()
         if isinstance(value, type) and issubclass(value, KnotworkError)
     }
-    # These are of the pieces, not of a scenario: of arrays, of times outside a curve, of formats, of
-    # curves and speeds; a scenario says them of its file.
+    # These are of the pieces, not of a scenario: of arrays, of times outside a curve, of formats,
+    # of curves and speeds; a scenario says them of its file.
     assert leaves - set(said) == {
         "KnotworkError",
         "TaskError",

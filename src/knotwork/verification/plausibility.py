@@ -78,7 +78,7 @@ def _angles_in_degrees(scenario: Scenario, space: JointSpace) -> Iterator[Findin
     for location, key, value in _numbers(document.data, ()):
         angular = (
             units.get(key) == "rad"
-            if "joints" in location or "start" in location
+            if location[0] == "start" or location[2:3] == ("joints",)
             else key in _ANGLES
         )
         if angular and abs(value) > WHOLE_TURN:

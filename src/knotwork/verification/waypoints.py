@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 TINY = np.finfo(float).tiny
 # Times that differ by rounding are the same.
 TIME_ROUNDING = 1e-9
+# But however large the times are, no more than this [s], or what floating point can tell apart.
+MOST_SLACK = 1e-6
 
 
 def time_span(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -72,7 +74,8 @@ def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -
 
 
 def _time_slack(motion: Motion) -> float:
-    return TIME_ROUNDING * max(1.0, abs(motion.start_time), abs(motion.end_time))
+    largest = max(1.0, abs(motion.start_time), abs(motion.end_time))
+    return float(max(min(TIME_ROUNDING * largest, MOST_SLACK), 8.0 * np.spacing(largest)))
 
 
 def _reached(

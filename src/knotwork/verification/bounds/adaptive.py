@@ -27,6 +27,12 @@ INTERVALS = 500
 BUDGET = 20_000
 """Evaluations after the first division. A verdict that is still open then is not proved."""
 
+BUDGET_PER_PIECE = 8
+"""Evaluations for each piece, times the number of its coefficients, if these are more: so many
+that nothing a polynomial does can hide between them."""
+
+TINY = np.finfo(float).tiny
+
 BLOCK = 8192
 """Intervals whose bounds are computed together, so that the temporaries stay small."""
 
@@ -97,7 +103,8 @@ def maximum(
         limit: What it is compared with, shape (c,); infinite for none.
         precision: From the largest samples and the largest bounds of |g|, shape (c,) each, how near
             the bound has to come to the samples, shape (c,), where no limit decides.
-        budget: How many evaluations may follow the first division.
+        budget: How many evaluations may follow the first division; the usual budget grows with the
+            number of pieces. They are spent where the bounds are worst.
     """
     search = _Search(curve, quantity, len(limit))
     span = np.diff(curve.x)
@@ -106,6 +113,8 @@ def maximum(
     values = search.evaluate(division)
     at_start, at_end = values[~division.last], values[~division.first]
     intervals, closed = division.parts, np.full(len(limit), -np.inf)
+    if budget >= BUDGET:
+        budget = max(budget, BUDGET_PER_PIECE * len(curve.c) * span.size)
     allowance = search.evaluations + budget
     while True:
         excess, rounding = search.excess(intervals)
@@ -115,9 +124,12 @@ def maximum(
         target = np.where(search.value <= limit, np.minimum(near, limit), near)
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
         waiting = is_open.any(axis=1)
-        parts = _parts(excess, np.maximum(target - ends, rounding), is_open)[waiting]
-        if not waiting.any() or search.evaluations + int((parts - 1).sum()) > allowance:
+        room = allowance - search.evaluations
+        parts = _parts(excess, np.maximum(target - ends, rounding), is_open)
+        waiting = _worst_first(upper - target, is_open, np.where(waiting, parts, 1), room)
+        if not waiting.any():
             break
+        parts = parts[waiting]
         closed = np.maximum(closed, upper[~waiting].max(axis=0, initial=-np.inf))
         division = _divide(intervals[waiting], parts)
         values = np.empty((division.first.size, len(limit)))
@@ -218,10 +230,33 @@ def _divide(intervals: Intervals, parts: NDArray[np.intp]) -> _Division:
 
 
 def _first_parts(span: FloatArray) -> NDArray[np.intp]:
-    """Into how many parts to divide each piece at first."""
+    """Into how many parts to divide each piece at first; none is looked at at its ends alone."""
     share = span / span.max()
     share /= share.sum()
-    return np.asarray(np.maximum(1, np.ceil(share * INTERVALS)), dtype=np.intp)
+    return np.asarray(np.maximum(2, np.ceil(share * INTERVALS)), dtype=np.intp)
+
+
+def _worst_first(
+    beyond: FloatArray, is_open: NDArray[np.bool_], parts: NDArray[np.intp], room: int
+) -> NDArray[np.bool_]:
+    """The open intervals with bounds farthest beyond their targets, as many as there is room for.
+
+    Args:
+        beyond: How far each bound is beyond its target, shape (n, c).
+        is_open: Where that leaves a verdict open, shape (n, c).
+        parts: Into how many parts each interval is to be divided, shape (n,).
+        room: How many evaluations are left.
+    """
+    waiting = is_open.any(axis=1)
+    if int((parts - 1).sum()) <= room:
+        return np.asarray(waiting)
+    most = np.where(is_open, beyond, 0.0).max(axis=0)
+    with np.errstate(over="ignore"):
+        share = np.where(is_open, beyond / np.maximum(most, TINY), -np.inf).max(axis=1)
+    order = np.argsort(-share, kind="stable")
+    chosen = np.zeros(len(parts), dtype=bool)
+    chosen[order[np.cumsum(parts[order] - 1) <= room]] = True
+    return np.asarray(chosen & waiting)
 
 
 def _parts(excess: FloatArray, allowed: FloatArray, is_open: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 BUDGET = 100_000
 """Samples of one stretch. A verdict that is still open then is not proved."""
 
+BUDGET_PER_PIECE = 20
+"""Samples for each piece of the motion, if these are more."""
+
 FIRST = 64
 """Intervals that a stretch is first divided into, at least."""
 
@@ -166,6 +169,9 @@ def path_bounds(
     """
     stretch = _Stretch(robot, curve, motion, *interval)
     t = _first_times(curve, interval, full_speed)
+    if budget >= BUDGET:
+        inside = (curve.x > interval[0]) & (curve.x < interval[1])
+        budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
     most = np.array(
         [limits.position, np.sqrt(8.0) * np.sin(0.5 * min(limits.orientation, np.pi)), limits.speed]
     )
@@ -175,7 +181,7 @@ def path_bounds(
         acceleration, jerk, turn, _ = stretch.sizes(t)
         rough = length**2 / 8.0 * np.array([acceleration, turn, jerk])
         needed = np.sqrt((rough / (PRECISION * most[:, None])).max(axis=0))
-        t = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), budget)
+        t = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), needed, budget // 4)
     found = stretch.sample(t)
     for _ in range(ROUNDS):
         values, excess = _compared(stretch, found, t, full_speed, speed)
@@ -185,9 +191,8 @@ def path_bounds(
             break
         gap = np.maximum(most[:, None] - values, 1e-3 * most[:, None])
         needed = np.where(is_open, np.sqrt(excess / gap), 0.0).max(axis=0)
-        finer = _divided(
-            t, np.where(is_open.any(axis=0), np.clip(np.ceil(needed), 2, MOST_PARTS), 1), budget
-        )
+        parts = np.where(is_open.any(axis=0), np.clip(np.ceil(needed), 2, MOST_PARTS), 1)
+        finer = _divided(t, parts, needed, budget)
         if len(finer) == len(t):
             break
         t, found = finer, stretch.sample(finer)
@@ -202,14 +207,19 @@ def _first_times(
     known = [t for t in full if low < t < high]
     # at a break both sides count: velocities may jump where a scenario asks for no more
     before = np.nextafter(inner, -np.inf)
-    return np.unique(np.concatenate((np.linspace(low, high, FIRST + 1), inner, before, known)))
+    ends = np.concatenate(([low], inner, [high]))
+    middle = 0.5 * (ends[1:] + ends[:-1])  # no piece is looked at at its ends alone
+    grid = np.linspace(low, high, FIRST + 1)
+    return np.unique(np.concatenate((grid, inner, before, middle, known)))
 
 
-def _divided(t: FloatArray, parts: FloatArray, budget: int) -> FloatArray:
-    """Divide intervals into parts, all alike fewer where the budget does not do."""
+def _divided(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
+    """Divide intervals into parts; where the budget does not do, those that need it most."""
     count = parts.astype(np.intp)
     if count.sum() > budget:
-        return t
+        order = np.argsort(-needed, kind="stable")
+        allowed = np.cumsum(count[order] - 1) <= budget - len(count)
+        count[order[~allowed]] = 1
     index = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
     inner = t[index] + (t[index + 1] - t[index]) * (step / count[index])
