@@ -89,6 +89,41 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             },
         ],
     },
+    "paths": {
+        "robot": "ur5",
+        "frames": {"tilted": {"position": [0, 0, 0], "rpy": [0.1, 0, 0]}},
+        "path": {"acceleration": 0.5},
+        "tolerances": dict.fromkeys(["path", "path_orientation", "path_speed"], 1e-3),
+        "waypoints": [
+            {"pose": POSE, "orientation_in": "tilted"},
+            {"along": "line", "speed": 0.1, "blend": 0.01, "pose": {"position": [0.4, 0.2, 0.4]}},
+            {"along": "line", "speed": 0.1, "wait": 0.2, "pose": {"position": [0.5, 0.2, 0.4]}},
+            {
+                "along": {"arc": {"through": [0.55, 0.25, 0.4]}},
+                "orientation": "tangent",
+                "speed": 0.1,
+                "stop": True,
+                "pose": {"position": [0.5, 0.3, 0.4]},
+            },
+            {
+                "along": {"arc": {"centre": [0.5, 0.25, 0.4], "normal": [0, 0, 1], "turns": 1}},
+                "after": 9,
+                "stop": True,
+                "pose": {"position": [0.5, 0.2, 0.4]},
+            },
+            {
+                "along": {"arc": {"radius": 0.06, "normal": [0, 0, 1], "large": True}},
+                "speed": 0.1,
+                "stop": True,
+                "pose": {"position": [0.5, 0.3, 0.4]},
+            },
+            {
+                "along": {"points": [[0.5, 0.35, 0.4], [0.45, 0.4, 0.4]]},
+                "speed": 0.1,
+                "pose": {"position": [0.4, 0.4, 0.4]},
+            },
+        ],
+    },
     "joints": {
         "joint_units": {"j": "rad", "k": "m"},
         "start": {"j": 0, "k": 0},

@@ -15,6 +15,7 @@ from knotwork.documents.values import (
     Positive,
     Vector3,
     Vector4,
+    by_kind,
 )
 
 _EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
@@ -195,7 +196,11 @@ class AlongArc(StrictModel):
 class AlongPoints(StrictModel):
     """Along a smooth curve through points."""
 
-    points: Text | Annotated[list[Vector3], Field(min_length=1)] = Field(
+    points: Annotated[
+        Annotated[Text, Tag("text")]
+        | Annotated[Annotated[list[Vector3], Field(min_length=1)], Tag("list")],
+        by_kind("the name of a CSV file, or a list of points x, y, z"),
+    ] = Field(
         description="A CSV file (columns x, y, z, and qx, qy, qz, qw for orientations; relative to "
         "this file), or the points themselves, in the waypoint's frame [length]"
     )
