@@ -364,8 +364,9 @@ def tampered(trajectory: JointTrajectory, change: str) -> JointTrajectory:
     ],
 )
 def test_errors_at_the_tool_are_those_of_pinocchio_used_directly(
-    change: str, deburring: Plan, arm: Arm
+    change: str, deburring_by_waypoints: Plan, arm: Arm
 ) -> None:
+    deburring = deburring_by_waypoints
     trajectory = tampered(deburring.trajectory, change)
     report = check(trajectory, deburring.scenario)
     assert report.ok == (change == "nothing")
