@@ -51,7 +51,7 @@ def cases() -> dict[str, tuple[kw.Robot, np.ndarray, TimedPath, float, float]]:
     at, half = ur5.forward(home).translation, np.array([0.0, 0.15, 0.0])
     line = tp.Line(at - half, at + half)
     point = xarm7.forward(bent).translation
-    circle = tp.Arc.about(point, point + np.array([0.0, 0.04, 0.0]), point, [0, 0, 1], 1)
+    circle = tp.Arc.about(point, point + np.array([0.0, 0.04, 0.0]), point, [0, 0, 1])
     found = {}
     for name, arm, q, curve, speed, tolerance in (
         ("UR5, line of 300 mm at 50 mm/s", ur5, home, line, 0.05, 1e-5),

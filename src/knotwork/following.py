@@ -13,11 +13,15 @@ from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.interpolation import get_planner
 from knotwork.kinematics.following.continuation import continue_along
 from knotwork.kinematics.following.insertion import PathTolerance, follow_path
+from knotwork.kinematics.following.obstacle import Obstacle
 from knotwork.robot import Robot, load_robot
 from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints, read_only
+
+AT_LIMIT = 1e-6
+"""A limit is broken beyond this, relative to the value and 1."""
 
 AT_START = 1e-6
 """The tool may be off the start of the path by this much [m, rad]."""
@@ -102,7 +106,9 @@ def follow(
         joint_units=arm.joint_units,
         acceleration=followed.acceleration,
     )
-    return get_planner("modified-hermite")(waypoints)
+    trajectory = get_planner("modified-hermite")(waypoints)
+    _check_limits(arm, motion, trajectory)
+    return trajectory
 
 
 def _tolerance(value: float, what: str, unit: str) -> float:
@@ -159,15 +165,43 @@ def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
         )
 
 
+def _check_limits(robot: Robot, motion: TimedPath, trajectory: JointTrajectory) -> None:
+    """Raise an error if a joint goes beyond a limit between the steps of the continuation."""
+    lower, upper = robot.lower_position_limit, robot.upper_position_limit
+    speed = robot.velocity_limit
+    for kind, order, low, high in (
+        ("joint limit", 0, lower, upper),
+        ("velocity limit", 1, -speed, speed),
+    ):
+        found = trajectory.extrema(order)
+        slack = AT_LIMIT * np.maximum(1.0, np.abs(found.peak))
+        over = np.maximum(found.maximum - high, low - found.minimum) - slack
+        if (over <= 0.0).all():
+            continue
+        j = int(over.argmax())
+        above = bool(found.maximum[j] > high[j] + slack[j])
+        time = float((found.maximum_time if above else found.minimum_time)[j])
+        value, limit = (found.maximum[j], high[j]) if above else (found.minimum[j], low[j])
+        q = trajectory.position(time)
+        smallest = float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1])
+        if kind == "velocity limit":
+            value, limit = abs(value), abs(limit)
+        one = Obstacle(kind, time, j, float(value), float(limit), time, smallest)
+        raise _blocked(robot, motion, one)
+
+
 def _check_free(robot: Robot, motion: TimedPath, start: FloatArray, pull: float) -> None:
     """Raise an error if a limit or a singularity is in the way."""
     ends = np.array([motion.start_time, motion.end_time])
     found = continue_along(robot, motion, start[None], ends, pull=pull)
     one = found.obstacle(robot, 0, np.zeros(robot.dof))
-    if one is None:
-        return
+    if one is not None:
+        raise _blocked(robot, motion, one)
+
+
+def _blocked(robot: Robot, motion: TimedPath, one: Obstacle) -> FollowingError:
     along = float(motion.arc_length(np.array([one.time]))[0])
-    raise FollowingError(
+    return FollowingError(
         "",
         f"the path can't be followed from start: {along:.4g} m along it {one.described(robot)}. "
         "Move the path, turn the tool, or start from another solution (robot.solve_all)",

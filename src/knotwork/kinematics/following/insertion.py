@@ -26,6 +26,8 @@ PART = 0.9
 MOST = 100_000
 MOST_PARTS = 8
 EVEN_ROUNDS = 3
+# Waypoints are not nearer to each other than this [s].
+SHORTEST = 1e-5
 # Joints of an arm that has self-motion move by no more than this in a step [rad or m], so that
 # it is exact to about 1e-9; others are brought back onto the path after any step.
 STEP, LONG_STEP = 0.05, 0.2
@@ -109,8 +111,12 @@ def follow_path(
         if (use <= 1.0).all():
             return followed
         _check_count(len(use) + (use > 1.0).sum(), tolerance)
-        middle = 0.5 * (followed.time[1:] + followed.time[:-1])
-        followed = _with(robot, path, followed, middle[use > 1.0], pull)
+        _check_lengths(path, followed, use)
+        middle = 0.5 * (followed.time[1:] + followed.time[:-1])[use > 1.0]
+        if robot.dof > 6:  # one integration, or self-motion would jump where two of them meet
+            followed = _at(robot, path, start, np.union1d(followed.time, middle), pull)
+        else:
+            followed = _with(robot, path, followed, middle, pull)
 
 
 def _check_count(count: int, tolerance: PathTolerance) -> None:
@@ -119,6 +125,19 @@ def _check_count(count: int, tolerance: PathTolerance) -> None:
             f"the tolerances {tolerance.position:g} m, {tolerance.orientation:g} rad and "
             f"{tolerance.speed:g} of the speed would take more than {MOST} waypoints along the "
             "path; wider ones would do, or a round corner where its curvature jumps"
+        )
+
+
+def _check_lengths(path: TimedPath, followed: FollowedPath, use: FloatArray) -> None:
+    """Refuse intervals so short that no others would do either."""
+    short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST))
+    if short.size:
+        i = int(short[use[short].argmax()])
+        along = float(path.arc_length(followed.time[i : i + 1])[0])
+        raise PathError(
+            f"{along:.6g} m along the path no waypoints hold the motion to it: even on "
+            f"{SHORTEST:g} s it uses {PART * use[i]:.3g} times the tolerances; wider ones, a lower "
+            "speed or a round corner there would do"
         )
 
 
