@@ -12,8 +12,8 @@ from knotwork.arguments import finite_number
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.interpolation import get_planner
 from knotwork.kinematics.following.continuation import continue_along
+from knotwork.kinematics.following.hindrance import Hindrance
 from knotwork.kinematics.following.insertion import PathTolerance, follow_path
-from knotwork.kinematics.following.obstacle import Obstacle
 from knotwork.robot import Robot, load_robot
 from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
@@ -186,7 +186,7 @@ def _check_limits(robot: Robot, motion: TimedPath, trajectory: JointTrajectory) 
         smallest = float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1])
         if kind == "velocity limit":
             value, limit = abs(value), abs(limit)
-        one = Obstacle(kind, time, j, float(value), float(limit), time, smallest)
+        one = Hindrance(kind, time, j, float(value), float(limit), time, smallest)
         raise _blocked(robot, motion, one)
 
 
@@ -194,12 +194,12 @@ def _check_free(robot: Robot, motion: TimedPath, start: FloatArray, pull: float)
     """Raise an error if a limit or a singularity is in the way."""
     ends = np.array([motion.start_time, motion.end_time])
     found = continue_along(robot, motion, start[None], ends, pull=pull)
-    one = found.obstacle(robot, 0, np.zeros(robot.dof))
+    one = found.hindrance(robot, 0, np.zeros(robot.dof))
     if one is not None:
         raise _blocked(robot, motion, one)
 
 
-def _blocked(robot: Robot, motion: TimedPath, one: Obstacle) -> FollowingError:
+def _blocked(robot: Robot, motion: TimedPath, one: Hindrance) -> FollowingError:
     along = float(motion.arc_length(np.array([one.time]))[0])
     return FollowingError(
         "",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -286,7 +288,7 @@ def test_frames_and_limits_that_do_not_exist_are_refused() -> None:
     robot, trajectory = plan.space.robot, plan.trajectory
     with pytest.raises(kw.InputError, match="unknown frame 'forearm'; did you mean 'forearm_link'"):
         tool_speed_bound(robot, trajectory, frame="forearm")
-    with pytest.raises(kw.InputError, match="limit of the tool speed is 0; it must be positive"):
+    with pytest.raises(kw.InputError, match="limit of the tool speed is 0; it must be a positive"):
         tool_speed_bound(robot, trajectory, limit=0)
     with pytest.raises(kw.InputError, match="give 6 positive numbers"):
         torque_bound(robot, trajectory, limit=[1.0])
@@ -303,3 +305,12 @@ def test_the_elbow_has_a_speed_of_its_own() -> None:
         plan.trajectory.polynomial.c[:, :, : elbow.dof], plan.trajectory.breaks
     )
     compare(found, only, speed_of(elbow), 3_000, 1e-9)
+
+
+@pytest.mark.parametrize("limit", ["a", [1.0], True, math.nan, -1.0])
+def test_limits_that_are_no_positive_number_are_refused(limit: Any) -> None:
+    plan = kw.plan("ur5_deburring")
+    with pytest.raises(kw.InputError, match="limit"):
+        kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=limit)
+    with pytest.raises(kw.InputError, match="torque limits"):
+        kw.verification.torque_bound(plan.space.robot, plan.trajectory, limit=limit)

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.errors import FollowingError
 from knotwork.kinematics.following.continuation import Continuation, continue_along
-from knotwork.kinematics.following.obstacle import Obstacle
+from knotwork.kinematics.following.hindrance import Hindrance
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.kinematics.solutions.configuration_flags import configuration_flags
@@ -95,12 +95,12 @@ class Ties:
         pull = self.scenario.pull_to_middle
         found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
         turns = start.q - start.q[own][back]
-        obstacles = [
-            found.obstacle(robot, int(b), turn) for b, turn in zip(back, turns, strict=True)
+        hindrances = [
+            found.hindrance(robot, int(b), turn) for b, turn in zip(back, turns, strict=True)
         ]
-        kept = np.flatnonzero([one is None for one in obstacles])
+        kept = np.flatnonzero([one is None for one in hindrances])
         if not kept.size:
-            raise self._blocked(robot, path, start, obstacles)
+            raise self._blocked(robot, path, start, hindrances)
         return kept, [
             self._candidates(robot, path, start, found, kept, back, turns, k)
             for k in range(1, len(times))
@@ -134,10 +134,10 @@ class Ties:
         robot: Robot,
         path: ScenarioPath,
         start: Candidates,
-        obstacles: list[Obstacle | None],
+        hindrances: list[Hindrance | None],
     ) -> FollowingError:
         """The error for a path that can't be followed: where the best start comes to an end."""
-        best = max((one for one in obstacles if one is not None), key=lambda one: one.time)
+        best = max((one for one in hindrances if one is not None), key=lambda one: one.time)
         k = next(k for k, one in enumerate(path.stretches) if best.time <= one.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
         travelled = [
@@ -146,7 +146,7 @@ class Ties:
         unit, name = (1e3, "mm") if self.scenario.length_unit == "mm" else (1.0, "m")
         far = (travelled[1] - travelled[0]) * unit
         said = best.described(robot)
-        count = len(obstacles)
+        count = len(hindrances)
         tried = "the only solution" if count == 1 else f"the best of all {count} solutions"
         return FollowingError(
             end.name,

@@ -15,8 +15,8 @@ import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
+from knotwork.kinematics.following.hindrance import Hindrance
 from knotwork.kinematics.following.joint_field import JointField
-from knotwork.kinematics.following.obstacle import Obstacle
 from knotwork.kinematics.following.steps import Stages, moved
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
@@ -61,7 +61,7 @@ class Continuation:
     lost: FloatArray
     smallest_lost: FloatArray
 
-    def obstacle(self, robot: Robot, start: int, turns: FloatArray) -> Obstacle | None:
+    def hindrance(self, robot: Robot, start: int, turns: FloatArray) -> Hindrance | None:
         """What is in the way of a start, whole turns away from it.
 
         A joint limit or a singularity is named before a velocity limit, as it is in the way at any
@@ -79,14 +79,14 @@ class Continuation:
         blocked = self._beyond("joint limit", over, AT_LIMIT, q, bounds, start)
         lost, smallest = float(self.lost[start]), float(self.smallest_lost[start])
         if smallest < SINGULAR and (blocked is None or lost < blocked.time):
-            return Obstacle("singularity", lost, 0, 0.0, 0.0, lost, smallest)
+            return Hindrance("singularity", lost, 0, 0.0, 0.0, lost, smallest)
         if blocked is not None:
             return blocked
         limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
         use, bounds = np.abs(v) / limit, np.broadcast_to(limit, v.shape)
         fast = self._beyond("velocity limit", use, 1.0 + AT_LIMIT, np.abs(v), bounds, start)
         if fast is None and np.isfinite(lost):
-            return Obstacle("singularity", lost, 0, 0.0, 0.0, lost, smallest)
+            return Hindrance("singularity", lost, 0, 0.0, 0.0, lost, smallest)
         return fast
 
     def _beyond(
@@ -97,14 +97,14 @@ class Continuation:
         values: FloatArray,
         bounds: FloatArray,
         start: int,
-    ) -> Obstacle | None:
+    ) -> Hindrance | None:
         """The first joint whose measure is beyond what is allowed, with its worst value."""
         when = np.flatnonzero((measure > allowed).any(axis=1))
         if not when.size:
             return None
         j = int(np.nanargmax(measure[when[0]]))
         k = int(np.nanargmax(measure[:, j]))
-        return Obstacle(
+        return Hindrance(
             kind,
             float(self.time[when[0]]),
             j,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.errors import InputError
+from knotwork.arguments import finite_number
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.trajectory import JointTrajectory
@@ -65,12 +65,11 @@ def checked_limit(limit: float | None, what: str) -> float:
     """Return a limit as a number, infinite for none.
 
     Raises:
-        InputError: It isn't positive.
+        InputError: It is no positive number.
     """
-    value = math.inf if limit is None else float(limit)
-    if not value > 0.0:
-        raise InputError(f"the limit of the {what} is {limit!r}; it must be positive")
-    return value
+    if limit is None or (isinstance(limit, float) and limit == math.inf):
+        return math.inf
+    return finite_number(limit, f"the limit of the {what}", positive=True)
 
 
 def curve_of(robot: Robot, trajectory: JointTrajectory) -> PiecewisePolynomial:

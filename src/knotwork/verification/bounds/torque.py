@@ -52,7 +52,12 @@ def torque_bound(
     >>> all(joint.proved and joint.bound < joint.limit for joint in torque)
     True
     """
-    limits = np.asarray(robot.effort_limit if limit is None else limit, dtype=float)
+    try:
+        limits = np.asarray(robot.effort_limit if limit is None else limit, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"torque limits are {limit!r}; give {robot.dof} positive numbers, one a joint"
+        ) from error
     if limits.shape != (robot.dof,) or not (limits > 0.0).all():
         raise InputError(
             f"torque limits are {limits.tolist()}; give {robot.dof} positive numbers, one a joint"

@@ -1,4 +1,4 @@
-"""`Obstacle`: what keeps an arm from following a tool path."""
+"""`Hindrance`: what keeps an arm from following a tool path."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from knotwork.robot import Robot
 
 
 @dataclass(frozen=True)
-class Obstacle:
+class Hindrance:
     """What keeps the arm from following a path from some start.
 
     Attributes:
