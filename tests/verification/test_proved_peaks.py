@@ -314,3 +314,42 @@ def test_limits_that_are_no_positive_number_are_refused(limit: Any) -> None:
         kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=limit)
     with pytest.raises(kw.InputError, match="torque limits"):
         kw.verification.torque_bound(plan.space.robot, plan.trajectory, limit=limit)
+
+
+@pytest.mark.parametrize("name", ["ur5_deburring", "panda_pick_place", "xarm7_bead"])
+def test_pose_and_turning_of_the_tool_are_never_above_their_bounds(name: str) -> None:
+    plan = kw.plan(name)
+    robot, motion = plan.space.robot, plan.trajectory
+    assert robot is not None
+    times = np.random.default_rng(0).uniform(motion.start_time, motion.end_time, 3000)
+    poses = [robot.forward(q) for q in motion.position(times)]
+    twists = [
+        robot.twist(q, v)
+        for q, v in zip(motion.position(times), motion.velocity(times), strict=True)
+    ]
+    first = robot.forward(motion.position(motion.start_time))
+    cases = (
+        (
+            kw.verification.tool_distance_bound(robot, motion, first.translation),
+            [np.linalg.norm(pose.translation - first.translation) for pose in poses],
+        ),
+        (
+            kw.verification.tool_angle_bound(robot, motion, first.rotation),
+            [np.linalg.norm(pin.log3(first.rotation.T @ pose.rotation)) for pose in poses],
+        ),
+        (
+            kw.verification.tool_turning_bound(robot, motion),
+            [np.linalg.norm(twist.angular) for twist in twists],
+        ),
+    )
+    for bound, found in cases:
+        assert max(found) <= bound.bound
+        assert bound.proved
+        assert bound.bound <= 1.01 * bound.value + 1e-6
+    distance = cases[0][0]
+    for limit, ok in ((distance.value * (1.0 - 1e-6), False), (distance.bound, True)):
+        near = kw.verification.tool_distance_bound(robot, motion, first.translation, limit=limit)
+        assert near.proved
+        assert near.ok is ok
+    with pytest.raises(kw.InputError, match="no rotation matrix"):
+        kw.verification.tool_angle_bound(robot, motion, np.ones((3, 3)))

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from knotwork.verification.bounds.singular import singular_value_bound as singular_value_bound
     from knotwork.verification.bounds.tool import tool_acceleration_bound as tool_acceleration_bound
     from knotwork.verification.bounds.tool import tool_speed_bound as tool_speed_bound
+    from knotwork.verification.bounds.tool_pose import tool_angle_bound as tool_angle_bound
+    from knotwork.verification.bounds.tool_pose import tool_distance_bound as tool_distance_bound
+    from knotwork.verification.bounds.tool_pose import tool_turning_bound as tool_turning_bound
     from knotwork.verification.bounds.torque import torque_bound as torque_bound
 
 # Looked up when first used, so that checks without a robot load no Pinocchio.
