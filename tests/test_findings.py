@@ -209,6 +209,8 @@ def test_angles_above_a_whole_turn_in_radians_are_a_warning() -> None:
     assert "units: {angle: deg}" in said
     assert not warnings_of(task(90.0, "deg"))
     assert not warnings_of(task(6.2832, "rad"))
+    fast = {"end_acceleration": {"start": {"turn": 10.0}, "end": {"turn": -10.0}}}
+    assert not warnings_of(task(1.0, "rad") | fast)  # these are no angles
 
 
 def joints_only(*rows: tuple[float, float]) -> dict[str, Any]:

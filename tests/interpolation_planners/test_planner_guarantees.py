@@ -1,4 +1,4 @@
-"""What the records promise of each planner, measured on its motions."""
+"""What is promised of each planner, measured on its motions."""
 
 from __future__ import annotations
 
@@ -211,7 +211,7 @@ print([m for m in sys.modules if m.partition(".")[0] in ("scipy", "pinocchio")])
     assert (ran.stdout.strip(), ran.stderr) == ("[]", "")
 
 
-def test_records_say_what_the_docstrings_say():
+def test_the_specs_say_what_the_docstrings_say():
     assert list(PLANNER_SPECS) == list(PLANNERS)
     for name, record in PLANNER_SPECS.items():
         assert record.name == name

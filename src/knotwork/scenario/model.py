@@ -292,6 +292,11 @@ class Scenario:
             raise
 
     @property
+    def shown_length(self) -> tuple[float, str]:
+        """The file's unit of length, for messages: how many there are in a metre, and its name."""
+        return (1e3, "mm") if self.length_unit == "mm" else (1.0, "m")
+
+    @property
     def times(self) -> FloatArray:
         """Times of the waypoints [s], shape (n,)."""
         return np.array([waypoint.time for waypoint in self.waypoints])

@@ -85,7 +85,7 @@ def _followed(
         error.locate(scenario.waypoints[path.last].where)
         raise
     index = np.searchsorted(followed.time, ends)
-    scale, unit = (1e3, "mm") if scenario.length_unit == "mm" else (1.0, "m")
+    scale, unit = scenario.shown_length
     along = path.motion.arc_length(followed.time)
     names = np.empty(len(along), dtype=object)
     for k, low in enumerate(index):

@@ -143,7 +143,7 @@ class Ties:
         travelled = [
             float(path.motion.arc_length(np.array([t]))[0]) for t in (begin.time, best.time)
         ]
-        unit, name = (1e3, "mm") if self.scenario.length_unit == "mm" else (1.0, "m")
+        unit, name = self.scenario.shown_length
         far = (travelled[1] - travelled[0]) * unit
         said = best.described(robot)
         count = len(hindrances)

@@ -68,7 +68,7 @@ def line_not_held(
     uneven = max(speed.max() / asked - 1.0, 1.0 - speed.min() / asked)
     if off < NOTABLE * length and uneven < 5.0 * NOTABLE:
         return ""
-    scale, unit = (1e3, "mm") if scenario.length_unit == "mm" else (1.0, "m")
+    scale, unit = scenario.shown_length
     words = (
         f"between {first.name!r} and {second.name!r} the tool leaves the straight line by "
         f"{scale * off:.3g} {unit}, at {scale * speed.min():.3g} to {scale * speed.max():.3g} "

@@ -44,7 +44,7 @@ def _stretch(
     )
     begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
     name = f"{begin} to {end}"
-    scale, length = (1e3, "mm") if scenario.length_unit == "mm" else (1.0, "m")
+    scale, length = scenario.shown_length
     rows = [
         (
             "path_deviation",

@@ -1,4 +1,4 @@
-"""The proof: samples at the ends of intervals, and a bound on what lies between them.
+"""The proof: samples at the ends of intervals, and a bound on the values between them.
 
 For a vector g(t) and a convex function φ with |φ(x) - φ(y)| <= |x - y|, on an interval of length h
 
