@@ -18,8 +18,11 @@ from knotwork.waypoints import FloatArray
 TOLERANCE = 1e-6
 """How far the curve's direction may be from where the tool sees it [rad]."""
 
-LARGEST_TURN = 0.5
+LARGEST_TURN = 0.1
 """Greatest turn in one part [rad]."""
+
+LOOKED_AT = (0.2, 0.35, 0.5, 0.65, 0.8)
+"""Places in each part where the direction seen is compared with the curve's."""
 
 MOST_PARTS = 1 << 16
 """Parts of a curve at which the search for enough of them ends."""
@@ -59,8 +62,10 @@ def tangent_orientation(curve: Curve, rotation: ArrayLike) -> OrientationCurve:
         coarse = _turns(curve, s) > LARGEST_TURN
         if not coarse.any():
             found = _carried(curve, R0, s)
-            off = found.rotation(middle) @ seen - curve.position(middle, 1)
-            coarse = np.linalg.norm(off, axis=1) > TOLERANCE
+            for share in LOOKED_AT:
+                at = s[:-1] + share * np.diff(s)
+                off = found.rotation(at) @ seen - curve.position(at, 1)
+                coarse |= np.linalg.norm(off, axis=1) > TOLERANCE
             if not coarse.any():
                 return found
         s = np.sort(np.concatenate((s, middle[coarse])))
