@@ -264,3 +264,17 @@ def test_a_circle_and_a_short_wait_are_no_slips() -> None:
         "wait": 0.02,
     }
     assert not warnings_of(kw.plan(task(FIRST, circle, UP, knots="balanced")))
+
+
+@pytest.mark.parametrize("robot", ["ur5", "panda"])
+def test_an_arm_that_waits_at_the_end_of_a_path_stands_still(robot: str) -> None:
+    start = {**FIRST, "pose": {"position": [450, -100, 300], "rpy": [180, 0, 0]}}
+    line = {**LINE, "wait": 0.3, "pose": {"position": [450, 50, 300]}}
+    back = {**LINE, "name": "back", "wait": 0.2, "pose": {"position": [450, -50, 300]}}
+    plan = kw.plan({**task(start, line, back, UP), "robot": robot})
+    assert plan.report.ok
+    for path in plan.scenario.paths:
+        end = path.stretches[-1].end
+        wait = 0.3 if path is plan.scenario.paths[0] else 0.2
+        inside = plan.trajectory.position(np.linspace(end, end + wait, 101)[1:-1])
+        assert np.abs(inside - inside[0]).max() == 0.0

@@ -29,7 +29,9 @@ def random_points(seed):
 def curves(seed):
     rng = np.random.default_rng(seed)
     yield tp.ThroughPoints(random_points(seed))
-    yield tp.Blend([0, 0, 0], [0.1, 0, 0], 0.1 * rng.normal(size=3) + AWAY, 0.03)
+    after = 0.1 * rng.normal(size=3) + AWAY
+    room = 0.9 * min(0.1, float(np.linalg.norm(after - [0.1, 0, 0])))
+    yield tp.Blend([0, 0, 0], [0.1, 0, 0], after, min(0.03, room))
 
 
 @examples(20)

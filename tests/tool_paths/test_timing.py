@@ -112,6 +112,12 @@ def test_too_short_a_stretch_names_the_closed_forms():
     assert "0.081649" in str(error)
 
 
+def test_ends_that_are_faster_than_the_stretch_are_helped_by_no_lower_speed():
+    with pytest.raises(RampError) as raised:
+        profile([0.125], [0.125], 0.5, start_speed=0.25, end_speed=0.25)
+    assert raised.value.highest_speed is None
+
+
 def test_speeds_at_the_ends_that_the_stretch_can_not_join_have_no_highest_speed():
     with pytest.raises(RampError) as raised:
         profile([0.001], [0.1], start_speed=0.2, end_speed=0.0)

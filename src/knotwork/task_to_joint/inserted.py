@@ -10,7 +10,7 @@ from knotwork.errors import PathError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.task_to_joint.waits import waits
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 
 def completed_waypoints(
@@ -32,21 +32,25 @@ def completed_waypoints(
     """
     times = scenario.times
     known = np.full(positions.shape, np.nan)
-    for i in waits(scenario, space):
-        known[i : i + 2], positions[i + 1] = 0.0, positions[i]
+    still = waits(scenario, space)
+    for i in still:
+        known[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
     parts: list[tuple[FloatArray, ...]] = []
     done = 0
     for path in scenario.paths:
+        _hold(positions, still)
         own = slice(done, path.first)
         parts.append((times[own], names[own], positions[own], velocities[own], known[own]))
         followed = _followed(scenario, space.robot, path, positions[path.first])
+        positions[path.last] = followed[2][-1]
         # a path that begins where the one before ends: its first waypoint stands there already
         parts.append(followed)
         done = path.last + 1
         if any(other.first == path.last for other in scenario.paths):
             parts[-1] = tuple(part[:-1] for part in followed)
             done = path.last
+    _hold(positions, still)
     rest = slice(done, None)
     parts.append((times[rest], names[rest], positions[rest], velocities[rest], known[rest]))
     time, name, position, velocity, acceleration = (
@@ -61,6 +65,12 @@ def completed_waypoints(
         joint_units=space.joint_units,
         acceleration=None if np.isnan(acceleration).all() else acceleration,
     )
+
+
+def _hold(positions: FloatArray, still: tuple[int, ...]) -> None:
+    """Have the arm end each wait exactly where it began it."""
+    for i in still:
+        positions[i + 1] = positions[i]
 
 
 def _followed(
@@ -94,4 +104,8 @@ def _followed(
         high = index[k + 1] if k + 1 < len(index) else low + 1
         for i in range(low + 1, high):
             names[i] = f"{waypoint.name} + {scale * (along[i] - along[low]):.4g} {unit}"
-    return followed.time, names, followed.position, followed.velocity, followed.acceleration
+    velocity, acceleration = followed.velocity.copy(), followed.acceleration.copy()
+    for row, waypoint in ((0, scenario.waypoints[path.first]), (-1, scenario.waypoints[path.last])):
+        if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
+            velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stands
+    return followed.time, names, followed.position, velocity, acceleration

@@ -279,6 +279,8 @@ def _fit(
     if needed <= length * (1.0 + ROUNDING):
         return length / needed
     highest, least = _highest_speed(length, ends, acceleration), part / length
+    if highest is not None and highest >= v:  # the ends are faster: no lower speed would do
+        highest = None
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
     raise RampError(
         f"stretch {stretch} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "

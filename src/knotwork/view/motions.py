@@ -180,14 +180,18 @@ def _marks(
         times = scenario.times if scenario is not None else waypoints.time
         own = np.abs(waypoints.time[:, None] - times).argmin(axis=0)
         asked = waypoints.position[own][:, order], waypoints.velocity[own][:, order]
-        return Marks(waypoints.time[own], tuple(waypoints.names[i] for i in own), asked)
+        names = [waypoints.names[i] for i in own]
+        for k in range(1, len(own)):  # a wait has one name, where it begins
+            if not asked[1][k].any() and np.array_equal(asked[0][k], asked[0][k - 1]):
+                names[k] = ""
+        return Marks(waypoints.time[own], tuple(names), asked)
     nothing = np.full(len(trajectory.joint_names), np.nan)
     if scenario is not None and space is not None:
         states = [target or JointState(nothing, nothing) for target in space.targets]
         position = np.array([state.position for state in states])
         velocity = np.array([state.velocity for state in states])
-        names = tuple(waypoint.name for waypoint in scenario.waypoints)
-        return Marks(scenario.times, names, (position, velocity))
+        given = tuple(waypoint.name for waypoint in scenario.waypoints)
+        return Marks(scenario.times, given, (position, velocity))
     if trajectory.waypoint_times is None:
         return None
     times = np.asarray(trajectory.waypoint_times)
