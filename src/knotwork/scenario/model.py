@@ -293,7 +293,7 @@ class Scenario:
 
     @property
     def shown_length(self) -> tuple[float, str]:
-        """The file's unit of length, for messages: how many there are in a metre, and its name."""
+        """How many of the file's units of length a metre has, and the unit's name, for messages."""
         return (1e3, "mm") if self.length_unit == "mm" else (1.0, "m")
 
     @property
