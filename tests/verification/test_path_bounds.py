@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import knotwork as kw
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
+from knotwork.verification.bounds.path import PathBound, PathLimits, path_bounds
 from sweeps import examples
 
 ON = {"position": [450, -100, 60], "rpy": [180, 0, 0]}
@@ -160,3 +161,27 @@ def test_a_motion_that_is_late_on_the_path_fails_its_speed(line: kw.Plan) -> Non
     assert found["path_deviation"].ok
     assert not found["path_speed"].ok
     assert not report.ok
+
+
+def test_a_tolerance_that_is_the_deviation_to_the_last_digit_stays_open(line: kw.Plan) -> None:
+    """No division settles it: rounding is left when all rounds are over."""
+    path = line.scenario.paths[0]
+    stretch = path.stretches[0]
+
+    def bound(tolerance: float) -> PathBound:
+        limits = PathLimits(tolerance, 0.01, 0.01)
+        interval, robot = (stretch.start, stretch.end), line.space.robot
+        assert robot is not None
+        return path_bounds(
+            robot, line.trajectory.polynomial, path.motion, interval, stretch.full_speed,
+            stretch.speed, limits,
+        ).position  # fmt: skip
+
+    tolerance = bound(1e-4).value
+    for _ in range(20):
+        found = bound(tolerance)
+        if found.value <= tolerance:
+            break
+        tolerance = found.value
+    assert not found.proved
+    assert found.value <= tolerance < found.bound < tolerance + 1e-9

@@ -183,11 +183,11 @@ def path_bounds(
         needed = np.sqrt((rough / (PRECISION * most[:, None])).max(axis=0))
         t = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), needed, budget // 4)
     found = stretch.sample(t)
-    for _ in range(ROUNDS):
+    for left in range(ROUNDS, -1, -1):
         values, excess = _compared(stretch, found, t, full_speed, speed)
         upper = values + excess
         is_open = (upper > most[:, None]) & ~(values.max(axis=1) > most)[:, None]
-        if not is_open.any():
+        if not left or not is_open.any():
             break
         gap = np.maximum(most[:, None] - values, 1e-3 * most[:, None])
         needed = np.where(is_open, np.sqrt(excess / gap), 0.0).max(axis=0)
