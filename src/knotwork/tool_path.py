@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath, Stretch
+from knotwork.tool_paths.rotations import angle_of
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -109,7 +110,5 @@ def deviation_from_path(
     motion = path.motion
     low, high = motion.arc_length(np.array([stretch.start, stretch.end]))
     guess = motion.arc_length(np.clip(times, stretch.start, stretch.end))
-    s = np.clip(motion.path.nearest(place, guess), low, high)
-    off = np.linalg.norm(place - motion.path.position(s), axis=1)
-    gap = np.linalg.norm(rotation - motion.path.rotation(s), axis=(1, 2))
-    return off, 2.0 * np.arcsin(np.minimum(gap / np.sqrt(8.0), 1.0))
+    _, off, gap = motion.path.gaps(place, rotation, guess, (low, high))
+    return off, angle_of(gap)

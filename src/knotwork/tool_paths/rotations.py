@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike
 from knotwork.errors import PathError
 from knotwork.waypoints import FloatArray, read_only
 
+WIDEST = np.sqrt(8.0)
+"""Frobenius norm of the difference of two rotations that are half a turn apart."""
+
 
 def exponentials(vectors: FloatArray) -> FloatArray:
     """Rotation matrices of rotation vectors [rad], shape (k, 3) to (k, 3, 3).
@@ -33,6 +36,19 @@ def exponentials(vectors: FloatArray) -> FloatArray:
 def logarithm(R: FloatArray) -> FloatArray:
     """Rotation vector of a rotation matrix [rad], shape (3,)."""
     return np.asarray(pin.log3(np.ascontiguousarray(R)), dtype=float)
+
+
+def gap_of(angle: float) -> float:
+    """Frobenius norm of the difference of two rotations that are an angle apart [rad]: √8 sin(φ/2).
+
+    It grows up to half a turn, and stays there.
+    """
+    return float(WIDEST * np.sin(0.5 * min(angle, np.pi)))
+
+
+def angle_of(gap: ArrayLike) -> FloatArray:
+    """Angle between two rotations [rad], from the Frobenius norm of their difference."""
+    return np.asarray(2.0 * np.arcsin(np.minimum(np.asarray(gap) / WIDEST, 1.0)))
 
 
 def checked_rotations(rotations: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:

@@ -16,6 +16,7 @@ from knotwork.kinematics.following.continuation import (
 from knotwork.kinematics.following.joint_field import JointField
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
+from knotwork.tool_paths.rotations import angle_of
 from knotwork.waypoints import FloatArray
 
 # Places in each interval where the curve is compared with the path: where its error is largest.
@@ -209,12 +210,9 @@ def errors(
     tip, columns, points, directions = axes.forward(q)
     J = axes.jacobian(tip, points, directions).transpose(2, 0, 1)
     moved = np.einsum("nij,nj->ni", J, v)[:, :3]
-    s = path.path.nearest(tip.T, path.arc_length(times))
-    distance = np.linalg.norm(tip.T - path.path.position(s), axis=1)
-    # |R - R*|² = 8 sin²(angle / 2) in the Frobenius norm
-    gap = np.linalg.norm(columns.transpose(2, 1, 0) - path.path.rotation(s), axis=(1, 2))
-    angle = 2.0 * np.arcsin(np.minimum(gap / np.sqrt(8.0), 1.0))
+    rotations = columns.transpose(2, 1, 0)
+    _, distance, gap = path.path.gaps(tip.T, rotations, path.arc_length(times))
     wanted = path.state(times)[2][:, :3]
     fastest = max(float(np.linalg.norm(wanted, axis=1).max()), 1e-12)
     off = np.abs(np.linalg.norm(moved, axis=1) - np.linalg.norm(wanted, axis=1)) / fastest
-    return np.stack((distance, angle, off), axis=1)
+    return np.stack((distance, angle_of(gap), off), axis=1)

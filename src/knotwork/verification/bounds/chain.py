@@ -86,6 +86,12 @@ def tree(model: Any) -> Tree:
     )
 
 
+def carried(model: Any, frame: int) -> tuple[int, float]:
+    """The joint that carries a frame, and the distance of the frame from it [m]."""
+    placed = model.frames[frame]
+    return int(placed.parentJoint), float(np.linalg.norm(placed.placement.translation))
+
+
 @dataclass(frozen=True, eq=False)
 class TreeMotion:
     """Bounds on the derivatives of the motion of every link, each of shape (orders, n).
@@ -107,6 +113,14 @@ class TreeMotion:
     def point(self, joint: int, distance: float) -> FloatArray:
         """Bounds of the position of a point of a link, its distance from the origin given [m]."""
         return np.asarray(self.origin[joint] + distance * self.unit[joint])
+
+    def rotation(self, joint: int) -> FloatArray:
+        """Bounds of the Frobenius norm of a link's rotation matrix R, orders 1 and 2; (2, n).
+
+        R' = [ω] R and R'' = ([ω'] + [ω]²) R, and [ω] has the norm √2 |ω|.
+        """
+        spin = self.angular[joint]
+        return np.asarray(np.sqrt(2.0) * np.stack((spin[0], spin[1] + spin[0] ** 2)))
 
 
 def tree_motion(joints: Tree, rates: FloatArray) -> TreeMotion:

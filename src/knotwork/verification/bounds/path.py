@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.tool_paths.rotations import angle_of, gap_of
 from knotwork.verification.bounds.adaptive import ROUNDING
-from knotwork.verification.bounds.chain import tree, tree_motion
+from knotwork.verification.bounds.chain import carried, tree, tree_motion
 from knotwork.verification.bounds.polynomials import Intervals, joint_rates
 from knotwork.waypoints import FloatArray
 
@@ -106,9 +107,7 @@ class _Stretch:
         self.robot, self.curve, self.motion = robot, curve, motion
         self.frame = robot.require_tool()
         self.joints, self.data = tree(robot.model), robot.model.createData()
-        placed = robot.model.frames[self.frame]
-        self.joint = placed.parentJoint
-        self.lever = float(np.linalg.norm(placed.placement.translation))
+        self.joint, self.lever = carried(robot.model, self.frame)
         ends = motion.arc_length(np.array([start, end]))
         self.low, self.high = float(ends[0]), float(ends[1])
 
@@ -127,10 +126,8 @@ class _Stretch:
         rotation, velocity = base.rotation @ rotation, velocity @ base.rotation.T
         path = self.motion.path
         inside = np.clip(t, self.motion.start_time, self.motion.end_time)
-        s = np.clip(path.nearest(position, self.motion.arc_length(inside)), self.low, self.high)
-        distance = np.linalg.norm(position - path.position(s), axis=1)
-        gap = np.linalg.norm(rotation - path.rotation(s), axis=(1, 2))
-        return _Samples(s, distance, gap, velocity)
+        guess, within = self.motion.arc_length(inside), (self.low, self.high)
+        return _Samples(*path.gaps(position, rotation, guess, within), velocity)
 
     def sizes(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Bounds between times: tool acceleration, jerk, |R''|, and the rounding of a position."""
@@ -139,9 +136,8 @@ class _Stretch:
         start = np.maximum(t[:-1] - self.curve.x[piece], 0.0)
         rates = joint_rates(self.curve, Intervals(piece, start, np.diff(t)))
         moved = tree_motion(self.joints, rates.bounds)
-        point, spin = moved.point(self.joint, self.lever), moved.angular[self.joint]
+        point, turn = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
         turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
-        turn = np.sqrt(2.0) * (spin[1] + spin[0] ** 2)
         return point[2], point[3], turn, ROUNDING * turned * (point[0] + point[1] + 1.0)
 
 
@@ -172,9 +168,7 @@ def path_bounds(
     if budget >= BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])
         budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
-    most = np.array(
-        [limits.position, np.sqrt(8.0) * np.sin(0.5 * min(limits.orientation, np.pi)), limits.speed]
-    )
+    most = np.array([limits.position, gap_of(limits.orientation), limits.speed])
     # the bounds alone tell how fine the samples must be, before any is taken
     for _ in range(4):
         length = np.diff(t)
@@ -286,9 +280,7 @@ def _summed(
         proved = bool(bound <= most[row] or samples[i] > most[row])
         value = float(samples[i])
         if row == 1:
-            value, bound = (
-                float(2.0 * np.arcsin(min(x / np.sqrt(8.0), 1.0))) for x in (value, bound)
-            )
+            value, bound = float(angle_of(value)), float(angle_of(bound))
         worst.append(PathBound(value, float(t[i]), bound, proved))
     asked: NDArray[np.bool_] = (t[:-1] >= full[0]) & (t[1:] <= full[1])
     if not asked.any():

@@ -11,7 +11,7 @@ import pinocchio as pin
 from knotwork.robot import Robot
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.chain import tree, tree_motion
+from knotwork.verification.bounds.chain import carried, tree, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of, upper_bounds
 from knotwork.waypoints import FloatArray
 
@@ -90,11 +90,20 @@ def _bound(
     index = robot.require_tool() if frame is None else robot.frame_index(frame)
     quantity = frame_quantity(robot.model, index, order)
 
-    def precision(value: FloatArray, scale: FloatArray) -> FloatArray:
-        return relative_precision(value, scale, np.array([allowed]))
+    return single_bound(robot, trajectory, quantity, allowed, budget)
 
-    found = maximum(curve_of(robot, trajectory), quantity, np.array([allowed]), precision, budget)
-    return upper_bounds(found, np.array([allowed]))[0]
+
+def single_bound(
+    robot: Robot, trajectory: JointTrajectory, quantity: Quantity, limit: float, budget: int
+) -> Bound:
+    """Bound a quantity of one component against a limit, infinite for none."""
+    most = np.array([limit])
+
+    def precision(value: FloatArray, scale: FloatArray) -> FloatArray:
+        return relative_precision(value, scale, most)
+
+    found = maximum(curve_of(robot, trajectory), quantity, most, precision, budget)
+    return upper_bounds(found, most)[0]
 
 
 def relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) -> FloatArray:
@@ -106,8 +115,7 @@ def relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) 
 def frame_quantity(model: Any, frame: int, order: int) -> Quantity:
     """Speed (order 1) or acceleration (order 2) of a frame's origin, as a `Quantity`."""
     joints, data = tree(model), model.createData()
-    joint = model.frames[frame].parentJoint
-    distance = float(np.linalg.norm(model.frames[frame].placement.translation))
+    joint, distance = carried(model, frame)
     moved: Callable[..., Any] = (
         pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration
     )

@@ -13,12 +13,13 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
+from knotwork.tool_paths.rotations import WIDEST, angle_of, gap_of
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.chain import TreeMotion, tree, tree_motion
-from knotwork.verification.bounds.result import Bound, checked_limit, curve_of, upper_bounds
-from knotwork.verification.bounds.tool import relative_precision
-from knotwork.waypoints import FloatArray, read_only
+from knotwork.verification.bounds.adaptive import BUDGET, Quantity
+from knotwork.verification.bounds.chain import TreeMotion, carried, tree, tree_motion
+from knotwork.verification.bounds.result import Bound, checked_limit
+from knotwork.verification.bounds.tool import single_bound
+from knotwork.waypoints import FloatArray, read_only, rotation_fault
 
 
 def tool_distance_bound(
@@ -49,7 +50,7 @@ def tool_distance_bound(
     (True, True)
     """
     place = read_only(point, (3,), "point")
-    joint, lever = _tool(robot)
+    joint, lever = carried(robot.model, robot.require_tool())
 
     def value(pose: Any, _: Any) -> float:
         return float(np.linalg.norm(pose.translation - place))
@@ -92,25 +93,22 @@ def tool_angle_bound(
     True
     """
     matrix = read_only(rotation, (3, 3), "rotation")
-    if np.abs(matrix.T @ matrix - np.eye(3)).max() > 1e-9 or np.linalg.det(matrix) < 0.0:
-        raise InputError("rotation is no rotation matrix")
-    joint, _ = _tool(robot)
+    if fault := rotation_fault(matrix, 1e-9):
+        raise InputError(f"rotation is no rotation matrix: {fault}")
+    joint, _ = carried(robot.model, robot.require_tool())
     most = checked_limit(limit, "angle")
-    gap = math.inf if most >= math.pi else math.sqrt(8.0) * math.sin(0.5 * most)
 
     def value(pose: Any, _: Any) -> float:
         return float(np.linalg.norm(pose.rotation - matrix))
 
     def sizes(moved: TreeMotion) -> FloatArray:
-        spin = moved.angular[joint]
-        turn = math.sqrt(2.0)
-        still = np.full_like(spin[0], math.sqrt(8.0))
-        return np.stack((still, turn * spin[0], turn * (spin[1] + spin[0] ** 2)))
+        turning = moved.rotation(joint)
+        return np.concatenate((np.full_like(turning[:1], WIDEST), turning))
 
+    gap = math.inf if most >= math.pi else gap_of(most)
     found = _bound(robot, trajectory, value, sizes, gap, budget)
-    return replace(
-        found, value=_angle(found.value), bound=_angle(found.bound), limit=limit, ok=found.ok
-    )
+    angle, bound = (float(angle_of(one)) for one in (found.value, found.bound))
+    return replace(found, value=angle, bound=bound, limit=limit)
 
 
 def tool_turning_bound(
@@ -137,7 +135,7 @@ def tool_turning_bound(
     >>> found.ok, found.proved
     (True, True)
     """
-    joint, _ = _tool(robot)
+    joint, _ = carried(robot.model, robot.require_tool())
 
     def value(_: Any, twist: Any) -> float:
         return float(np.linalg.norm(twist.angular))
@@ -146,16 +144,6 @@ def tool_turning_bound(
         return np.asarray(moved.angular[joint][:3])
 
     return _bound(robot, trajectory, value, sizes, checked_limit(limit, "angular speed"), budget)
-
-
-def _tool(robot: Robot) -> tuple[int, float]:
-    """The joint that carries the tool, and the tool's distance from it [m]."""
-    frame = robot.model.frames[robot.require_tool()]
-    return int(frame.parentJoint), float(np.linalg.norm(frame.placement.translation))
-
-
-def _angle(gap: float) -> float:
-    return 2.0 * math.asin(min(gap / math.sqrt(8.0), 1.0))
 
 
 def _bound(
@@ -167,7 +155,7 @@ def _bound(
     budget: int,
 ) -> Bound:
     model, data, frame = robot.model, robot.model.createData(), robot.require_tool()
-    joints, most, base = tree(model), np.array([limit]), robot.base_placement
+    joints, base = tree(model), robot.base_placement
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         found = np.empty((len(q), 1))
@@ -180,9 +168,5 @@ def _bound(
     def bounds(rates: FloatArray) -> FloatArray:
         return sizes(tree_motion(joints, rates))[:, None]
 
-    def precision(found: FloatArray, scale: FloatArray) -> FloatArray:
-        return relative_precision(found, scale, most)
-
-    curve = curve_of(robot, trajectory)
-    found = maximum(curve, Quantity(values, bounds, joints.angles), most, precision, budget)
-    return upper_bounds(found, most)[0]
+    quantity = Quantity(values, bounds, joints.angles)
+    return single_bound(robot, trajectory, quantity, limit, budget)
