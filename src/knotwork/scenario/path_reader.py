@@ -12,7 +12,7 @@ import numpy as np
 from knotwork import tool_paths
 from knotwork.documents import Document
 from knotwork.errors import CornerError, PathError, RampError
-from knotwork.scenario.model import Stretch
+from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.waypoint_schema import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
@@ -31,26 +31,6 @@ AGREE = 1e-6
 
 # Rounds in which speeds that follow from times, and those at junctions, come to agree.
 ROUNDS = 100
-
-
-@dataclass(frozen=True, eq=False)
-class PathOfFile:
-    """A tool path, by the waypoints of the file.
-
-    Attributes:
-        first: Index in the file of the waypoint where it begins.
-        motion: Poses of the tool over time.
-        stretches: From waypoint to waypoint.
-    """
-
-    first: int
-    motion: TimedPath
-    stretches: tuple[Stretch, ...]
-
-    @property
-    def last(self) -> int:
-        """Index in the file of the waypoint where it ends."""
-        return self.first + len(self.stretches)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +60,10 @@ class PathReader:
             return False
         return not isinstance(given[i], PathWaypoint) or self.stops(i)
 
-    def read(self, first: int, start: float) -> PathOfFile:
+    def read(self, first: int, start: float) -> ScenarioPath:
         """The path that begins at a waypoint and ends where the next one stops, or is none.
 
-        `poses` then holds those of its waypoints, too.
+        Its first waypoint is that of the file. `poses` then holds those of its waypoints, too.
 
         Args:
             first: Index of the waypoint in the file.
@@ -124,7 +104,7 @@ class PathReader:
                     f"no {key} here: the waypoint takes that of the path; or stop: true",
                 )
 
-    def _path(self, first: int, last: int, start: float) -> PathOfFile:
+    def _path(self, first: int, last: int, start: float) -> ScenarioPath:
         given = [self.curves.waypoint(i) for i in range(first + 1, last + 1)]
         curves = [self.curves.curve(i) for i in range(first + 1, last + 1)]
         turns = [
@@ -156,7 +136,7 @@ class PathReader:
                 given, speeds, pairwise(times), full, strict=True
             )
         )
-        return PathOfFile(first, TimedPath(path, timing, start), stretches)
+        return ScenarioPath(first, TimedPath(path, timing, start), stretches)
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:
         """What the file says of how long each stretch takes [s]."""

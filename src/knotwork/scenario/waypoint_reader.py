@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.scenario.geometry import Frames
-    from knotwork.scenario.path_reader import PathOfFile, PathReader
+    from knotwork.scenario.path_reader import PathReader
     from knotwork.tool_paths import TimedPath
 
 START = "start"
@@ -94,9 +94,7 @@ class WaypointReader:
                 over = f"{names[i]}, after the wait"
                 waypoints.append(replace(made, name=over, time=times[i] + waypoint.wait))
             index[i] = len(waypoints) - 1
-        return tuple(waypoints), tuple(
-            ScenarioPath(index[one.first], one.motion, one.stretches) for one in paths
-        )
+        return tuple(waypoints), tuple(replace(one, first=index[one.first]) for one in paths)
 
     def _names(self) -> list[str]:
         names: list[str] = []
@@ -113,10 +111,10 @@ class WaypointReader:
             names.append(name)
         return names
 
-    def _times(self, poses: dict[int, pin.SE3]) -> tuple[list[float], list[PathOfFile]]:
+    def _times(self, poses: dict[int, pin.SE3]) -> tuple[list[float], list[ScenarioPath]]:
         """Times of the waypoints, and the paths between them, whose poses are put in as well."""
         times: list[float] = []
-        paths: list[PathOfFile] = []
+        paths: list[ScenarioPath] = []
         reader = self._path_reader(poses)
         before: float | None = 0.0 if self.file.start is not None else None
         for i, waypoint in enumerate(self.file.waypoints):

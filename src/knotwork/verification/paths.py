@@ -43,62 +43,36 @@ def _stretch(
         robot, motion.curve, path.motion, interval, stretch.full_speed, stretch.speed, limits
     )
     begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
-    name = f"{begin} to {end}"
     scale, length = scenario.shown_length
+    angle, place = found.orientation.value, scale * found.position.value
+    full = stretch.full_speed
     rows = [
-        (
-            "path_deviation",
-            found.position,
-            limits.position,
-            "m",
-            f"the tool leaves the {stretch.kind}",
-        ),
-        (
-            "path_orientation",
-            found.orientation,
-            limits.orientation,
-            "rad",
-            "the tool is turned off",
-        ),
-    ]
-    for quantity, bound, limit, unit, what in rows:
-        factor, shown = (scale, length) if unit == "m" else (1.0, unit)
+        ("path_deviation", found.position, limits.position, "m", interval,
+         f"the tool leaves the {stretch.kind} by {place:.3g} {length}, tolerance "
+         f"{scale * limits.position:.3g} {length}"),
+        ("path_orientation", found.orientation, limits.orientation, "rad", interval,
+         f"the tool is turned off by {angle:.3g} rad, tolerance {limits.orientation:.3g} rad"),
+        ("path_speed", found.speed, limits.speed, "m/s", full,
+         f"the speed is {scale * found.slowest:.5g} to {scale * found.fastest:.5g} {length}/s, "
+         f"asked for {scale * stretch.speed:.5g} from {full[0]:.3f} s to {full[1]:.3f} s, tolerance "
+         f"{100 * allowed.path_speed:.3g} %"),
+    ]  # fmt: skip
+    for quantity, bound, limit, unit, when, said in rows:
+        if bound is None:
+            continue
         yield Finding(
             group=GROUP,
             subject="path",
-            name=name,
+            name=f"{begin} to {end}",
             quantity=quantity,
             verdict=judged(bound.value <= limit),
-            message=f"from {begin!r} to {end!r} {what} by {factor * bound.value:.3g} {shown}, "
-            f"tolerance {factor * limit:.3g} {shown}",
+            message=f"from {begin!r} to {end!r} {said}",
             value=bound.value,
             limit=limit,
-            margin=limit - bound.bound if bound.proved else limit - bound.value,
+            margin=limit - (bound.bound if bound.proved else bound.value),
             unit=unit,
             time=bound.time,
-            interval=interval,
+            interval=when,
             proof="bounded" if bound.proved else "sampled",
             excess=max(bound.bound - bound.value, 0.0),
         )
-    if found.speed is None:
-        return
-    speed = found.speed
-    yield Finding(
-        group=GROUP,
-        subject="path",
-        name=name,
-        quantity="path_speed",
-        verdict=judged(speed.value <= limits.speed),
-        message=f"from {begin!r} to {end!r} the speed is {scale * found.slowest:.5g} to "
-        f"{scale * found.fastest:.5g} {length}/s, asked for {scale * stretch.speed:.5g} "
-        f"from {stretch.full_speed[0]:.3f} s to {stretch.full_speed[1]:.3f} s, tolerance "
-        f"{100 * allowed.path_speed:.3g} %",
-        value=speed.value,
-        limit=limits.speed,
-        margin=limits.speed - (speed.bound if speed.proved else speed.value),
-        unit="m/s",
-        time=speed.time,
-        interval=stretch.full_speed,
-        proof="bounded" if speed.proved else "sampled",
-        excess=max(speed.bound - speed.value, 0.0),
-    )

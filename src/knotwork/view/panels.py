@@ -15,12 +15,12 @@ from knotwork.view.style import (
     DARK,
     LOOKS,
     SMALL,
-    WRONG,
     colour,
     dashes,
     dress,
     least_height,
     mark_waypoints,
+    write_note,
 )
 
 # A range below this, relative to the values or to 1, is rounding of a curve that stands still; it
@@ -157,20 +157,7 @@ def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int)
         lines = textwrap.wrap(note, int(width / letter))
         taken = NOTE_ROOM + len(lines) * 1.2 * SMALL / 72.0 / least_height(rows)
         top = bottom + (high - bottom) / (1.0 - min(taken, MOST_TAKEN))
-        panel.axis.text(
-            0.995,
-            0.97,
-            "\n".join(lines),
-            transform=panel.axis.transAxes,
-            ha="right",
-            va="top",
-            fontsize=SMALL,
-            color=WRONG if broken else DARK,
-            weight="bold" if broken else "normal",
-            gid="note",
-            zorder=6,
-            bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
-        ).set_in_layout(False)
+        write_note(panel.axis, "\n".join(lines), broken)
     panel.axis.set_ylim(bottom, top)
     if panel.one_joint:
         draw_bands(panel, bottom, top)

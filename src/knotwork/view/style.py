@@ -190,6 +190,24 @@ def least_height(rows: int) -> float:
     return LEAST_HEIGHT if rows <= MANY_ROWS else 0.75 * LEAST_HEIGHT
 
 
+def write_note(axis: Axes, text: str, broken: bool) -> None:
+    """Write a note into the upper right corner of a panel, in red where a limit is broken."""
+    axis.text(
+        0.995,
+        0.97,
+        text,
+        transform=axis.transAxes,
+        ha="right",
+        va="top",
+        fontsize=SMALL,
+        color=WRONG if broken else DARK,
+        weight="bold" if broken else "normal",
+        gid="note",
+        zorder=6,
+        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
+    ).set_in_layout(False)
+
+
 def mark_waypoints(axis: Axes, times: FloatArray) -> None:
     """Draw an upright line at each waypoint, unless there are too many."""
     if 0 < len(times) <= MOST_WAYPOINT_LINES:

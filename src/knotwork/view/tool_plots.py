@@ -13,11 +13,8 @@ from knotwork.scenario import Scenario, ToleranceSet
 from knotwork.view.heads import curve_legend, explain_marks, frame_times, picture_title, settle
 from knotwork.view.motions import Drawable, Motion, motions_of
 from knotwork.view.style import (
-    DARK,
     DASHES,
     LOOKS,
-    SMALL,
-    WRONG,
     colour,
     dashes,
     dress,
@@ -26,6 +23,7 @@ from knotwork.view.style import (
     rounded,
     settings,
     shown_unit,
+    write_note,
 )
 from knotwork.view.tool_curves import (
     Curve,
@@ -236,21 +234,7 @@ def _mark_tolerance(axis: Axes, row: _Row, motions: list[Motion], curves: list[C
         else f"under {rounded(tiny)} {row.unit}"
     )
     text = f"{name}{said}, tolerance {sign}{rounded(limit)} {row.unit}"
-    broken = worst > limit
-    axis.text(
-        0.995,
-        0.97,
-        text,
-        transform=axis.transAxes,
-        ha="right",
-        va="top",
-        fontsize=SMALL,
-        color=WRONG if broken else DARK,
-        weight="bold" if broken else "normal",
-        gid="note",
-        zorder=6,
-        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0},
-    ).set_in_layout(False)
+    write_note(axis, text, worst > limit)
 
 
 def _levels(spans: list[tuple[float, float]], value: float) -> tuple[FloatArray, FloatArray]:
