@@ -54,8 +54,8 @@ def _stretch(
          f"the tool is turned off by {angle:.3g} rad, tolerance {limits.orientation:.3g} rad"),
         ("path_speed", found.speed, limits.speed, "m/s", full,
          f"the speed is {scale * found.slowest:.5g} to {scale * found.fastest:.5g} {length}/s, "
-         f"asked for {scale * stretch.speed:.5g} from {full[0]:.3f} s to {full[1]:.3f} s, tolerance "
-         f"{100 * allowed.path_speed:.3g} %"),
+         f"asked for {scale * stretch.speed:.5g} from {full[0]:.3f} s to {full[1]:.3f} s, "
+         f"tolerance {100 * allowed.path_speed:.3g} %"),
     ]  # fmt: skip
     for quantity, bound, limit, unit, when, said in rows:
         if bound is None:
