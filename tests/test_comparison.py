@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from command_line import Command
 from knotwork import resources
 from knotwork.cli.compare import print_comparison
 from knotwork.comparison import Comparison, Refusal, Score, best, compare
@@ -102,11 +102,12 @@ def test_double_knots_make_the_plain_cubic(paper: Comparison) -> None:
 
 def test_the_best_of_a_column_is_its_least_and_rounding_makes_ties(paper: Comparison) -> None:
     winners = best(paper.scores)
-    least = min(row.squared_acceleration for row in paper.scores)
+    passing = [row for row in paper.scores if row.passed]
+    least = min(row.squared_acceleration for row in passing)
     assert winners["squared_acceleration"] == {
-        row.planner for row in paper.scores if row.squared_acceleration == least
+        row.planner for row in passing if row.squared_acceleration <= 1.01 * least
     }
-    assert {"modified-hermite", "cubic", "quintic"} <= winners["velocity_miss"]
+    assert {"modified-hermite", "septic", "quintic"} <= winners["velocity_miss"]
     assert not {"bspline", "trapezoidal"} & winners["velocity_miss"]
 
 
@@ -162,24 +163,52 @@ def test_the_acceleration_at_the_ends_is_a_figure_of_its_own(paper: Comparison) 
     assert score(paper, "cubic").end_acceleration == ends > 0.01
 
 
-def test_limits_broken_are_counted_only_where_there_are_limits(paper: Comparison) -> None:
-    assert {row.limits_broken for row in paper.scores} == {None}
+def test_whatever_the_check_finds_is_counted(paper: Comparison) -> None:
+    for row in paper.scores:
+        plan = kw.plan("paper_case", planner=row.planner)
+        assert (row.required - row.failed, row.required) == plan.report.counts
+        assert row.passed == plan.report.ok
     limited = {
         "limits": {"velocity": 1.4},
         "waypoints": [{"joints": {"j": 0.0}}, {"joints": {"j": 1.0}, "after": 1}],
     }
-    rows = compare(limited, ["cubic", "quintic"]).scores
-    assert [row.limits_broken for row in rows] == [1, 1]
+    planners = ["cubic", "quintic"]
+    assert [row.failed for row in compare(limited, planners).scores] == [1, 1]
     limited["limits"] = {"velocity": 1.6}
-    assert [row.limits_broken for row in compare(limited, ["cubic", "quintic"]).scores] == [0, 1]
+    assert [row.failed for row in compare(limited, planners).scores] == [0, 1]
+
+
+def test_only_planners_that_pass_are_best(paper: Comparison) -> None:
+    passing = {row.planner for row in paper.scores if row.passed}
+    winners = best(paper.scores)
+    assert {"cubic", "bspline", "parabolic-blend"}.isdisjoint(passing)
+    assert all(names <= passing for names in winners.values())
+
+
+def test_the_exit_code_says_whether_any_planner_passes(knotwork: Command) -> None:
+    assert knotwork("compare", "paper_case", "--planners", "cubic,septic").code == 0
+    assert knotwork("compare", "paper_case", "--planners", "cubic,bspline").code == 1
+    assert knotwork("compare", "paper_case", "--planners", "cubic", "--json").code == 1
+
+
+@pytest.mark.parametrize("name", ["paper_case", "ur5_deburring", "panda_pick_place"])
+@pytest.mark.parametrize("options", [[], ["--all"]])
+def test_tables_fit_the_terminal_and_name_every_planner(
+    name: str, options: list[str], knotwork: Command
+) -> None:
+    out = knotwork("compare", name, *options).out
+    tables = [line for line in out.splitlines() if "refused:" not in line]
+    assert max(map(len, tables)) <= (78 if not options else 90)
+    for planner in PLANNERS:
+        assert re.search(rf"^{re.escape(planner)} +(passed|\d+ fail) ", out, re.MULTILINE)
 
 
 def test_a_limit_of_jerk_is_broken_where_the_acceleration_jumps() -> None:
     rows = {row.planner: row for row in compare("panda_pick_place").scores}
     for name in ("cubic", "bspline-velocity", "parabolic-blend", "trapezoidal"):
         assert rows[name].peak_jerk is None
-        assert (rows[name].limits_broken or 0) >= 7
-    assert rows["modified-hermite"].limits_broken == 0
+        assert rows[name].failed >= 7
+    assert rows["modified-hermite"].passed
 
 
 def test_a_screw_motion_is_not_taken_for_a_miss_of_the_turn() -> None:
@@ -329,23 +358,23 @@ class TestOverriddenPlanner:
 
 
 class TestCommand:
-    def test_table(self, knotwork: Callable[..., Any]) -> None:
+    def test_table(self, knotwork: Command) -> None:
         ran = knotwork("compare", "paper_case")
         assert ran.code == 0
         lines = ran.out.splitlines()
         for planner in PLANNERS:
             (line,) = (line for line in lines if line.startswith(f"{planner} "))
             assert "…" not in line
-        assert "unbounded" in ran.out
+        assert re.search(r"^cubic .* inf *$", ran.out, re.MULTILINE)
 
-    def test_json_alone_and_files(self, knotwork: Callable[..., Any], tmp_path: Path) -> None:
+    def test_json_alone_and_files(self, knotwork: Command, tmp_path: Path) -> None:
         out = tmp_path / "c"
         ran = knotwork(
-            "compare", "paper_case", "--planners", "cubic, bspline", "--json", "--out", str(out)
+            "compare", "paper_case", "--planners", "septic, bspline", "--json", "--out", str(out)
         )
         assert ran.code == 0
         data = json.loads(ran.out)
-        assert [row["planner"] for row in data["planners"]] == ["cubic", "bspline"]
+        assert [row["planner"] for row in data["planners"]] == ["septic", "bspline"]
         assert (out / "comparison.csv").is_file()
 
     @pytest.mark.parametrize(
@@ -356,15 +385,13 @@ class TestCommand:
             (("compare", "paper_case", "--planners", ""), "unknown planner ''"),
         ],
     )
-    def test_bad_input(
-        self, knotwork: Callable[..., Any], arguments: tuple[str, ...], said: str
-    ) -> None:
+    def test_bad_input(self, knotwork: Command, arguments: tuple[str, ...], said: str) -> None:
         ran = knotwork(*arguments)
         assert ran.code == 2
         assert said in ran.err
         assert "Traceback" not in ran.err
 
-    def test_planners_lists_each_with_what_it_gives_up(self, knotwork: Callable[..., Any]) -> None:
+    def test_planners_lists_each_with_what_it_gives_up(self, knotwork: Command) -> None:
         ran = knotwork("planners", "--json")
         rows = {row["name"]: row for row in json.loads(ran.out)}
         assert set(rows) == set(PLANNERS)
@@ -401,19 +428,18 @@ def test_planners_that_know_the_accelerations_of_a_path_follow_it(
     assert not [row for row in along_a_path.rows if isinstance(row, Refusal)]
     for name in ("modified-hermite", "quintic", "septic", "nonic"):
         row = rows[name]
-        assert row.tool_paths_failed == 0
+        assert row.passed
         assert row.tool_path_deviation is not None
         assert row.tool_path_deviation < 1e-4
         assert row.tool_path_speed_error is not None
         assert row.tool_path_speed_error < 0.01
     for name in ("bspline", "4-3-4", "parabolic-blend"):
         row = rows[name]
-        assert row.tool_paths_failed is not None
-        assert row.tool_paths_failed >= 2
+        assert row.failed >= 2
         assert row.tool_path_deviation is not None
         assert row.tool_path_deviation > 1e-3
-    assert "modified-hermite" in best(along_a_path.scores)["tool_paths_failed"]
-    assert "bspline" not in best(along_a_path.scores)["tool_paths_failed"]
+    assert "modified-hermite" in best(along_a_path.scores)["failed"]
+    assert "bspline" not in best(along_a_path.scores)["failed"]
 
 
 def test_what_a_planner_loses_on_a_path_is_what_its_tool_does(along_a_path: Comparison) -> None:
@@ -438,12 +464,11 @@ def test_what_a_planner_loses_on_a_path_is_what_its_tool_does(along_a_path: Comp
 
 def test_paths_have_columns_of_their_own(along_a_path: Comparison, paper: Comparison) -> None:
     assert {row.tool_path_deviation for row in paper.scores} == {None}
-    assert {row.tool_paths_failed for row in paper.scores} == {None}
     assert {row.path_deviation for row in along_a_path.scores} == {None}
     rows = along_a_path.to_dict()["planners"]
-    assert rows[0]["tool_paths_failed"] == 0
+    assert rows[0]["failed"] == 0
     (header, *_) = csv.reader(io.StringIO(along_a_path.to_csv()))
-    assert {"tool_path_deviation", "tool_path_speed_error", "tool_paths_failed"} <= set(header)
+    assert {"tool_path_deviation", "tool_path_speed_error"} <= set(header)
 
 
 def test_the_table_shows_what_is_off_the_path_instead_of_straight_lines(
@@ -451,10 +476,13 @@ def test_the_table_shows_what_is_off_the_path_instead_of_straight_lines(
 ) -> None:
     print_comparison(along_a_path)
     heading, units = capsys.readouterr().out.splitlines()[1:3]
-    assert re.search(r"off path +speed +paths", heading)
-    assert re.search(r"\[mm\] +off \[%\] +failed", units)
-    assert "off line" not in heading
-    print_comparison(compare("planar2_closed_form", ["cubic"]))
-    heading = capsys.readouterr().out.splitlines()[1]
-    assert "off line" in heading
-    assert "off path" not in heading
+    assert re.search(r"off path *$", heading)
+    assert re.search(r"\[mm\] *$", units)
+    print_comparison(along_a_path, in_full=True)
+    said = capsys.readouterr().out
+    assert "speed off" in said
+    assert "line [mm]" not in said
+    print_comparison(compare("planar2_closed_form", ["cubic"]), in_full=True)
+    said = capsys.readouterr().out
+    assert "line [mm]" in said
+    assert "off path" not in said

@@ -21,7 +21,6 @@ from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
-from knotwork.verification.limits import LIMITS
 from knotwork.verification.paths import GROUP as PATHS
 from knotwork.waypoints import JointWaypoints
 
@@ -52,9 +51,9 @@ class Score:
             check finds [m]; `None` without such paths.
         tool_path_speed_error: Largest difference from the speed asked for along them, as a part of
             it; `None` where no speed is asked for.
-        tool_paths_failed: How many tolerances of tool paths are broken; `None` without such paths.
         duration: [s]
-        limits_broken: How many limits of joints are broken; `None` where there is none.
+        required, failed: How much the check requires, and how much of that fails: waypoints,
+            continuity, limits, tool paths and whatever else it looks at.
         time_to_plan: Time that the planner took, the best of a few runs [s].
     """
 
@@ -73,10 +72,15 @@ class Score:
     path_turn: float | None
     tool_path_deviation: float | None
     tool_path_speed_error: float | None
-    tool_paths_failed: int | None
     duration: float
-    limits_broken: int | None
+    required: int
+    failed: int
     time_to_plan: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the motion does all that is required."""
+        return self.failed == 0
 
 
 @dataclass(frozen=True)
@@ -272,7 +276,7 @@ def _score(
             space.robot, trajectory, scenario.waypoints, scenario.paths
         )
     report = check(trajectory, scenario, space=space)
-    limits = [found for found in report.findings if found.group in LIMITS and found.required]
+    met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     return Score(
         planner=name,
@@ -290,7 +294,8 @@ def _score(
         path_turn=deviation.orientation if deviation is not None else None,
         **_along_paths(report, scenario.tolerances.path_speed),
         duration=trajectory.duration,
-        limits_broken=sum(not found.ok for found in limits) if limits else None,
+        required=required,
+        failed=required - met,
         time_to_plan=seconds,
     )
 
@@ -306,27 +311,29 @@ def _along_paths(report: Report, allowed: float) -> dict[str, Any]:
     return {
         "tool_path_deviation": worst.get("path_deviation"),
         "tool_path_speed_error": worst.get("path_speed"),
-        "tool_paths_failed": sum(not one.ok for one in found) if found else None,
     }
 
 
-COLUMNS = tuple(
-    item.name for item in fields(Score) if item.name not in ("planner", "duration", "time_to_plan")
-)
+_NOT_RANKED = ("planner", "duration", "required")
+COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
+
+TIE = 0.01
+"""Part by which values may differ and share the star."""
 
 
 def best(scores: Sequence[Score]) -> dict[str, set[str]]:
-    """Planners that have the best value of each column, by column; ties share it.
+    """Planners that have the best value of each column among those that pass, by column.
 
-    Values that differ by rounding are ties, and so are all below 1e-9: no machine is that exact.
+    Values within 1 % of the best are ties and share it, and so do all below 1e-9: no machine is
+    that exact.
     """
     winners: dict[str, set[str]] = {}
-    for column in (*COLUMNS, "time_to_plan"):
-        values = {score.planner: size(getattr(score, column)) for score in scores}
+    for column in COLUMNS:
+        values = {score.planner: size(getattr(score, column)) for score in scores if score.passed}
         given = {name: value for name, value in values.items() if value is not None}
         if given:
             least = max(min(given.values()), 0.0 if column == "time_to_plan" else 1e-9)
-            winners[column] = {name for name, value in given.items() if value <= least * (1 + 1e-9)}
+            winners[column] = {name for name, value in given.items() if value <= least * (1 + TIE)}
     return winners
 
 

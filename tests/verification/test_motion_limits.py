@@ -432,4 +432,5 @@ def test_every_new_key_is_in_the_schema(knotwork: Command) -> None:
 def test_a_comparison_counts_limits_of_the_tool_as_broken() -> None:
     limits = {"tool_speed": 0.01, "singular_value": 0.9}
     (score,) = kw.compare(move(limits=limits), ["modified-hermite"]).scores
-    assert score.limits_broken == 2
+    (free,) = kw.compare(move(), ["modified-hermite"]).scores
+    assert (free.failed, score.failed, score.required) == (0, 2, free.required + 2)

@@ -3,36 +3,43 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from knotwork.cli.parameters import PASSED, json_option
+from knotwork.cli.parameters import FAILED, PASSED, json_option
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from knotwork.comparison import Comparison, Score
 
-# Headings and how each column is shown.
-_HEADINGS = {
-    "position_miss": "position\nmiss",
-    "velocity_miss": "velocity\nmiss",
+# Columns that are always shown, with their headings, then those of `--all`, a table each.
+_SHOWN = {
+    "position_miss": "pos.\nmiss",
+    "velocity_miss": "vel.\nmiss",
     "acceleration_jump": "accel.\njump",
-    "end_acceleration": "accel.\nat ends",
-    "peak_velocity": "peak\nvelocity",
+    "peak_velocity": "peak\nvel.",
     "peak_acceleration": "peak\naccel.",
     "peak_jerk": "peak\njerk",
-    "velocity_fluctuation": "velocity\nfluct.",
-    "squared_acceleration": "integral\naccel.²",
-    "squared_jerk": "integral\njerk²",
-    "path_deviation": "off line\n[mm]",
-    "path_turn": "turned\n[deg]",
     "tool_path_deviation": "off path\n[mm]",
-    "tool_path_speed_error": "speed\noff [%]",
-    "tool_paths_failed": "paths\nfailed",
-    "limits_broken": "limits\nbroken",
-    "time_to_plan": "time\n[ms]",
 }
+_MORE = (
+    {
+        "end_acceleration": "acceleration\nat ends",
+        "velocity_fluctuation": "velocity\nfluctuation",
+        "squared_acceleration": "integral of\naccel. squared",
+        "squared_jerk": "integral of\njerk squared",
+    },
+    {
+        "tool_path_speed_error": "speed off\nthe path's [%]",
+        "path_deviation": "off the\nline [mm]",
+        "path_turn": "turned off\nthe line [deg]",
+        "time_to_plan": "time to\nplan [ms]",
+    },
+)
 _FACTORS = {
     "path_deviation": 1e3,
     "path_turn": 57.29577951308232,
@@ -59,18 +66,21 @@ _STRAIGHT = ("path_deviation", "path_turn")
     type=click.Path(path_type=Path),
     help="Write comparison.json and comparison.csv there.",
 )
+@click.option("--all", "in_full", is_flag=True, help="Show all columns, in several tables.")
 @json_option
-def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool) -> int:
+def compare(
+    scenario: str, planners: str | None, out: Path | None, in_full: bool, as_json: bool
+) -> int:
     """Plan SCENARIO with several planners and show what each makes of it.
 
-    Joint values are in rad or m, per second. A peak is that of the joint nearest its limit, with
-    the part of the limit it uses, or the largest of all where no joint has a limit. The velocity
-    fluctuation is the variation of velocity beyond the least that the task forces, of the worst
-    joint; misses of position are no part of it. An arm that starts and stops at rest makes a step
-    of its acceleration at the ends. Where the acceleration jumps, no bound holds for the jerk.
-    The tool is compared with its paths: how far it is off them, how much its speed is off the one
-    asked for, and how many of their tolerances are broken. Without paths it is compared with
-    straight lines between the poses. The best of each column is marked with a star.
+    A planner passes if the check finds nothing that fails. Joint values are in rad or m, per
+    second. A peak is that of the joint nearest its limit, in percent of that, or the largest of
+    all where no joint has a limit. Where the acceleration jumps, no bound holds for the jerk. The
+    tool is compared with its paths; with --all also with straight lines between poses, where there
+    are no paths. The velocity fluctuation is the variation of velocity beyond the least that the
+    task forces, of the worst joint; misses of position are no part of it. The best of each column
+    among planners that pass is marked with a star, and so are those within 1 % of it. The exit
+    code is 1 if no planner passes.
     """
     from knotwork.comparison import compare as compare_planners
 
@@ -79,11 +89,11 @@ def compare(scenario: str, planners: str | None, out: Path | None, as_json: bool
     written = comparison.save(out) if out is not None else []
     if as_json:
         click.echo(json.dumps(comparison.to_dict(), indent=1, allow_nan=False))
-        return PASSED
-    print_comparison(comparison)
-    for path in written:
-        click.echo(f"wrote {path}")
-    return PASSED
+    else:
+        print_comparison(comparison, in_full=in_full)
+        for path in written:
+            click.echo(f"wrote {path}")
+    return PASSED if any(score.passed for score in comparison.scores) else FAILED
 
 
 @click.command()
@@ -111,36 +121,60 @@ def planners(as_json: bool) -> int:
     return PASSED
 
 
-def print_comparison(comparison: Comparison) -> None:
-    """Print the table of a comparison, and below it why planners refused."""
+def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
+    """Print the table of a comparison, or several, and below why planners refused."""
     from rich.markup import escape
 
     from knotwork.cli import tables
-    from knotwork.comparison import Refusal, best
+    from knotwork.comparison import Refusal
 
     scores = comparison.scores
-    paths = any(score.tool_paths_failed is not None for score in scores)
-    shown = [
-        column
-        for column in _HEADINGS
-        if any(getattr(score, column) is not None for score in scores)
-        and not (paths and column in _STRAIGHT)
-    ]
-    table = tables.plain_table(
-        f"{comparison.scenario}: {scores[0].duration:g} s" if scores else comparison.scenario,
-        ["planner", *(_HEADINGS[column] for column in shown)],
-    )
-    winners = best(scores)
-    for row in comparison.rows:
-        if isinstance(row, Refusal):
-            table.add_row(row.planner, "refused: see below")
-        else:
-            table.add_row(row.planner, *(_cell(row, column, winners) for column in shown))
+    duration = f": {scores[0].duration:g} s" if scores else ""
+    paths = any(score.tool_path_deviation is not None for score in scores)
     out = tables.console()
-    out.print(table)
+    blocks = [_SHOWN, *(_MORE if in_full else ())]
+    for block in blocks:
+        shown = {
+            column: heading
+            for column, heading in block.items()
+            if any(getattr(score, column) is not None for score in scores)
+            and not (paths and column in _STRAIGHT)
+        }
+        out.print(_table(comparison, shown, f"{comparison.scenario}{duration}"))
+        out.print()
+    more = "" if in_full else "  --all: more columns"
+    out.print(f"rad or m, s; % of the limit; * best of those that pass{more}")
     for row in comparison.rows:
         if isinstance(row, Refusal):
             out.print(f"{row.planner} refused: {escape(row.reason)}")
+
+
+def _table(comparison: Comparison, shown: dict[str, str], title: str) -> Table:
+    from knotwork.cli import tables
+    from knotwork.comparison import Refusal, best
+
+    table = tables.plain_table(title, ["planner", "verdict", *shown.values()], 2)
+    table.padding = (0, 0, 0, 0)  # cells end in a star or a space
+    winners = best(comparison.scores)
+    labels = _labels([row.planner for row in comparison.rows])
+    for label, row in zip(labels, comparison.rows, strict=True):
+        if isinstance(row, Refusal):
+            table.add_row(label, "refused: see below")
+        else:
+            verdict = "passed" if row.passed else f"{row.failed} fail"
+            table.add_row(label, verdict, *(_cell(row, column, winners) for column in shown))
+    return table
+
+
+def _labels(planners: Sequence[str]) -> list[str]:
+    """Names of planners; those with a rule stand below their planner as the rule alone."""
+    labels = []
+    above = ""
+    for name in planners:
+        planner, colon, rule = name.partition(":")
+        labels.append(f"  {colon}{rule}" if colon and planner == above else name)
+        above = planner
+    return labels
 
 
 def _cell(score: Score, column: str, winners: dict[str, set[str]]) -> str:
@@ -149,12 +183,12 @@ def _cell(score: Score, column: str, winners: dict[str, set[str]]) -> str:
     value = getattr(score, column)
     star = "*" if score.planner in winners.get(column, ()) else " "
     if value is None:
-        return "unbounded " if "jerk" in column else "-"
+        return "inf " if "jerk" in column else "- "
     if isinstance(value, Peak):
-        use = f" {100 * value.use:3.0f}%" if value.use is not None else ""
-        return f"{_short(value.value)}{use}{star}"
-    if isinstance(value, int):
-        return f"{value}{star}"
+        if value.use is not None:
+            percent = 100 * value.use
+            return f"{percent:.0f} %{star}" if percent >= 10 else f"{percent:.2g} %{star}"
+        return f"{_short(value.value)}{star}"
     return f"{_short(value * _FACTORS.get(column, 1.0))}{star}"
 
 
@@ -162,4 +196,7 @@ def _short(value: float) -> str:
     """Three digits, and zero for what is only rounding."""
     if abs(value) < 1e-9:
         return "0"
-    return f"{value:.3g}" if 1e-3 <= abs(value) < 1e4 else f"{value:.1e}"
+    if 0.01 <= abs(value) < 1e4:
+        return f"{value:.3g}"
+    digits, exponent = f"{value:.1e}".split("e")
+    return f"{digits}e{int(exponent)}"
