@@ -270,7 +270,7 @@ def _score(
 ) -> Score:
     deviation = None
     if space.robot is not None:
-        from knotwork.tool_path import straight_path_deviation
+        from knotwork.deviation import straight_path_deviation
 
         deviation = straight_path_deviation(
             space.robot, trajectory, scenario.waypoints, scenario.paths

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.deviation import deviation_from_path
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.tool_path import deviation_from_path
 from knotwork.view.marks import RED
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.path_shapes import line_mesh

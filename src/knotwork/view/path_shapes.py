@@ -7,8 +7,8 @@ import numpy as np
 from knotwork.robot import Robot
 from knotwork.view.marks import RED
 from knotwork.view.mesh import Mesh, merged
-from knotwork.view.path import ToolPath
 from knotwork.view.solids import rod, sphere, triad, tube
+from knotwork.view.tool_trace import ToolTrace
 from knotwork.waypoints import FloatArray
 
 # Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
@@ -25,7 +25,7 @@ OTHER = (0.45, 0.45, 0.5)
 STEEL = (0.35, 0.36, 0.4, 1.0)
 
 
-def path_meshes(path: ToolPath, size: float) -> dict[str, Mesh]:
+def path_meshes(path: ToolTrace, size: float) -> dict[str, Mesh]:
     """Draw a tool's path; in a scene of some size [m]. Empty if the tool stands still."""
     high = float(path.speed.max())
     share = path.speed / high if high > 0 else np.zeros_like(path.speed)
@@ -50,7 +50,7 @@ def path_meshes(path: ToolPath, size: float) -> dict[str, Mesh]:
     return meshes
 
 
-def other_path_mesh(path: ToolPath, size: float) -> Mesh | None:
+def other_path_mesh(path: ToolTrace, size: float) -> Mesh | None:
     """Draw the path of a motion that is compared with; `None` if the tool stands still."""
     return line_mesh(path.position, np.tile(OTHER, (len(path.time), 1)), 0.0022 * size)
 

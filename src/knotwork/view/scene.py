@@ -31,10 +31,10 @@ from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
 from knotwork.view.packing import packed, packed_numbers
-from knotwork.view.path import ToolPath, tool_path, tool_speed
 from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshes, tool_mesh
 from knotwork.view.stops import Stops, arm_triangles, find_stops
 from knotwork.view.targets import targets
+from knotwork.view.tool_trace import ToolTrace, tool_speed, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
@@ -60,7 +60,7 @@ class _Shown:
     shapes: LinkShapes
     stops: Stops
     asked: Sequence[CartesianWaypoint]
-    path: ToolPath | None
+    path: ToolTrace | None
 
     def points(self) -> FloatArray:
         """Everything that must be in view [m], shape (n, 3)."""
@@ -142,7 +142,7 @@ def _gathered(
     shapes = link_shapes(robot)
     stops = find_stops(robot, shapes, curve.polynomial, scenario, trajectory)
     times = [target.time for target in asked]
-    path = tool_path(robot, curve.polynomial, space, report, times) if has_tool else None
+    path = tool_trace(robot, curve.polynomial, space, report, times) if has_tool else None
     return _Shown(robot, curve.polynomial, motions, scenario, report, shapes, stops, asked, path)
 
 
@@ -184,7 +184,7 @@ def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, 
 
 
 def _task_data(
-    shown: _Shown, path: ToolPath, size: float
+    shown: _Shown, path: ToolTrace, size: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
     """Meshes by name, labels and the legend."""
     robot = shown.robot
@@ -195,7 +195,7 @@ def _task_data(
     }
     meshes |= {name: mesh for name, mesh in along.items() if mesh is not None}
     for name, motion in shown.motions.items():
-        line = other_path_mesh(tool_path(robot, motion), size)
+        line = other_path_mesh(tool_trace(robot, motion), size)
         if line is not None:
             meshes[f"path of {name}"] = line
     drawn, labels, seconds = marks(

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.deviation import deviation_from_line, deviation_from_path, straight_legs
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
-from knotwork.tool_path import deviation_from_line, deviation_from_path, straight_legs
 from knotwork.view.curves import piecewise_values
 from knotwork.view.motions import Motion
 from knotwork.waypoints import FloatArray

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
-from knotwork.tool_path import RADIAN, deviation_from_line, straight_path_deviation
+from knotwork.deviation import RADIAN, deviation_from_line, straight_path_deviation
 
 
 def pose(x: float, y: float, z: float, angle: float = 0.0) -> pin.SE3:

@@ -18,7 +18,7 @@ SAMPLES = 1200
 
 
 @dataclass(frozen=True, eq=False)
-class ToolPath:
+class ToolTrace:
     """The tool centre point over time, in the axes of the URDF's root.
 
     Attributes:
@@ -34,13 +34,13 @@ class ToolPath:
     broken: FloatArray
 
 
-def tool_path(
+def tool_trace(
     robot: Robot,
     curve: PiecewisePolynomial,
     space: JointSpace | None = None,
     report: Report | None = None,
     also: Sequence[float] = (),
-) -> ToolPath:
+) -> ToolTrace:
     """Sample the tool's path evenly in time, and at every break.
 
     Args:
@@ -74,7 +74,7 @@ def tool_path(
     if space is not None:
         for quantity in {quantity for quantity, _ in failed}:
             broken |= _beyond(quantity, space, robot, curve, time)
-    return ToolPath(time, position, speed, broken)
+    return ToolTrace(time, position, speed, broken)
 
 
 def tool_speed(robot: Robot, q: FloatArray, v: FloatArray) -> FloatArray:
