@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -49,5 +50,22 @@ def test_examples_of_docstrings(module: str) -> None:
     assert runner.tries == WITH_EXAMPLES[module], f"not all examples of {module} are found"
 
 
-def test_there_are_examples() -> None:
-    assert len(WITH_EXAMPLES) >= 1
+# Base classes that nobody makes by hand.
+OBVIOUS = {"KnotworkError", "InputError", "Curve"}
+
+
+@pytest.mark.parametrize(
+    "package", ["", ".tool_paths", ".kinematics", ".robot", ".verification"]
+)
+def test_public_names_have_examples(package: str) -> None:
+    public = importlib.import_module(f"knotwork{package}")
+    without = {name for name in public.__all__ if not shows_use(getattr(public, name))}
+    assert without <= OBVIOUS
+
+
+def shows_use(thing: object) -> bool:
+    """Whether the docstring of a function or class, or of a method, has an example."""
+    if not (inspect.isclass(thing) or inspect.isfunction(thing)):
+        return True
+    documented = [thing, *(vars(thing).values() if inspect.isclass(thing) else ())]
+    return any(PROMPT.search(inspect.getdoc(one) or "") for one in documented)

@@ -357,6 +357,14 @@ class RampError(PathError):
 class CheckFailedError(KnotworkError, AssertionError):
     """A trajectory does not keep what its scenario asks for.
 
+    >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
+    >>> report = kw.plan({"limits": {"velocity": 1}, "waypoints": lift}).report
+    >>> try:
+    ...     report.raise_if_failed()
+    ... except kw.CheckFailedError as error:
+    ...     print(error.report.counts)
+    (8, 9)
+
     Attributes:
         report: The `knotwork.verification.Report` with every requirement and what was achieved.
     """

@@ -25,6 +25,10 @@ ROUNDING = 1e-9
 class Timing:
     """When the tool is where on its path.
 
+    >>> timing = kw.tool_paths.speed_profile([0.3], [0.05], acceleration=0.5)
+    >>> round(timing.duration, 6), timing([3.0]), timing([3.0], 1)
+    (6.0, array([0.15]), array([0.05]))
+
     Attributes:
         arc_length: Arc length over time from 0 [m], of degree 4.
         times: When each stretch begins, and when the last one ends [s], shape (n + 1,).

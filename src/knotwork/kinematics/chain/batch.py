@@ -74,6 +74,12 @@ class Targets:
 class BatchSolution:
     """The ends of a batch of local searches.
 
+    >>> robot = kw.load_robot("ur5")
+    >>> home = robot.configurations["home"]
+    >>> found = kw.solve_many(robot, [robot.forward(home)], home)
+    >>> type(found).__name__, found.q.shape, found.converged
+    ('BatchSolution', (1, 6), array([ True]))
+
     Attributes:
         q: Joint positions [rad or m], shape (n, d).
         position_error: Distance of the TCP from the pose [m], shape (n,).

@@ -31,6 +31,12 @@ def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
 
     Metres and radians are taken as they are: one metre counts as one radian.
 
+    >>> robot = kw.load_robot("ur5")
+    >>> stretched = np.zeros(6)
+    >>> values = kw.kinematics.singular_values(robot, stretched)
+    >>> values.shape, bool(values[-1] < 1e-9)
+    ((6,), True)
+
     Args:
         robot: The robot.
         q: Joint positions [rad or m], shape (d,).
@@ -44,7 +50,12 @@ def singular_values(robot: Robot, q: ArrayLike) -> FloatArray:
 
 
 def smallest_singular_value(robot: Robot, q: ArrayLike) -> float:
-    """Smallest of the `singular_values`: zero where the arm is singular."""
+    """Smallest of the `singular_values`: zero where the arm is singular.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> kw.kinematics.smallest_singular_value(robot, robot.configurations["home"]) > 0.05
+    True
+    """
     return float(singular_values(robot, q)[-1])
 
 
@@ -155,6 +166,13 @@ def solve_velocities(
 
 def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
     """Joint velocities towards the middle of the joints' ranges, for `solve_velocity_ik`.
+
+    >>> robot = kw.load_robot("panda")
+    >>> q = robot.configurations["home"]
+    >>> wanted = kw.kinematics.pull_to_middle(robot, q, rate=0.5)
+    >>> middle = (robot.lower_position_limit + robot.upper_position_limit) / 2
+    >>> np.allclose(wanted, 0.5 * (middle - q))
+    True
 
     Args:
         robot: The robot.

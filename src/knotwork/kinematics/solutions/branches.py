@@ -27,6 +27,12 @@ SPREAD = 32
 class Branch:
     """One way for an arm to take a pose.
 
+    >>> robot = kw.load_robot("ur5")
+    >>> pose = robot.forward([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
+    >>> branches = kw.solve_all(robot, pose)
+    >>> len(branches), branches[0].flags
+    (8, 'shoulder right, elbow up, no flip')
+
     Attributes:
         q: Joint positions inside the limits [rad or m], shape (d,), read-only: of the turns the
             one nearest the middle of the limits, and nearest zero where there are none.

@@ -57,6 +57,12 @@ ROUGHLY = 0.1
 class IKSolution:
     """Joint positions for a pose, with what forward kinematics makes of them.
 
+    >>> robot = kw.load_robot("ur5")
+    >>> home = robot.configurations["home"]
+    >>> found = kw.solve_pose_ik(robot, robot.forward(home + 0.1), home)
+    >>> found.converged, found.position_error < 1e-8, np.round(found.q - home, 6)
+    (True, True, array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1]))
+
     Attributes:
         q: Joint positions, inside the limits [rad or m], shape (d,), read-only.
         position_error: Distance of the TCP from the pose, by forward kinematics of `q` [m].

@@ -18,6 +18,11 @@ from knotwork.verification.bounds.adaptive import Maximum
 class Bound:
     """The worst of a quantity over a whole motion: as found, and as proved.
 
+    >>> plan = kw.plan("ur5_deburring")
+    >>> bound = kw.verification.tool_speed_bound(plan.space.robot, plan.trajectory, limit=1.0)
+    >>> bound.ok, bound.proved, bound.value <= bound.bound <= 1.0
+    (True, True, True)
+
     Attributes:
         value: The worst value found; infinite if one is not a finite number.
         time: When [s].
