@@ -54,9 +54,7 @@ def test_examples_of_docstrings(module: str) -> None:
 OBVIOUS = {"KnotworkError", "InputError", "Curve"}
 
 
-@pytest.mark.parametrize(
-    "package", ["", ".tool_paths", ".kinematics", ".robot", ".verification"]
-)
+@pytest.mark.parametrize("package", ["", ".tool_paths", ".kinematics", ".robot", ".verification"])
 def test_public_names_have_examples(package: str) -> None:
     public = importlib.import_module(f"knotwork{package}")
     without = {name for name in public.__all__ if not shows_use(getattr(public, name))}
