@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "knotwork"
 FILES = sorted(SOURCE.rglob("*.py"))
 ENTRANCES = {"__init__", "__main__"}
-DRAWING = ("scipy", "matplotlib", "meshcat", "collada", "trimesh")
+DRAWING = ("scipy", "matplotlib", "meshcat", "collada", "trimesh", "casadi")
 
 
 def table() -> dict[str, set[str] | None]:

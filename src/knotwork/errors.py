@@ -354,6 +354,28 @@ class RampError(PathError):
     lowest_acceleration: float = 0.0
 
 
+class TimingError(InputError):
+    """A motion for which there are no durations that keep its limits.
+
+    Attributes:
+        waypoint: Index of the waypoint at fault, or of the one before the interval at fault;
+            `None` if it is none in particular.
+        interval: Whether the interval from that waypoint to the next one is meant.
+        joint: Name of the joint at fault; empty if it is none in particular.
+        limit: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"` or
+            `"duration"`; empty if it is none in particular.
+        value: What was asked for, in SI units, or `None`.
+        bound: The nearest value that would be feasible, in SI units, or `None` if it is not known.
+    """
+
+    waypoint: int | None = None
+    interval: bool = False
+    joint: str = ""
+    limit: str = ""
+    value: float | None = None
+    bound: float | None = None
+
+
 class CheckFailedError(KnotworkError, AssertionError):
     """A trajectory does not keep what its scenario asks for.
 

@@ -1,0 +1,124 @@
+"""Least durations in closed form, under limits of velocity and acceleration alone.
+
+A joint that moves by D with velocity v0 at the start and v1 at the end, |v| <= V and |a| <= A, is
+fastest if it first accelerates to a peak velocity and then decelerates, or the reverse, with a
+stretch at V between where the peak would be higher. With both velocities in the same direction it
+can't wait: durations a little longer than the least may be impossible, until it can stop.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.timing.problem import TimingProblem
+from knotwork.waypoints import FloatArray
+
+
+def lower_bound(problem: TimingProblem) -> float:
+    """Duration below which no motion keeps the limits of velocity and acceleration [s].
+
+    It is the sum over the intervals of the least duration that suits every joint alone, or what
+    the problem prescribes if that is more.
+
+    >>> from knotwork.timing import TimingLimits
+    >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0])
+    >>> lower_bound(TimingProblem(("a",), [[0], [1]], [[0], [0]], limits))
+    1.25
+    """
+    if problem.total is not None:
+        return problem.total
+    return float(interval_bounds(problem).sum())
+
+
+def interval_bounds(problem: TimingProblem) -> FloatArray:
+    """Least durations of the intervals [s], shape (n-1,); those given are taken as they are."""
+    least = np.maximum(least_durations(problem), problem.at_least)
+    return np.where(problem.free, least, problem.duration)
+
+
+def least_durations(problem: TimingProblem) -> FloatArray:
+    """Least durations of the intervals under the limits alone [s], shape (n-1,)."""
+    v, known = problem.velocity, problem.velocity_known
+    V, A = problem.limits.velocity, problem.limits.acceleration
+    D = np.diff(problem.position, axis=0)
+    found = np.zeros(len(D))
+    for i, move in enumerate(D):
+        if known[i] and known[i + 1]:
+            found[i] = _together(move, v[i], v[i + 1], V, A)
+        elif known[i] or known[i + 1]:
+            given = v[i] if known[i] else v[i + 1]
+            found[i] = float(_one_end_free(move, given, V, A).max())
+        else:
+            found[i] = float((np.abs(move) / V).max())
+    return found
+
+
+def _together(
+    move: FloatArray, v0: FloatArray, v1: FloatArray, V: FloatArray, A: FloatArray
+) -> float:
+    """Least duration that every joint can take."""
+    first, last, next_first = feasible_durations(move, v0, v1, V, A)
+    duration = float(first.max())
+    while True:
+        blocked = (duration > last) & (duration < next_first)
+        if not blocked.any():
+            return duration
+        duration = float(next_first[blocked].max())
+
+
+def feasible_durations(
+    move: FloatArray, v0: FloatArray, v1: FloatArray, V: FloatArray, A: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Find what durations are possible for each joint.
+
+    Args:
+        move: What it moves by, shape (d,).
+        v0: Velocity at the start, shape (d,).
+        v1: Velocity at the end, shape (d,).
+        V: Velocity limits, shape (d,).
+        A: Acceleration limits, shape (d,).
+
+    Returns:
+        t1, t2 and t3, shape (d,) each: it can take from t1 to t2, and from t3 on. Where every
+        duration from t1 on is possible, t2 is infinite.
+    """
+    unlimited = np.isinf(A)
+    A = np.where(unlimited, 1.0, A)
+    # what it moves by if it goes from the one velocity to the other at once
+    direct = 0.5 * (v0 + v1) * np.abs(v1 - v0) / A
+    rounding = 1e-12 * (np.abs(move) + np.abs(direct))
+    # mirrored so that it accelerates first
+    sign = np.where(move > direct, 1.0, -1.0)
+    D, a, b = sign * move, sign * v0, sign * v1
+    first = np.where(np.abs(move - direct) <= rounding, np.abs(v1 - v0) / A, _peaked(D, a, b, V, A))
+    # braking first, it takes longer, up to where it would have to stop and go back
+    valley = 0.5 * (a * a + b * b) - A * D
+    blocked = (np.minimum(a, b) > 0.0) & (valley > 0.0)
+    last = (a + b - 2.0 * np.sqrt(np.maximum(valley, 0.0))) / A
+    later = _peaked(-D, -a, -b, V, A)
+    return (
+        np.where(unlimited, np.abs(move) / V, first),
+        np.where(blocked & ~unlimited, np.maximum(last, first), np.inf),
+        np.where(blocked & ~unlimited, later, np.inf),
+    )
+
+
+def _peaked(
+    D: FloatArray, a: FloatArray, b: FloatArray, V: FloatArray, A: FloatArray
+) -> FloatArray:
+    """Duration with a peak of velocity, not negative and at most V, between the ends."""
+    squares = 0.5 * (a * a + b * b)
+    peak = np.minimum(np.sqrt(np.maximum(A * D + squares, 0.0)), V)
+    rest = np.maximum(D - (peak * peak - squares) / A, 0.0)
+    return np.asarray((2.0 * peak - a - b) / A + np.where(peak < V, 0.0, rest / V))
+
+
+def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray) -> FloatArray:
+    """Least duration with the velocity given at one end only, shape (d,)."""
+    D, v = np.abs(move), np.where(move < 0.0, -v, v)
+    with np.errstate(invalid="ignore", over="ignore"):
+        reach = (V * V - v * v) / (2.0 * A)  # how far it comes until it has reached V
+        rising = 2.0 * D / (v + np.sqrt(v * v + 2.0 * A * D))
+        cruising = (V - v) / A + (D - reach) / V
+    found = np.where(reach < D, cruising, rising)
+    return np.where(D == 0.0, 0.0, np.where(np.isinf(A), D / V, found))

@@ -1,0 +1,84 @@
+"""`TimedMotion`: the motion that was found, what bounds its duration, and where limits bind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray, ReadOnlyArrays
+
+
+@dataclass(frozen=True)
+class Binding:
+    """A limit that a joint is at for a part of an interval.
+
+    Attributes:
+        start, end: Names of the waypoints that the interval lies between.
+        joint: Name of the joint; empty for the tool.
+        quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
+            `"tool speed"`.
+        share: For how much of the interval's duration, from 0 to 1.
+    """
+
+    start: str
+    end: str
+    joint: str
+    quantity: str
+    share: float
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a solution has come.
+
+    Attributes:
+        iterations: Steps of the solver so far.
+        seconds: Time since the start [s].
+        objective: Value that the last step has.
+        violation: How far that step is from keeping every constraint, scaled.
+        done: Part of the intervals that are already solved, from 0 to 1.
+    """
+
+    iterations: int
+    seconds: float
+    objective: float
+    violation: float
+    done: float
+
+
+@dataclass(frozen=True, eq=False)
+class TimedMotion(ReadOnlyArrays):
+    """A motion that keeps every limit, with durations chosen.
+
+    Attributes:
+        trajectory: Its joints over time: cubic, C2, from time 0 on.
+        time: Times of the waypoints [s], shape (n,).
+        velocity: Joint velocities at the waypoints, chosen or given, shape (n, d).
+        acceleration: Joint accelerations at the waypoints, shape (n, d).
+        lower_bound: No motion through these waypoints that keeps the limits is shorter [s].
+        status: `"optimal"`, or `"stopped"` where the budget ended first: the motion keeps every
+            limit, but a better one may exist.
+        binding: Where which limit is met, by interval, the longest first.
+        objective: Value of each term, by name, before it is weighted: `"time"` [s], and the
+            integrals that have a weight.
+        iterations: Steps of the solver.
+        seconds: What the solution took [s].
+    """
+
+    trajectory: JointTrajectory
+    time: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    lower_bound: float
+    status: str = "optimal"
+    binding: tuple[Binding, ...] = ()
+    objective: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    iterations: int = 0
+    seconds: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """Time from the first waypoint to the last [s]."""
+        return float(self.time[-1] - self.time[0])

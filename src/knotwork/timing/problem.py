@@ -1,0 +1,249 @@
+"""`TimingProblem`: what is known of a motion whose durations are to be found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knotwork.arguments import finite_number
+from knotwork.errors import InputError, WaypointDataError
+from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
+
+BoolArray = NDArray[np.bool_]
+
+_NOT_GIVEN: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class TimingLimits(ReadOnlyArrays):
+    """What no joint may exceed at any time; infinite where there is no limit.
+
+    Attributes:
+        velocity: [rad/s or m/s], shape (d,), positive.
+        acceleration: [rad/s² or m/s²], shape (d,), positive; by default infinite.
+        jerk: [rad/s³ or m/s³], shape (d,), positive; by default infinite.
+        effort: [N m or N], shape (d,), positive; by default infinite. It needs dynamics.
+        lower: Least position [rad or m], shape (d,); by default -infinite.
+        upper: Greatest position [rad or m], shape (d,); by default infinite.
+        tool_speed: Greatest speed of the tool centre point [m/s]; by default infinite. It needs
+            dynamics.
+
+    Raises:
+        WaypointDataError: A magnitude is not positive, or a lower limit is not below the upper one.
+
+    >>> TimingLimits([2.0, 2.0], jerk=[40.0, 40.0]).acceleration
+    array([inf, inf])
+    """
+
+    velocity: FloatArray
+    acceleration: FloatArray = _NOT_GIVEN
+    jerk: FloatArray = _NOT_GIVEN
+    effort: FloatArray = _NOT_GIVEN
+    lower: FloatArray = _NOT_GIVEN
+    upper: FloatArray = _NOT_GIVEN
+    tool_speed: float = np.inf
+
+    def __post_init__(self) -> None:
+        d = np.size(self.velocity)
+        for name in ("velocity", "acceleration", "jerk", "effort"):
+            array = _numbers(getattr(self, name), (d,), f"{name} limit", np.inf)
+            if not (array > 0.0).all():
+                raise WaypointDataError(f"{name} limits are {array.tolist()}; give positive ones")
+            object.__setattr__(self, name, array)
+        for name, default in (("lower", -np.inf), ("upper", np.inf)):
+            array = _numbers(getattr(self, name), (d,), f"{name} position limit", default)
+            object.__setattr__(self, name, array)
+        if not (self.lower < self.upper).all():
+            raise WaypointDataError(
+                f"position limits run from {self.lower.tolist()} to {self.upper.tolist()}; "
+                "each lower one must be below its upper one"
+            )
+        if not self.tool_speed > 0.0:
+            raise WaypointDataError(f"tool speed limit is {self.tool_speed}; give a positive one")
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What the durations and the curve minimise: a weighted sum.
+
+    The integrals run over the whole motion and are sums over the joints.
+
+    Attributes:
+        time: Weight of the total duration.
+        jerk: Weight of the integral of jerk squared [1/(rad²/s⁵)].
+        acceleration: Weight of the integral of acceleration squared [1/(rad²/s³)].
+        effort: Weight of the integral of effort squared [1/(N² m² s)]. It needs dynamics.
+
+    Raises:
+        InputError: A weight is negative or not finite, or all are zero.
+
+    >>> Objective().time, Objective(time=0, jerk=1).jerk
+    (1.0, 1.0)
+    """
+
+    time: float = 1.0
+    jerk: float = 0.0
+    acceleration: float = 0.0
+    effort: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("time", "jerk", "acceleration", "effort"):
+            value = finite_number(getattr(self, name), f"weight of {name}")
+            if value < 0.0:
+                raise InputError(f"weight of {name} is {value:g}; it must not be negative")
+            object.__setattr__(self, name, value)
+        if not any((self.time, self.jerk, self.acceleration, self.effort)):
+            raise InputError("all weights of the objective are zero; give one that is positive")
+
+    @property
+    def only_time(self) -> bool:
+        """Whether nothing but the duration counts."""
+        return not (self.jerk or self.acceleration or self.effort)
+
+
+@dataclass(frozen=True, eq=False)
+class TimingProblem(ReadOnlyArrays):
+    """Waypoints, of which durations and perhaps velocities are to be chosen, and the limits.
+
+    Between two waypoints the joints move by five cubic pieces; the whole is C2.
+
+    Attributes:
+        joint_names: Names of the joints, length d.
+        position: Joint positions at the waypoints [rad or m], shape (n, d), n >= 2.
+        velocity: Joint velocities there [rad/s or m/s], shape (n, d); a row of NaN where they are
+            free.
+        limits: What no joint may exceed.
+        names: Names of the waypoints, length n; by default their indices.
+        joint_units: `"rad"` or `"m"` for each joint; by default all `"rad"`.
+        along: Where true, the row of `velocity` is a direction, and its factor, >= 0, is chosen;
+            shape (n,); by default nowhere.
+        most: Upper bound of that factor, shape (n,); by default infinite.
+        acceleration: Joint accelerations at the waypoints [rad/s² or m/s²], shape (n, d); a row of
+            NaN where they are chosen, as by default.
+        duration: From each waypoint to the next [s], shape (n-1,); NaN where it is chosen, as by
+            default.
+        at_least: Lower bound of a duration that is chosen [s], shape (n-1,); by default 0.
+        total: What the durations must add up to [s], or `None`.
+        objective: What is minimised; by default the time.
+        dynamics: Inertias of the robot, for limits of effort and of the tool's speed.
+
+    Raises:
+        WaypointDataError: Shapes do not match, or a value is not possible.
+
+    >>> problem = TimingProblem(("a",), [[0], [1]], [[0], [0]], TimingLimits([1.0], [2.0]))
+    >>> problem.free, problem.names
+    (array([ True]), ('0', '1'))
+    """
+
+    joint_names: tuple[str, ...]
+    position: FloatArray
+    velocity: FloatArray
+    limits: TimingLimits
+    names: tuple[str, ...] = field(default=(), kw_only=True)
+    joint_units: tuple[str, ...] = field(default=(), kw_only=True)
+    along: BoolArray = field(default=_NOT_GIVEN, kw_only=True)
+    most: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    acceleration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    duration: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    at_least: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
+    total: float | None = field(default=None, kw_only=True)
+    objective: Objective = field(default_factory=Objective, kw_only=True)
+    dynamics: Any = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        names, units = checked_joints(self.joint_names, self.joint_units)
+        put("joint_names", names)
+        put("joint_units", units)
+        n, d = len(self.position), len(names)
+        if n < 2:
+            raise WaypointDataError(f"a motion needs at least two waypoints, not {n}")
+        put("names", tuple(self.names) or tuple(str(i) for i in range(n)))
+        if len(self.names) != n:
+            raise WaypointDataError(f"names must have length {n}, not {len(self.names)}")
+        put("position", read_only(self.position, (n, d), "position"))
+        put("velocity", read_only(self.velocity, (n, d), "velocity", unknown=True))
+        put("acceleration", _numbers(self.acceleration, (n, d), "acceleration", np.nan))
+        put("along", _flags(self.along, n))
+        put("most", _numbers(self.most, (n,), "most", np.inf))
+        put("duration", _numbers(self.duration, (n - 1,), "duration", np.nan))
+        put("at_least", _numbers(self.at_least, (n - 1,), "at_least", 0.0))
+        if self.limits.velocity.shape != (d,):
+            raise WaypointDataError(
+                f"limits are given for {self.limits.velocity.size} joints; there are {d}"
+            )
+        self._check_rows("velocity")
+        self._check_rows("acceleration")
+        self._check_times()
+
+    def _check_rows(self, what: str) -> None:
+        missing = np.isnan(getattr(self, what))
+        partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
+        if partly.size:
+            raise WaypointDataError(
+                f"{what} at {self.names[partly[0]]!r} is known for some joints only; "
+                "give all of them, or NaN for all",
+                waypoint=int(partly[0]),
+            )
+
+    def _check_times(self) -> None:
+        wrong = np.flatnonzero(~np.isnan(self.duration) & ~(self.duration > 0.0))
+        for i in wrong[:1]:
+            raise WaypointDataError(
+                f"the duration from {self.names[i]!r} to {self.names[i + 1]!r} is "
+                f"{self.duration[i]:g} s; give a positive number, or NaN to have it chosen",
+                waypoint=int(i),
+                value=float(self.duration[i]),
+            )
+        if not (self.at_least >= 0.0).all() or not np.isfinite(self.at_least).all():
+            raise WaypointDataError("at_least must be finite and not negative [s]")
+        if not (self.most >= 0.0).all():
+            raise WaypointDataError("most must not be negative")
+        if self.total is not None:
+            put = finite_number(self.total, "total", "s", positive=True)
+            object.__setattr__(self, "total", put)
+        lost = self.along & np.isnan(self.velocity).any(axis=1)
+        if lost.any():
+            i = int(np.argmax(lost))
+            raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
+
+    @property
+    def free(self) -> BoolArray:
+        """Which durations are chosen, shape (n-1,)."""
+        return np.isnan(self.duration)
+
+    @property
+    def velocity_known(self) -> BoolArray:
+        """At which waypoints the velocity is given, shape (n,)."""
+        return ~self.along & ~np.isnan(self.velocity).any(axis=1)
+
+    @property
+    def acceleration_known(self) -> BoolArray:
+        """At which waypoints the acceleration is given, shape (n,)."""
+        return np.asarray(~np.isnan(self.acceleration).any(axis=1))
+
+
+def _numbers(values: ArrayLike | None, shape: tuple[int, ...], what: str, default: float) -> Any:
+    """Copy numbers, infinite and unknown ones too, into a read-only array."""
+    try:
+        array = np.array(np.full(shape, default) if values is None else values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise WaypointDataError(f"{what} must be numbers, not {values!r}", value=values) from error
+    if array.shape != shape:
+        raise WaypointDataError(f"{what} must have shape {shape}, not {array.shape}", value=array)
+    array.setflags(write=False)
+    return array
+
+
+def _flags(values: Sequence[bool] | BoolArray | None, n: int) -> BoolArray:
+    flags = np.zeros(n, dtype=bool) if values is None else np.array(values, dtype=bool)
+    if flags.shape != (n,):
+        raise WaypointDataError(f"along must have shape ({n},), not {flags.shape}")
+    flags.setflags(write=False)
+    return flags

@@ -1,0 +1,302 @@
+"""One section of a motion: from the problem to a program, and from its solution to a curve."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.timing.problem import TimingProblem
+from knotwork.timing.program import Program, Solution
+from knotwork.timing.rebuild import Knots, rebuilt
+from knotwork.timing.spline import PIECES, Form, Scale, blocks, layout, unpacked
+from knotwork.timing.start import first_durations, first_velocities, plain_cubic
+from knotwork.waypoints import FloatArray
+
+MARGIN = 1e-6
+"""Part of each limit that the solver leaves, so that its tolerance never shows as a violation."""
+
+SLACK = 1e-10
+"""A limit counts as kept if it is exceeded by no more than this part of it: rounding."""
+
+SHORTEST = 1e-3
+"""No piece is shorter than this part of its first guess."""
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Where the solver starts.
+
+    Attributes:
+        duration: Of the intervals [s], shape (n-1,).
+        share: Part of each interval that each piece takes, shape (n-1, PIECES).
+        curve: Joint positions over time from 0 to the sum of the durations.
+        velocity: At the waypoints, shape (n, d).
+    """
+
+    duration: FloatArray
+    share: FloatArray
+    curve: PiecewisePolynomial
+    velocity: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A curve from the solver's result, rebuilt.
+
+    Attributes:
+        knots: What the curve is made from.
+        curve: The curve.
+        solution: What the solver gave.
+    """
+
+    knots: Knots
+    curve: PiecewisePolynomial
+    solution: Solution
+
+
+@lru_cache(maxsize=16)
+def _program(form: Form) -> Program:
+    return Program(layout(form).size, blocks(form))
+
+
+def form_of(problem: TimingProblem, *, position: bool = False) -> Form:
+    """Find which equations a problem has."""
+    timed = ~problem.free | (problem.at_least > 0.0)
+    return Form(
+        len(problem.position) - 1,
+        len(problem.joint_names),
+        along=tuple(np.flatnonzero(problem.along).tolist()),
+        timed=tuple(np.flatnonzero(timed).tolist()),
+        total=problem.total is not None,
+        jerk=bool(np.isfinite(problem.limits.jerk).any()),
+        position=position,
+        smooth=bool(problem.objective.jerk or problem.objective.acceleration),
+    )
+
+
+def plain_guess(problem: TimingProblem, stretch: float = 1.0) -> Guess:
+    """Start from plain cubics, the free durations multiplied by a factor."""
+    velocity = first_velocities(problem)
+    duration = first_durations(problem, velocity)
+    duration = np.where(problem.free, np.maximum(stretch * duration, problem.at_least), duration)
+    if problem.total is not None:
+        duration = duration * (problem.total / duration.sum())
+    time = np.concatenate(([0.0], np.cumsum(duration)))
+    share = np.full((duration.size, PIECES), 1.0 / PIECES)
+    return Guess(duration, share, plain_cubic(time, problem.position, velocity), velocity)
+
+
+class Section:
+    """A problem made ready for the solver.
+
+    Args:
+        problem: The problem.
+        guess: Where to start; it also sets the units.
+        margin: Part of each limit that is left.
+        position: Whether positions between the breaks are limited.
+        program: Makes the program of a form.
+    """
+
+    def __init__(
+        self,
+        problem: TimingProblem,
+        guess: Guess,
+        *,
+        margin: float = MARGIN,
+        position: bool = False,
+        program: Callable[[Form], Program] = _program,
+    ) -> None:
+        self.problem, self.guess, self.margin = problem, guess, margin
+        self.form = form_of(problem, position=position)
+        self.scale = _scale(problem, guess)
+        self.program = program(self.form)
+
+    def solve(self, start: FloatArray | None = None, multipliers: Any = None) -> Solution:
+        """Run the solver."""
+        return self.program.solve(
+            self.start() if start is None else start,
+            self.bounds(),
+            self.parameters(),
+            self.limits(),
+            multipliers,
+        )
+
+    def start(self) -> FloatArray:
+        """Variables of the guess."""
+        at, guess, scale = layout(self.form), self.guess, self.scale
+        x = np.zeros(at.size)
+        span = guess.share * guess.duration[:, None]
+        x[at.tau] = span.ravel() / scale.time
+        time = np.minimum(np.append(0.0, np.cumsum(span.ravel())), guess.curve.x[-1])
+        most = self.problem.limits.acceleration
+        x[at.q] = guess.curve(time) / scale.unit(0)
+        x[at.v] = guess.curve(time, 1) / scale.unit(1)
+        x[at.a] = np.clip(guess.curve(time, 2), -most, most) / scale.unit(2)
+        for place, i in zip(at.factor, self.form.along, strict=True):
+            direction = self.problem.velocity[i]
+            length = float(direction @ direction)
+            x[place] = float(guess.velocity[i] @ direction) / length if length else 0.0
+        return x
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest values of the variables; equal where they are known."""
+        at, problem, scale = layout(self.form), self.problem, self.scale
+        low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
+        shortest = SHORTEST * self.guess.duration / PIECES / scale.time
+        low[at.tau] = np.repeat(shortest, PIECES)
+        inner = 1.0 - self.margin
+        V, A = (inner * getattr(problem.limits, name) for name in ("velocity", "acceleration"))
+        low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
+        low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
+        lower, upper = self._room()
+        parts = (slice(PIECES * i, PIECES * (i + 1)) for i in range(self.form.intervals))
+        for part, least, most in zip(parts, lower, upper, strict=True):
+            low[at.q[part]], high[at.q[part]] = least / scale.unit(0), most / scale.unit(0)
+        waypoints = slice(None, None, PIECES)
+        low[at.q[waypoints]] = high[at.q[waypoints]] = problem.position / scale.unit(0)
+        for places, values, known, order in (
+            (at.v, problem.velocity, problem.velocity_known, 1),
+            (at.a, problem.acceleration, problem.acceleration_known, 2),
+        ):
+            fixed = places[waypoints][known]
+            low[fixed] = high[fixed] = values[known] / scale.unit(order)
+        low[at.factor] = 0.0
+        high[at.factor] = problem.most[list(self.form.along)]
+        return low, high
+
+    def _room(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest positions in each interval, shape (n-1, d); its ends are inside."""
+        problem = self.problem
+        width = problem.limits.upper - problem.limits.lower
+        gap = self.margin * np.where(np.isfinite(width), width, 1.0)
+        ends = np.stack((problem.position[:-1], problem.position[1:]))
+        return (
+            np.minimum(problem.limits.lower + gap, ends.min(axis=0)),
+            np.maximum(problem.limits.upper - gap, ends.max(axis=0)),
+        )
+
+    def parameters(self) -> list[FloatArray]:
+        """Parameters of each block."""
+        problem, scale, form = self.problem, self.scale, self.form
+        h = np.repeat(self.guess.duration, PIECES) / scale.time
+        rows = [1.0 / h, 1.0 / (h * h)]
+        if form.jerk:
+            jerk = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
+            rows.append(np.repeat((1.0 / jerk)[:, None], form.pieces, axis=1))
+        rows.append(np.repeat(self._weights()[:, None], form.pieces, axis=1))
+        directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
+        empty = np.zeros((0, 1))
+        return [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
+
+    def _weights(self) -> FloatArray:
+        objective, scale = self.problem.objective, self.scale
+        weights = [np.array([objective.time * scale.time])]
+        if self.form.smooth:
+            weights.append(objective.jerk * scale.unit(3) ** 2 * scale.time)
+            weights.append(objective.acceleration * scale.unit(2) ** 2 * scale.time)
+        found = np.concatenate(weights)
+        return np.asarray(found / self.typical_cost())
+
+    def typical_cost(self) -> float:
+        """What the objective is divided by, so that it is near one."""
+        objective, scale = self.problem.objective, self.scale
+        h = self.guess.duration
+        cost = objective.time * float(h.sum())
+        if self.form.smooth:
+            for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
+                cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
+        return cost or 1.0
+
+    def limits(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Least and greatest values of each block's constraints."""
+        problem, scale, form = self.problem, self.scale, self.form
+        d, count = form.joints, form.pieces
+        high = [np.zeros((2 * d, count)), *[self._fastest()] * 3]
+        low = [np.zeros((2 * d, count)), *[-self._fastest()] * 3]
+        if form.jerk:
+            high.append(np.zeros((2 * d, count)))
+            low.append(np.full((2 * d, count), -np.inf))
+        if form.position:
+            lower, upper = (
+                np.repeat((room / scale.unit(0)).T, PIECES, axis=1) for room in self._room()
+            )
+            high += [upper] * 5
+            low += [lower] * 5
+        timed = list(form.timed)
+        free = problem.free[timed]
+        least = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
+        most = np.where(free, np.inf, least)
+        zero = np.zeros((d, len(form.along)))
+        found = [(np.vstack(low), np.vstack(high)), (least[None], most[None]), (zero, zero)]
+        if problem.total is not None:
+            total = np.array([[problem.total / scale.time]])
+            found.append((total, total))
+        return found
+
+    def _fastest(self) -> FloatArray:
+        """Greatest velocities in each piece, scaled, shape (d, pieces)."""
+        problem = self.problem
+        V = np.tile((1.0 - self.margin) * problem.limits.velocity, (self.form.intervals, PIECES, 1))
+        given = np.where(problem.velocity_known[:, None], np.abs(problem.velocity), 0.0)
+        V[:, 0] = np.maximum(V[:, 0], given[:-1])
+        V[:, -1] = np.maximum(V[:, -1], given[1:])
+        return (V.reshape(self.form.pieces, -1) / self.scale.unit(1)).T
+
+    def rebuild(self, solution: Solution) -> Found:
+        """Make the exact curve of a solution; it starts at time 0."""
+        problem, form = self.problem, self.form
+        tau, _, v, a = unpacked(form, solution.x, self.scale)
+        parts = tau.reshape(form.intervals, PIECES)
+        duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
+        if problem.total is not None:
+            free = problem.free
+            left = problem.total - duration[~free].sum()
+            duration[free] *= left / duration[free].sum()
+        duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
+        velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[::PIECES])
+        for place, i in zip(layout(form).factor, form.along, strict=True):
+            velocity[i] = max(float(solution.x[place]), 0.0) * problem.velocity[i]
+        known = problem.acceleration_known
+        a[::PIECES][known] = problem.acceleration[known]
+        ends = np.arange(form.intervals)[:, None] * PIECES + np.arange(PIECES + 1)
+        knots = Knots(
+            np.concatenate(([0.0], np.cumsum(duration))),
+            parts / parts.sum(axis=1)[:, None],
+            problem.position,
+            velocity,
+            a[ends],
+        )
+        return Found(knots, rebuilt(knots), solution)
+
+
+def _scale(problem: TimingProblem, guess: Guess) -> Scale:
+    time = float(np.median(guess.duration))
+    limits = problem.limits
+    with np.errstate(invalid="ignore"):
+        room = np.minimum(limits.velocity * time, limits.acceleration * time**2)
+        room = np.minimum(room, limits.jerk * time**3)
+    span = np.ptp(problem.position, axis=0)
+    largest = float(span.max()) or 1.0
+    typical = np.maximum(span, 1e-3 * largest)
+    return Scale(time, np.where(np.isfinite(room), room, typical))
+
+
+def excess(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
+    """By how much a curve exceeds the limits, exactly, relative to each limit; only what does."""
+    found = {}
+    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        over = float((curve.extrema(order).peak / getattr(problem.limits, name)).max()) - 1.0
+        if over > SLACK:
+            found[name] = over
+    positions = curve.extrema(0)
+    lower, upper = problem.limits.lower, problem.limits.upper
+    size = np.maximum(1.0, np.maximum(np.abs(problem.position).max(axis=0), 0.0))
+    over = float((np.maximum(lower - positions.minimum, positions.maximum - upper) / size).max())
+    if over > SLACK:
+        found["position"] = over
+    return found

@@ -1,0 +1,204 @@
+"""The motion as a program: five cubic pieces an interval, their equations, limits and costs.
+
+With the states (q, v, a) at the breaks and the duration τ of each piece, shared by all joints,
+
+    v' = v + τ (a + a')/2        q' = q + τ v + τ² (2 a + a')/6        |a' - a| <= J τ
+
+and |a| <= A, |v| <= V at the breaks. A velocity is quadratic in each piece, so it is below V if its
+Bézier points are: those of each half of a piece, which lie near to the curve. Likewise positions.
+
+The program works in the time unit and the position units of a `Scale`, so that all its numbers are
+near one whatever the units and the limits are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from knotwork.timing.program import Block, IndexArray, Kernel
+from knotwork.waypoints import FloatArray
+
+PIECES = 5
+"""Cubic pieces an interval. More gain less than 1 % of the duration."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """Which equations the program of a motion has; motions of one form share a program.
+
+    Attributes:
+        intervals: Number of intervals.
+        joints: Number of joints.
+        along: Waypoints whose velocity has a direction and a factor that is chosen.
+        timed: Intervals whose duration is given or has a lower bound.
+        total: Whether the durations must add up to a number.
+        jerk: Whether jerk is limited.
+        position: Whether positions between the breaks are limited.
+        smooth: Whether jerk or acceleration count in the objective.
+    """
+
+    intervals: int
+    joints: int
+    along: tuple[int, ...] = ()
+    timed: tuple[int, ...] = ()
+    total: bool = False
+    jerk: bool = True
+    position: bool = False
+    smooth: bool = False
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces of the whole motion."""
+        return PIECES * self.intervals
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where the variables of a motion stand: for each break its state, then the piece after it.
+
+    Attributes:
+        tau: Durations of the pieces, shape (pieces,).
+        q, v, a: States at the breaks, shape (pieces + 1, joints) each.
+        factor: Factors of the velocities along directions, shape (len(along),).
+        size: Number of variables.
+    """
+
+    tau: IndexArray
+    q: IndexArray
+    v: IndexArray
+    a: IndexArray
+    factor: IndexArray
+    size: int
+
+
+@lru_cache(maxsize=64)
+def layout(form: Form) -> Layout:
+    """Place the variables of a motion."""
+    d, pieces = form.joints, form.pieces
+    step = 3 * d + 1
+    start = step * np.arange(pieces + 1)
+    state = start[:, None] + np.arange(3 * d)
+    factors = start[-1] + 3 * d + np.arange(len(form.along))
+    return Layout(
+        start[:-1] + 3 * d,
+        state[:, :d],
+        state[:, d : 2 * d],
+        state[:, 2 * d :],
+        factors,
+        int(start[-1]) + 3 * d + len(form.along),
+    )
+
+
+@lru_cache(maxsize=64)
+def blocks(form: Form) -> tuple[Block, ...]:
+    """Equations and costs of a motion, as repeated kernels.
+
+    They are, in this order: one for each piece; one for each interval in `timed`; one for each
+    waypoint in `along`; and the total, if it is given.
+    """
+    at, d = layout(form), form.joints
+    left = np.concatenate((at.q[:-1], at.v[:-1], at.a[:-1]), axis=1)
+    right = np.concatenate((at.q[1:], at.v[1:], at.a[1:]), axis=1)
+    piece = np.concatenate((at.tau[:, None], left, right), axis=1).T
+    parts = at.tau.reshape(form.intervals, PIECES)
+    found = [
+        Block(_piece_kernel(d, form.jerk, form.position, form.smooth), piece),
+        Block(_sum_kernel(PIECES), parts[list(form.timed)].T),
+        Block(
+            _direction_kernel(d),
+            np.concatenate(
+                (at.v[PIECES * np.array(form.along, dtype=np.intp)], at.factor[:, None]), axis=1
+            ).T,
+        ),
+    ]
+    if form.total:
+        found.append(Block(_sum_kernel(form.pieces), at.tau[:, None]))
+    return tuple(found)
+
+
+@lru_cache(maxsize=64)
+def _piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
+    """Equations of one piece. Parameters: scales of the equations, inverse jerk limits, weights.
+
+    Constraints, d each: the velocity's equation and the position's; the velocity at three Bézier
+    points; change of acceleration within the jerk limit, upwards and downwards; five Bézier points
+    of the position.
+    """
+    import casadi as ca
+
+    tau, state = ca.SX.sym("tau"), ca.SX.sym("state", 6 * d)
+    q0, v0, a0, q1, v1, a1 = ca.vertsplit(state, d)
+    scale, inverse_jerk = ca.SX.sym("scale", 2), ca.SX.sym("jerk", d if jerk else 0)
+    weight = ca.SX.sym("weight", 1 + (2 * d if smooth else 0))
+    middle = v0 + tau * (3 * a0 + a1) / 8
+    rows = [
+        (v1 - v0 - tau * (a0 + a1) / 2) * scale[0],
+        (q1 - q0 - tau * v0 - tau**2 * (2 * a0 + a1) / 6) * scale[1],
+        v0 + tau * a0 / 4,
+        middle,
+        v1 - tau * a1 / 4,
+    ]
+    if jerk:
+        change = (a1 - a0) * inverse_jerk
+        rows += [change - tau, -change - tau]
+    if position:
+        half = q0 + tau * v0 / 2 + tau**2 * (5 * a0 + a1) / 48
+        bend = tau * middle / 6
+        rows += [q0 + tau * v0 / 6, half - bend, half, half + bend, q1 - tau * v1 / 6]
+    cost = weight[0] * tau
+    if smooth:
+        rough, strong = ca.vertsplit(weight[1:], d)
+        cost += ca.dot(rough, (a1 - a0) ** 2) / tau
+        cost += ca.dot(strong, a0**2 + a0 * a1 + a1**2) * tau / 3
+    return Kernel(
+        ca.vertcat(tau, state), ca.vertcat(scale, inverse_jerk, weight), ca.vertcat(*rows), cost
+    )
+
+
+@lru_cache(maxsize=64)
+def _sum_kernel(count: int) -> Kernel:
+    import casadi as ca
+
+    tau = ca.SX.sym("tau", count)
+    return Kernel(tau, ca.SX(0, 1), ca.sum1(tau))
+
+
+@lru_cache(maxsize=64)
+def _direction_kernel(d: int) -> Kernel:
+    """Velocity of a waypoint = factor times direction."""
+    import casadi as ca
+
+    v, factor, direction = ca.SX.sym("v", d), ca.SX.sym("s"), ca.SX.sym("u", d)
+    return Kernel(ca.vertcat(v, factor), direction, v - factor * direction)
+
+
+@dataclass(frozen=True, eq=False)
+class Scale:
+    """Units in which a program works.
+
+    Attributes:
+        time: [s].
+        position: By joint [rad or m], shape (d,).
+    """
+
+    time: float
+    position: FloatArray
+
+    def unit(self, order: int) -> FloatArray:
+        """Unit of the derivative of a position, shape (d,)."""
+        return np.asarray(self.position / self.time**order)
+
+
+def unpacked(form: Form, x: FloatArray, scale: Scale) -> Any:
+    """Give durations of the pieces, and positions, velocities and accelerations, in SI units."""
+    at = layout(form)
+    return (
+        x[at.tau] * scale.time,
+        x[at.q] * scale.unit(0),
+        x[at.v] * scale.unit(1),
+        x[at.a] * scale.unit(2),
+    )

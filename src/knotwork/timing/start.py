@@ -1,0 +1,65 @@
+"""Where the solver starts: durations from the limits, and plain cubics between the waypoints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.timing.problem import TimingProblem
+from knotwork.waypoints import FloatArray
+
+
+def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
+    """Durations in which each interval is likely to be feasible [s], shape (n-1,)."""
+    limits = problem.limits
+    D = np.abs(np.diff(problem.position, axis=0))
+    v0, v1 = np.abs(velocity[:-1]), np.abs(velocity[1:])
+    V, A, J = limits.velocity, limits.acceleration, limits.jerk
+    with np.errstate(invalid="ignore"):
+        ramp = np.where(np.isinf(A), 0.0, np.divide(A, J))  # 0 where the jerk is not limited
+        h = np.maximum(np.maximum(D / V, 2.0 * np.sqrt(D / A)), np.cbrt(32.0 * D / J))
+        h = h + (v0 + v1) / A + np.where(np.isfinite(ramp), ramp, 0.0)
+    typical = h.max(axis=1)
+    mean = np.divide(D, np.maximum(v0, v1), out=np.zeros_like(D), where=np.maximum(v0, v1) > 0.0)
+    typical = np.where(typical > 0.0, typical, mean.max(axis=1))
+    typical = np.maximum(typical, problem.at_least)
+    typical = np.where(typical > 0.0, typical, 1.0)
+    return np.where(problem.free, 1.3 * typical, problem.duration)
+
+
+def first_velocities(problem: TimingProblem, duration: FloatArray | None = None) -> FloatArray:
+    """Velocities at the waypoints to start from, shape (n, d): those known, and guesses."""
+    v = np.array(problem.velocity)
+    known = problem.velocity_known
+    if known.all():
+        return v
+    still = np.zeros_like(v)
+    h = first_durations(problem, still) if duration is None else duration
+    slope = np.diff(problem.position, axis=0) / h[:, None]
+    before, after = np.vstack((slope[:1], slope)), np.vstack((slope, slope[-1:]))
+    same = before * after > 0.0
+    guess = np.where(same, np.sign(after) * np.minimum(np.abs(before), np.abs(after)), 0.0)
+    cap = np.where(np.isinf(problem.limits.velocity), np.inf, 0.8 * problem.limits.velocity)
+    guess = np.clip(guess, -cap, cap)
+    for i in np.flatnonzero(~known):
+        if not problem.along[i]:
+            v[i] = guess[i]
+            continue
+        direction = v[i]
+        length = float(direction @ direction)
+        factor = max(float(guess[i] @ direction) / length, 0.0) if length else 0.0
+        v[i] = min(factor, float(problem.most[i]), _fastest(direction, cap)) * direction
+    return v
+
+
+def _fastest(direction: FloatArray, cap: FloatArray) -> float:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.min(np.where(direction == 0.0, np.inf, cap / np.abs(direction))))
+
+
+def plain_cubic(
+    time: FloatArray, position: FloatArray, velocity: FloatArray
+) -> PiecewisePolynomial:
+    """Join the waypoints by cubic Hermite pieces."""
+    return PiecewisePolynomial(two_point_coefficients(time, (position, velocity)), time)
