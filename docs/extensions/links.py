@@ -71,7 +71,7 @@ MODULES = {
         "velocity_miss",
     ),
     "knotwork.view.page": ("Page",),
-    "knotwork.tool_path": ("PathDeviation", "deviation_from_line", "straight_path_deviation"),
+    "knotwork.deviation": ("PathDeviation", "deviation_from_line", "straight_path_deviation"),
 }
 """What is public of modules that have no `__all__`: what those packages give and raise."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -73,7 +73,7 @@ class TimedMotion(ReadOnlyArrays):
     acceleration: FloatArray
     lower_bound: float
     status: str = "optimal"
-    binding: tuple[Binding, ...] = ()
+    binding: Sequence[Binding] = ()
     objective: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     iterations: int = 0
     seconds: float = 0.0
