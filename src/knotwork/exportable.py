@@ -55,6 +55,17 @@ class DriveOptions(TypedDict, total=False):
     fit: float | None
 
 
+class ScriptOptions(TypedDict, total=False):
+    """Options of programs for controllers.
+
+    Attributes:
+        fit: Insert points until the motion is met within this tolerance [rad]; by default the
+            knots must define it exactly.
+    """
+
+    fit: float | None
+
+
 class TableOptions(TypedDict, total=False):
     """Options of the sampled formats: CSV, JSON, npz and Parquet.
 
@@ -95,6 +106,10 @@ class Exportable:
     def to_pvt(self, **options: Unpack[DriveOptions]) -> str:
         """Give a position-velocity-time table; see `knotwork.export.to_pvt`."""
         return str(self._exported("to_pvt", **options))
+
+    def to_urscript(self, **options: Unpack[ScriptOptions]) -> str:
+        """Give a program for Universal Robots; see `knotwork.export.to_urscript`."""
+        return str(self._exported("to_urscript", **options))
 
     def to_csv(self, **options: Unpack[TableOptions]) -> str:
         """Give samples or knots as CSV; see `knotwork.export.to_csv`."""

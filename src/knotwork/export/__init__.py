@@ -39,5 +39,6 @@ if TYPE_CHECKING:
     from knotwork.export.samples import to_parquet as to_parquet
     from knotwork.export.table import MotionTable as MotionTable
     from knotwork.export.table import motion_table as motion_table
+    from knotwork.export.urscript import to_urscript as to_urscript
 
 __getattr__, __dir__, __all__ = lazy_names(__name__)

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from knotwork.errors import InputError, UnknownNameError
-from knotwork.exportable import DriveOptions, MessageOptions, TableOptions
+from knotwork.exportable import DriveOptions, MessageOptions, ScriptOptions, TableOptions
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,13 @@ _ALL = (
         ".csv",
         "pvt",
         DriveOptions,
+    ),
+    Format(
+        "urscript",
+        "program for a controller of Universal Robots",
+        ".script",
+        "urscript",
+        ScriptOptions,
     ),
     Format("csv", "samples or knots as CSV", ".csv", "samples", TableOptions),
     Format("json", "samples or knots as JSON", ".json", "samples", TableOptions),

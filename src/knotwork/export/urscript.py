@@ -1,0 +1,206 @@
+"""URScript: a program that runs a motion on a controller of Universal Robots.
+
+The program makes the cubic of each piece from the positions and velocities at its ends, as the
+cubic splines of Universal Robots' own driver do, and sends the controller one `speedj` a step: the
+velocity at the end of the step, with the acceleration that gets there in just that time. So the
+commanded velocity is the motion's at every step and straight between, and what is integrated from
+it is off by the trapezoidal rule, h² (a(t) - a(0)) / 12 for steps of h [s] and an acceleration a(t)
+that is continuous.
+
+The clock runs on over the knots, which may be between two steps. What the controller's own target
+is off from the motion is taken back with a time constant of 1/`GAIN`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.errors import ExportError
+from knotwork.export.lossless import Points, motion_points
+from knotwork.export.pvt import increments
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+
+JOINTS = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+"""Joints of the arms, base first, as the controller counts them; a prefix may stand before all."""
+
+STANDING = 1e-9
+"""Slower than this an arm stands [rad/s]."""
+
+START = 0.001
+"""The arm starts only within this of the first point, in each joint [rad]."""
+
+LARGEST_ERROR = 0.05
+"""The program stops the arm if a joint's target is off its motion by more [rad]. At 125 Hz a joint
+of 3 rad/s moves half as far in a step."""
+
+GAIN = 2.0
+"""Velocity with which an error of the target is taken back [1/s]."""
+
+_PROGRAM = """\
+def knotwork_motion():
+  # Time from the start of the piece to the end of the next step [s].
+  global kw_clock = get_steptime()
+  # Where the piece starts [rad, rad/s], and the velocities sent last [rad/s].
+  global kw_q = {first}
+  global kw_qd = {rest}
+  global kw_sent = {rest}
+
+  def kw_largest(values):
+    local most = 0.0
+    local i = 0
+    while i < 6:
+      if norm(values[i]) > most:
+        most = norm(values[i])
+      end
+      i = i + 1
+    end
+    return most
+  end
+
+  def kw_give_up(why):
+    stopj(2.0)
+    textmsg(why)
+    popup(why, title="Knotwork", error=True, blocking=True)
+    halt
+  end
+
+  # Reach velocities qd within one step. At least 0.001 rad/s^2, because a speedj without an
+  # acceleration is none.
+  def kw_step(qd):
+    local a = kw_largest(qd - kw_sent) / get_steptime()
+    if a < 0.001:
+      a = 0.001
+    end
+    kw_sent = qd
+    speedj(qd, a, get_steptime())
+  end
+
+  # A cubic in each joint, to positions q and velocities qd after the duration.
+  def kw_cubic(q, qd, duration):
+    local way = q - kw_q
+    local c2 = (way * 3.0 - kw_qd * 2.0 * duration - qd * duration) / pow(duration, 2)
+    local c3 = (kw_qd * duration + qd * duration - way * 2.0) / pow(duration, 3)
+    while kw_clock <= duration:
+      local t = kw_clock - get_steptime()
+      local off = kw_q + (kw_qd + (c2 + c3 * t) * t) * t - get_target_joint_positions()
+      if kw_largest(off) > {largest}:
+        kw_give_up("A joint is off its motion by more than {largest} rad. The arm is stopped.")
+      end
+      t = kw_clock
+      kw_step(kw_qd + (c2 * 2.0 + c3 * 3.0 * t) * t + off * {gain})
+      kw_clock = kw_clock + get_steptime()
+    end
+    kw_clock = kw_clock - duration
+    kw_q = q
+    kw_qd = qd
+  end
+
+  if kw_largest(kw_q - get_target_joint_positions()) > {start}:
+    kw_give_up("The arm does not stand at the first point of the motion. Move it to {first}.")
+  end
+{pieces}
+  kw_step({rest})
+  stopj(2.0)
+end
+"""
+
+
+def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -> str:
+    """Write a program in URScript that runs a motion of an arm of Universal Robots.
+
+    It runs on controllers with arithmetic of lists: PolyScope 3.14.3, 5.9.4 and later, PolyScope X.
+    The arm must stand at the first point, and stands at the last one in the end.
+
+    >>> import knotwork as kw
+    >>> text = to_urscript(kw.plan("ur5_deburring").trajectory)
+    >>> text.count("  kw_cubic("), text.count("def knotwork_motion():")
+    (17, 1)
+
+    Args:
+        motion: The motion, or points of it as `motion_points` makes them. Positions in rad, times
+            in s; every number is written with all its digits.
+        fit: Insert points until the motion is met within this tolerance [rad]; by default the
+            knots must define it exactly.
+
+    Raises:
+        ExportError: The points can't define the motion, see `motion_points`; the joints are not
+            those of such an arm; or it does not start and end at rest.
+        InputError: The tolerance is out of range.
+    """
+    points = motion_points(motion, accelerations=None, fit=fit)
+    trajectory = points.trajectory
+    order = _joint_order(trajectory)
+    _refuse_moving(trajectory)
+    knots = trajectory.knots
+    position, velocity = knots.position[:, order], knots.velocity[:, order]
+    velocity[[0, -1]] = 0.0
+    durations = increments(np.asarray(knots.time - knots.time[0]))
+    pieces = [
+        f"  kw_cubic({_numbers(position[i])}, {_numbers(velocity[i])}, {_number(durations[i])})"
+        for i in range(1, len(durations))
+    ]
+    about = [
+        f"A motion of {trajectory.duration:.6g} s for an arm of Universal Robots.",
+        f"{points.describe()}.",
+        "Each line kw_cubic is a piece: positions [rad] and velocities [rad/s] at its end, and its",
+        "duration [s]. The arm must stand at the first point. Try it in the simulator first.",
+        f"Joints: {', '.join(trajectory.joint_names[i] for i in order)}.",
+    ]
+    program = _PROGRAM.format(
+        first=_numbers(position[0]),
+        rest=_numbers(np.zeros(len(JOINTS))),
+        largest=_number(LARGEST_ERROR),
+        gain=_number(GAIN),
+        start=_number(START),
+        pieces="\n".join(pieces),
+    )
+    return "".join(f"# {line}\n" for line in about) + program
+
+
+def _number(value: float) -> str:
+    """The shortest decimals that give a number back exactly, without a power of ten."""
+    return np.format_float_positional(value, unique=True, trim="0")
+
+
+def _numbers(values: FloatArray) -> str:
+    return f"[{', '.join(_number(value) for value in values.tolist())}]"
+
+
+def _joint_order(trajectory: JointTrajectory) -> list[int]:
+    """Where each of `JOINTS` is among the joints of a motion."""
+    names = list(trajectory.joint_names)
+    prefix = names[0].removesuffix(next((one for one in JOINTS if names[0].endswith(one)), ""))
+    wanted = [prefix + name for name in JOINTS]
+    if sorted(names) != sorted(wanted):
+        raise ExportError(
+            f"the motion moves {', '.join(names)}; a controller of Universal Robots moves six "
+            f"joints, which must be named {', '.join(JOINTS)}, in any order, all with the same "
+            "prefix if any"
+        )
+    for name, unit in zip(names, trajectory.joint_units, strict=True):
+        if unit != "rad":
+            raise ExportError(f"joint {name!r} is in {unit}; it must be in rad", joint=name)
+    return [names.index(name) for name in wanted]
+
+
+def _refuse_moving(trajectory: JointTrajectory) -> None:
+    for time, where in ((trajectory.start_time, "starts"), (trajectory.end_time, "ends")):
+        speeds = np.abs(trajectory.velocity(time))
+        joint = int(speeds.argmax())
+        if speeds[joint] > STANDING:
+            name = trajectory.joint_names[joint]
+            raise ExportError(
+                f"the motion {where} with joint {name!r} at {speeds[joint]:.3g} rad/s; the program "
+                "runs an arm from rest to rest",
+                joint=name,
+                error=float(speeds[joint]),
+                time=float(time),
+            )

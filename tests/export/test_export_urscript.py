@@ -1,0 +1,193 @@
+"""Programs for Universal Robots: run by an emulated controller, their text makes the motion."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from urscript_controller import Controller, PopupError
+
+import knotwork as kw
+from command_line import Command
+from knotwork.errors import ExportError
+from knotwork.trajectory import JointTrajectory
+
+SCENARIOS = ("ur5_deburring", "ur10_spray", "ur3_lid")
+RATES = (125.0, 500.0)
+ARM = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+
+
+@cache
+def planned(scenario: str) -> JointTrajectory:
+    return kw.plan(scenario).trajectory
+
+
+def run(motion: JointTrajectory, rate: float, text: str | None = None) -> Controller:
+    controller = Controller(motion.position(motion.start_time), rate)
+    controller.run(motion.to_urscript() if text is None else text)
+    return controller
+
+
+def deviation(motion: JointTrajectory, controller: Controller) -> np.ndarray:
+    """How far the targets are off the motion at each step [rad], shape (n, 6)."""
+    time = np.clip(controller.time + motion.start_time, motion.start_time, motion.end_time)
+    return controller.position - motion.position(time)
+
+
+def most_by_steps(motion: JointTrajectory, rate: float) -> float:
+    """The law of the trapezoidal rule, h² |a(t) - a(0)| / 12, and what feedback adds at most."""
+    time = np.linspace(motion.start_time, motion.end_time, 20001)
+    change = np.abs(motion.acceleration(time) - motion.acceleration(motion.start_time)).max()
+    return float(2.0 * change / (12.0 * rate**2))
+
+
+def cubic_arm(
+    *, names: tuple[str, ...] = ARM, start: float = 0.0, end: float = 0.0
+) -> JointTrajectory:
+    """A motion of six joints with knots between the steps of any controller."""
+    time = np.array([0.5, 0.5 + 1 / 3, 1.7, 2.0**0.5 + 1.0, 3.3217])
+    q = np.cumsum(np.sin(np.arange(30.0)).reshape(5, 6) * 0.3, axis=0)
+    v = np.cos(np.arange(30.0)).reshape(5, 6) * 0.5
+    v[0], v[-1] = start, end
+    waypoints = kw.JointWaypoints(names, time, q, v)
+    return kw.get_planner("modified-hermite")(waypoints)
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("scenario", [*SCENARIOS, "knots between steps"])
+def test_the_controller_makes_the_motion(scenario: str, rate: float) -> None:
+    motion = planned(scenario) if scenario in SCENARIOS else cubic_arm()
+    controller = run(motion, rate)
+    off = np.abs(deviation(motion, controller))
+    allowed = most_by_steps(motion, rate)
+    print(f"{scenario} at {rate:g} Hz: off by {off.max():.2e} rad, {allowed:.2e} by the law")  # noqa: T201
+    assert off.max() <= allowed
+    assert not controller.velocity[-1].any()
+    assert -1e-9 < controller.time[-1] - motion.duration < 2.5 / rate
+
+
+def test_four_times_the_rate_is_sixteen_times_as_near() -> None:
+    slow, fast = (np.abs(deviation(cubic_arm(), run(cubic_arm(), rate))).max() for rate in RATES)
+    assert 14.0 < slow / fast < 18.0
+
+
+def test_the_arm_accelerates_as_planned() -> None:
+    """Numbers rounded to six decimals make the acceleration ragged, which larger arms refuse."""
+    quintic = kw.plan("ur5_deburring", planner="quintic").trajectory
+    text = quintic.to_urscript(fit=1e-9)
+
+    def ragged(text: str) -> float:
+        controller = run(quintic, 500.0, text)
+        sent = np.diff(controller.velocity, axis=0) * 500.0
+        inside = controller.time[1:] < quintic.duration
+        middle = (controller.time[:-1] + quintic.start_time + 0.001)[inside]
+        return float(np.abs(sent[inside] - quintic.acceleration(middle)).max())
+
+    coarse = re.sub(r"\d+\.\d{7,}", lambda number: f"{float(number[0]):.6f}", text)
+    exact, rounded = ragged(text), ragged(coarse)
+    print(f"off by {exact:.2e} rad/s² with all digits, {rounded:.2e} with six decimals")  # noqa: T201
+    assert exact < 1e-3
+    assert rounded > 10.0 * exact
+
+
+def test_every_number_has_all_its_digits() -> None:
+    motion = planned("ur10_spray")
+    text = motion.to_urscript()
+    rows = [
+        [float(value) for value in re.findall(r"-?\d+\.\d+", line)]
+        for line in re.findall(r"^  kw_cubic\(.*", text, re.MULTILINE)
+    ]
+    knots = motion.knots
+    assert (np.array([row[:6] for row in rows]) == knots.position[1:]).all()
+    assert (np.array([row[6:12] for row in rows])[:-1] == knots.velocity[1:-1]).all()
+    ends = np.cumsum([row[12] for row in rows])
+    assert ends == pytest.approx(knots.time[1:] - knots.time[0], abs=1e-12)
+
+
+def test_joints_of_any_order_and_prefix_are_told_in_the_controllers_order() -> None:
+    motion = cubic_arm(names=tuple(f"left_{name}" for name in ARM))
+    order = [3, 0, 5, 2, 1, 4]
+    names = [motion.joint_names[i] for i in order]
+    shuffled = motion.reordered(names, ["rad"] * 6)
+    assert shuffled.joint_names != motion.joint_names
+    assert shuffled.to_urscript().splitlines()[5:] == motion.to_urscript().splitlines()[5:]
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (("a", "b", "c", "d", "e", "f"), "a, b, c, d, e, f"),
+        ((*ARM[:5], "left_wrist_3_joint"), "same prefix"),
+    ],
+)
+def test_other_arms_are_refused(names: tuple[str, ...], words: str) -> None:
+    with pytest.raises(ExportError, match=words) as error:
+        cubic_arm(names=names).to_urscript()
+    assert "shoulder_pan_joint" in str(error.value)
+
+
+def test_other_numbers_of_joints_and_units_are_refused() -> None:
+    with pytest.raises(ExportError, match="six joints"):
+        planned("paper_case").to_urscript()
+    sliding = dataclasses.replace(cubic_arm(), joint_units=("rad",) * 5 + ("m",))
+    with pytest.raises(ExportError, match="'wrist_3_joint' is in m; it must be in rad"):
+        sliding.to_urscript()
+
+
+@pytest.mark.parametrize(("end", "word"), [("start", "starts"), ("end", "ends")])
+def test_a_motion_that_is_not_from_rest_to_rest_is_refused(end: str, word: str) -> None:
+    with pytest.raises(ExportError, match=f"{word} with joint .* at 0.2 rad/s"):
+        cubic_arm(**{end: 0.2}).to_urscript()
+
+
+def test_quintics_need_a_fit() -> None:
+    quintic = kw.plan("ur5_deburring", planner="quintic").trajectory
+    with pytest.raises(ExportError, match="--fit"):
+        quintic.to_urscript()
+    controller = run(quintic, 500.0, quintic.to_urscript(fit=1e-5))
+    assert np.abs(deviation(quintic, controller)).max() < 5e-5
+
+
+def test_the_arm_does_not_start_elsewhere() -> None:
+    motion = cubic_arm()
+    controller = Controller(motion.position(0.5) + np.array([0, 0, 0.0011, 0, 0, 0]), 500.0)
+    with pytest.raises(PopupError, match="does not stand at the first point"):
+        controller.run(motion.to_urscript())
+
+
+def test_a_small_error_is_taken_back() -> None:
+    motion = cubic_arm()
+    controller = Controller(motion.position(0.5) + np.array([0, 9e-4, 0, 0, 0, 0]), 500.0)
+    controller.run(motion.to_urscript())
+    assert abs(deviation(motion, controller)[-1, 1]) < 9e-4 * np.exp(-2.0 * motion.duration) * 1.2
+
+
+def test_an_arm_pushed_off_its_motion_is_stopped() -> None:
+    motion = cubic_arm()
+    controller = Controller(motion.position(motion.start_time), 500.0)
+    controller.push(1.0, np.array([0, 0, 0, 0.06, 0, 0]))
+    with pytest.raises(PopupError, match="off its motion"):
+        controller.run(motion.to_urscript())
+    assert np.abs(controller.qd).max() < 1e-12
+
+
+def test_the_command_writes_the_program(knotwork: Command, tmp_path: Path) -> None:
+    file = tmp_path / "motion.script"
+    ran = knotwork("export", "ur5_deburring", "--format", "urscript", "-o", file)
+    assert ran.code == 0
+    assert file.read_text() == planned("ur5_deburring").to_urscript()
+    ran = knotwork("export", "panda_pick_place", "--format", "urscript")
+    assert ran.code == 2
+    assert "panda_joint1" in ran.err
+    assert "shoulder_pan_joint" in ran.err
