@@ -186,7 +186,7 @@ def test_meshes_are_found_as_ros_finds_them(
         text = URDF.format(collision="").replace("package://lost/base.stl", name)
         path.write_text(text, encoding="utf-8")
         said = at_rest(kw.load_robot(path).with_tool("arm")).warnings
-        return not any(f"there is no mesh {name}" in line for line in said)
+        return not any(f"there is no mesh {name!r}" in line for line in said)
 
     name = "package://arm_description/meshes/a.stl"
     assert is_found(name, package / "urdf")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -74,6 +75,25 @@ knots_option = click.option(
 )
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
+)
+
+
+def _look_in(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
+    """Put folders in front of those of ROS, where every mesh is looked for."""
+    if folders:
+        listed = [*folders, *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
+        os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(listed)
+
+
+package_path_option = click.option(
+    "--package-path",
+    metavar="DIR",
+    multiple=True,
+    type=click.Path(exists=True, file_okay=False, resolve_path=True),
+    expose_value=False,
+    callback=_look_in,
+    help="Folder that the robot's meshes are looked for in, before those of ROS_PACKAGE_PATH; "
+    "may be repeated.",
 )
 
 

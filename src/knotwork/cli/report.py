@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from knotwork.cli.parameters import FAILED, PASSED, html_option, motion_options
+from knotwork.cli.parameters import FAILED, PASSED, html_option, motion_options, package_path_option
 from knotwork.cli.sources import read_motions
 from knotwork.errors import InputError
 
@@ -18,6 +18,7 @@ Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 
 
 @click.command(epilog=_EPILOG)
 @html_option(required=True)
+@package_path_option
 @motion_options("which it is checked against")
 def report(source: str, out: Path, planner: str | None, knots: Any, reference: str | None) -> int:
     """Write a page about a motion to print or send: verdict, tables, plots, 3D view.

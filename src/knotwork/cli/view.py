@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import PASSED, Names, html_option, motion_options
+from knotwork.cli.parameters import PASSED, Names, html_option, motion_options, package_path_option
 from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
 from knotwork.errors import InputError
 
@@ -34,6 +34,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     help="Port of the address; by default any that is free.",
 )
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
+@package_path_option
 @motion_options("to show waypoints and what fails")
 def view(
     source: str,

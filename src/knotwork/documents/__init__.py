@@ -7,6 +7,7 @@ error.
 from knotwork.documents.document import Document, Location, field_path
 from knotwork.documents.validation import validate
 from knotwork.documents.values import Finite, Number, Positive, StrictModel, Text, by_kind
+from knotwork.documents.xml_text import check_xml, parse_xml
 from knotwork.documents.yaml_text import parse, read, read_text
 
 __all__ = [
@@ -18,8 +19,10 @@ __all__ = [
     "StrictModel",
     "Text",
     "by_kind",
+    "check_xml",
     "field_path",
     "parse",
+    "parse_xml",
     "read",
     "read_text",
     "validate",

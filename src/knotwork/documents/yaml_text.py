@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import io
 import re
 import typing
 from collections.abc import Iterator
@@ -20,6 +21,8 @@ MOST_NESTED = 100
 # Aliases of aliases can make a short file hold more than any memory. Only what they repeat counts,
 # not what stands in the file itself.
 MOST_REPEATED = 1_000_000
+# A hundred thousand waypoints have a tenth of this.
+MOST_BYTES = 100_000_000
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
@@ -233,11 +236,15 @@ def read(path: Path) -> Document:
     return parse(read_text(path), path)
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, most: int = MOST_BYTES) -> str:
     """Read a text file in UTF-8.
 
+    Args:
+        path: The file.
+        most: Files of more bytes are refused.
+
     Raises:
-        DocumentError: The file can't be read or is not UTF-8 text.
+        DocumentError: The file can't be read, is too large or is not UTF-8 text.
     """
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
@@ -246,7 +253,12 @@ def read_text(path: Path) -> str:
                 None, "", "is no regular file", "a file; write a pipe's output to one"
             )
             raise DocumentError(path, [problem])
-        return path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+        if len(data) > most:
+            message = f"has {path.stat().st_size} bytes, and at most {most} are read"
+            raise DocumentError(path, [Problem(None, "", message)])
+        return io.TextIOWrapper(io.BytesIO(data), encoding="utf-8").read()
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text (byte {error.start})"
         raise DocumentError(path, [Problem(None, "", message)]) from error

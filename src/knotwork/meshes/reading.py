@@ -1,64 +1,36 @@
-"""Reading mesh files: COLLADA with pycollada, all other formats with Coal or trimesh.
+"""Reading mesh files: COLLADA with pycollada, STL, OBJ, PLY, OFF and glTF with trimesh.
 
-pycollada reads colours and images. Of other formats (STL, OBJ, PLY, glTF and more) only shapes are
-read: by Coal, which comes with Pinocchio and is loaded already, or where a file has several
-materials by trimesh, because Coal 3.0 mixes up their points. As in ROS, the unit of length of a
-COLLADA file counts and its upward axis does not.
+Of all formats but COLLADA only shapes are read. Files come from strangers, so both readers are
+written in Python: Coal's reader, which is in C++, ends the process on broken files.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from dataclasses import dataclass
+import json
+from itertools import chain
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
-from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knotwork.errors import InputError
-from knotwork.waypoints import FloatArray
-
-IndexArray = NDArray[np.int64]
-Colour = tuple[float, float, float, float]
-
-# What readers raise for files that are not as they must be.
-_UNREADABLE = (
-    *(OSError, ValueError, LookupError, AttributeError, TypeError, RuntimeError),
-    *(ElementTree.ParseError, ImportError),  # trimesh needs other packages for some formats
+from knotwork.meshes.bounds import (
+    FARTHEST,
+    MOST_NESTED,
+    MOST_SHAPES,
+    MOST_TRIANGLES,
+    check_triangles,
+    read_bounded,
 )
-# Elements of COLLADA that say what surfaces look like.
-_LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")
+from knotwork.meshes.collada_file import read_collada
+from knotwork.meshes.part import MeshPart
+
+SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 
 
-@dataclass(frozen=True, eq=False)
-class MeshPart:
-    """Triangles of one material.
-
-    Attributes:
-        points: [m], shape (n, 3).
-        triangles: Indices of points, counter-clockwise seen from outside, shape (m, 3).
-        normals: Directions, not always of length one, shape (k, 3); `None` if the file has none.
-        corner_normals: Indices of normals, shape (m, 3), or `None`.
-        uv: Place of each corner in the image, from the lower left, shape (m, 3, 2), or `None`.
-        colour: Red, green, blue and opacity in 0 … 1; `None` if the file gives none.
-        image: File of the image that colours it, or `None`.
-    """
-
-    points: FloatArray
-    triangles: IndexArray
-    normals: FloatArray | None = None
-    corner_normals: IndexArray | None = None
-    uv: FloatArray | None = None
-    colour: Colour | None = None
-    image: Path | None = None
-
-
-def read_mesh(path: Path) -> tuple[MeshPart, ...]:
-    """Read a mesh file; there is at least one part, and each has triangles.
+def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
+    """Read a mesh file; there is at least one part with triangles, and not all are without area.
 
     A COLLADA file whose materials have a fault is read without colours.
 
@@ -66,109 +38,111 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
     >>> [(len(part.triangles), part.colour) for part in read_mesh(meshes / "ur5/visual/base.dae")]
     [(1795, (0.5248, 0.5248, 0.5248, 1.0)), (137, (0.064, 0.064, 0.064, 1.0))]
 
+    Args:
+        path: The file.
+        inside: Folder that the images of its materials must be in; by default that of the file.
+
     Raises:
-        InputError: The file can't be read, holds no triangles, or points that are not finite.
+        InputError: The file can't be read, is larger than what is read, holds no triangles with an
+            area, or points that are not finite.
     """
     try:
-        parts = _read_collada(path) if path.suffix.lower() == ".dae" else (_read_shape(path),)
-        if not any(len(part.triangles) for part in parts):
-            raise ValueError("it holds no triangles")
-        if not all(np.isfinite(part.points).all() for part in parts):
-            raise ValueError("it has points that are not finite")
-    except _UNREADABLE as error:
+        if path.suffix.lower() not in SUFFIXES:
+            raise InputError(f"read are {', '.join(SUFFIXES)}")
+        data = read_bounded(path)
+        if path.suffix.lower() == ".dae":
+            parts = read_collada(data, path.parent, inside or path.parent)
+        else:
+            parts = (_read_shape(data, path.suffix.lower()[1:]),)
+        _check(parts)
+    except Exception as error:  # readers raise whatever comes of what they do not expect
         raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
     return parts
 
 
 def _reason(error: Exception) -> str:
-    """Why a file can't be read; Coal puts where its code stands around it."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    if len(lines) > 1 and lines[-1].startswith("Hint:"):
-        return lines[-2]
-    return "; ".join(lines)
+    """Why a file can't be read, in a line that is no part of the file's content."""
+    if isinstance(error, RecursionError):
+        return "it is nested too deep"
+    if isinstance(error, MemoryError):
+        return "it needs too much memory"
+    text = "; ".join(line.strip() for line in str(error).splitlines() if line.strip())
+    if len(text) > 200:
+        text = f"{text[:197]}..."
+    return text if isinstance(error, ValueError | OSError) else f"{type(error).__name__} {text}"
 
 
-def _read_shape(path: Path) -> MeshPart:
-    import coal
+def _check(parts: tuple[MeshPart, ...]) -> None:
+    """Check what all formats must have.
 
-    mesh = coal.MeshLoader().load(str(path), np.ones(3))
-    corners = (mesh.tri_indices(i) for i in range(mesh.num_tris))
-    triangles = np.array([(one[0], one[1], one[2]) for one in corners], dtype=np.int64)
-    points = np.array(mesh.vertices())
-    if len(np.unique(triangles)) < len(points):  # those of the second material and on
-        import trimesh
+    Raises:
+        InputError: They hold no triangles, or something is out of range.
+    """
+    if not any(len(part.triangles) for part in parts):
+        raise InputError("it holds no triangles")
+    for part in parts:
+        if not (np.abs(part.points) <= FARTHEST).all():
+            raise InputError(
+                f"it has points that are not finite or farther than {FARTHEST:g} from the origin"
+            )
+        pairs = ((part.triangles, part.points), (part.corner_normals, part.normals))
+        for indices, values in pairs:
+            if indices is None or values is None or not indices.size:
+                continue
+            if indices.min() < 0 or indices.max() >= len(values):
+                raise InputError(f"it has an index that is not in 0 to {len(values) - 1}")
+        for extra in (part.normals, part.uv):
+            if extra is not None and not np.isfinite(extra).all():
+                raise InputError("it has normals or places in images that are not finite")
+    if not any(_has_area(part) for part in parts):
+        raise InputError("none of its triangles has an area")
 
-        whole = trimesh.load_scene(path, process=False).to_mesh()
-        points, triangles = np.asarray(whole.vertices), np.asarray(whole.faces)
-    return MeshPart(points, triangles)
+
+def _has_area(part: MeshPart) -> bool:
+    a, b, c = np.moveaxis(part.points[part.triangles], 1, 0)
+    return bool(np.cross(b - a, c - a).any())
 
 
-def _read_collada(path: Path) -> tuple[MeshPart, ...]:
-    import collada
+def _read_shape(data: bytes, kind: str) -> MeshPart:
+    """Read the shape of a file of any format but COLLADA; no other file is opened for it."""
+    import trimesh
 
-    try:
-        try:
-            document = collada.Collada(str(path))
-        except collada.common.DaeError:
-            document = collada.Collada(_without_looks(path))
-    except collada.common.DaeError as error:
-        raise ValueError(str(error)) from error
-    if document.scene is None:
-        raise ValueError("it shows no scene")
-    scale = document.assetInfo.unitmeter or 1.0
-    unit = np.diag([scale, scale, scale, 1.0])
-    return tuple(
-        part
-        for shape in document.scene.objects("geometry")
-        for part in _shape_parts(shape, unit @ shape.matrix, path.parent)
+    if kind in ("glb", "gltf"):
+        _check_gltf(data, kind)
+    options: dict[str, Any] = {"skip_materials": True} if kind == "obj" else {}
+    scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **options)
+    shown = [scene.geometry[name] for _, name in map(scene.graph.get, scene.graph.nodes_geometry)]
+    shapes = [shape for shape in shown if isinstance(shape, trimesh.Trimesh)]
+    check_triangles(sum(len(shape.faces) for shape in shapes))
+    if not shapes:
+        raise InputError("it holds no triangles")
+    whole = scene.to_mesh()
+    return MeshPart(
+        np.asarray(whole.vertices, dtype=float), np.asarray(whole.faces, dtype=np.int64)
     )
 
 
-def _without_looks(path: Path) -> io.BytesIO:
-    """Give a COLLADA document without its materials."""
-    tree = ElementTree.parse(path)
-    for element in list(tree.iter()):
-        for child in list(element):
-            if child.tag.rpartition("}")[2] in _LOOKS:
-                element.remove(child)
-    document = io.BytesIO()
-    tree.write(document)
-    document.seek(0)
-    return document
+def _check_gltf(data: bytes, kind: str) -> None:
+    """Refuse glTF of few bytes that asks for much memory.
 
-
-def _shape_parts(shape: Any, placement: FloatArray, folder: Path) -> Iterator[MeshPart]:
-    """Give the parts of a `collada.geometry.BoundGeometry` where its nodes place it."""
-    import collada
-
-    turn = placement[:3, :3]
-    for primitive in shape.original.primitives:
-        polygons = isinstance(primitive, collada.polylist.Polylist)
-        faces = primitive.triangleset() if polygons else primitive
-        if not isinstance(faces, collada.triangleset.TriangleSet) or not len(faces):
-            continue
-        # a placement that mirrors turns the triangles inside out
-        order = slice(None, None, -1 if np.linalg.det(turn) < 0 else 1)
-        normals = corner_normals = uv = None
-        if faces.normal is not None:
-            normals = faces.normal @ np.linalg.inv(turn)
-            corner_normals = faces.normal_index[:, order].astype(np.int64)
-        if faces.texcoordset:
-            uv = faces.texcoordset[0][faces.texcoord_indexset[0]][:, order, :2]
-        material = shape.materialnodebysymbol.get(primitive.material)
-        colour, image = _look(material.target.effect.diffuse if material else None, folder)
-        points = faces.vertex @ turn.T + placement[:3, 3]
-        triangles = faces.vertex_index[:, order].astype(np.int64)
-        yield MeshPart(points, triangles, normals, corner_normals, uv, colour, image)
-
-
-def _look(diffuse: Any, folder: Path) -> tuple[Colour | None, Path | None]:
-    """Colour, or file of the image, of a material's diffuse light."""
-    if diffuse is None:
-        return None, None
-    if isinstance(diffuse, tuple):
-        red, green, blue, opacity = (*diffuse, 1.0)[:4]
-        return (red, green, blue, opacity), None
-    address = diffuse.sampler.surface.image.path
-    path = folder / unquote(address.strip().removeprefix("file://"))
-    return None, path if path.is_file() else None
+    Raises:
+        InputError: It names more values than it holds, or its nodes form no tree.
+        ValueError: It is no glTF.
+    """
+    text = data
+    if kind == "glb":  # a header of 12 bytes, then the length and kind of the first chunk
+        text = data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    content: Any = json.loads(text)
+    counts = [accessor.get("count", 0) for accessor in content.get("accessors", ())]
+    if any(not isinstance(count, int) or count > 3 * MOST_TRIANGLES for count in counts):
+        raise InputError(f"an accessor has more than {3 * MOST_TRIANGLES} values")
+    nodes = content.get("nodes", [])
+    carried = list(chain.from_iterable(node.get("children", ()) for node in nodes))
+    if len(nodes) > MOST_SHAPES or len(set(carried)) < len(carried):
+        raise InputError(f"it has more than {MOST_SHAPES} nodes, or one that is in two others")
+    below = {i: node.get("children", ()) for i, node in enumerate(nodes)}
+    level, depth = [i for i in below if i not in set(carried)], 0
+    while level:
+        level, depth = [one for i in level for one in below[i]], depth + 1
+        if depth > MOST_NESTED:
+            raise InputError(f"its nodes are in one another more than {MOST_NESTED} deep")

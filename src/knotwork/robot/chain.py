@@ -11,6 +11,9 @@ import pinocchio as pin
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.urdf import Urdf
 
+# A character that XML can't hold, so that no joint's name begins with it.
+_NO_JOINT = "\x01"
+
 
 @dataclass(frozen=True, eq=False)
 class Chain:
@@ -68,11 +71,23 @@ def select_chain(
     still = [i for i in range(1, full.njoints) if i not in moving]
     reference, values = _reference(urdf, robot, still, locked)
     return Chain(
-        model=pin.buildReducedModel(full, still, reference),
+        model=_reduced(full, still, reference),
         joint_names=tuple(full.names[i] for i in moving),
         base_frame=base,
         locked=values,
     )
+
+
+def _reduced(full: Any, still: list[int], reference: Any) -> Any:
+    """Lock joints. Pinocchio looks frames up by name, and a link may be named like a joint."""
+    whole = full.copy()
+    links = [frame for frame in whole.frames if frame.type == pin.FrameType.BODY]
+    for frame in links:
+        frame.name = f"{_NO_JOINT}{frame.name}"
+    reduced = pin.buildReducedModel(whole, still, reference)
+    for frame in reduced.frames:
+        frame.name = frame.name.removeprefix(_NO_JOINT)
+    return reduced
 
 
 def _why_not_serial(urdf: Urdf, index: int) -> str | None:

@@ -19,6 +19,11 @@ class RobotFile(StrictModel):
         description="Path relative to the file, or `example-robot-data:` and a path below its "
         "folder `robots`"
     )
+    package_paths: list[Text] = Field(
+        default_factory=list,
+        description="Folders that meshes are also looked for in, relative to the file: of packages "
+        "that the URDF names, `package://NAME/…`, or that its relative paths start from",
+    )
     base_frame: Text | None = Field(
         default=None, description="Link that poses are given in; left out: the root of the URDF"
     )

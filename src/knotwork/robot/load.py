@@ -99,6 +99,7 @@ def _from_document(document: Document, folder: Path) -> Robot:
             locked=content.locked,
             configurations=content.configurations,
             limits=limit_tables(dict(content.limits), list(urdf.types), urdf, name),
+            package_paths=tuple(folder / os.path.expanduser(p) for p in content.package_paths),
         )
     )
     if robot.tool_frame is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -39,6 +40,7 @@ class Description:
         locked: Joints locked on purpose [rad or m].
         configurations: Name to joint to position [rad or m].
         limits: Limits that replace the URDF's.
+        package_paths: Folders that meshes are also looked for in.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Description:
     locked: Mapping[str, float] = field(default_factory=dict)
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: LimitTables = field(default_factory=dict)
+    package_paths: tuple[Path, ...] = ()
 
 
 class Robot:
@@ -60,13 +63,14 @@ class Robot:
 
     A joint position is one number, also for a joint that turns without limit. All poses are of
     the TCP in the base frame. All arrays over joints have shape (d,) and are read-only. A robot
-    holds Pinocchio's working memory, so each thread needs a robot of its own.
+    may be shared by threads: each has working memory of its own.
 
     Attributes:
         name: Name of the robot.
         description: What it is.
         source: File that describes it.
         urdf: File with its links, masses and shapes.
+        package_paths: Folders that its meshes are also looked for in.
         joint_names: Names of the d joints, base first.
         joint_units: `"rad"` or `"m"` for each joint.
         lower_position_limit, upper_position_limit: [rad or m], infinite where there is none.
@@ -84,7 +88,7 @@ class Robot:
         configurations: Those named configurations that place every joint [rad or m].
         locked: Positions of the joints that do not move [rad or m].
         model: Pinocchio model of the chain, nq = nv = d.
-        data: Its working memory.
+        data: Its working memory, another for each thread.
 
     >>> from knotwork import load_robot
     >>> arm = load_robot("planar2")
@@ -99,6 +103,7 @@ class Robot:
         given = self._given = description
         self.name, self.description = given.name, given.description
         self.source, self.urdf = given.source, given.urdf.path
+        self.package_paths = given.package_paths
         self.tool_frame = given.tool_frame
         self.tool_offset = given.tool_offset.copy()
         self.tool_candidates = given.urdf.leaves
@@ -145,7 +150,7 @@ class Robot:
             model.gravity.linear = base.rotation @ self._given.gravity
         gravity = base.rotation.T @ model.gravity.linear
         self.gravity = read_only(gravity, (3,), "gravity")
-        self.data = model.createData()
+        self._memory = threading.local()
 
     def _set_limits(self) -> None:
         given = self._given
@@ -157,6 +162,16 @@ class Robot:
         self.velocity_limit = magnitudes["velocity"]
         self.acceleration_limit = magnitudes["acceleration"]
         self.jerk_limit, self.effort_limit = magnitudes["jerk"], magnitudes["effort"]
+
+    @property
+    def data(self) -> Any:
+        """Pinocchio's working memory, made once in each thread."""
+        memory = self._memory
+        try:
+            return memory.data
+        except AttributeError:
+            memory.data = self.model.createData()
+            return memory.data
 
     @property
     def dof(self) -> int:

@@ -1,6 +1,6 @@
 """Reading a URDF into a Pinocchio model in which every joint position is one number.
 
-Meshes are never opened: only the tree of links and joints and their masses are read.
+Shapes and meshes are left out: only the tree of links and joints and their masses are read.
 """
 
 from __future__ import annotations
@@ -13,18 +13,19 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.dom import expatbuilder
 from xml.dom.minidom import Document, Element
-from xml.parsers.expat import ExpatError
 
 import numpy as np
 import pinocchio as pin
 
-from knotwork.documents import read_text
-from knotwork.errors import RobotError
+from knotwork.documents import parse_xml, read_text
+from knotwork.errors import InputError, RobotError
+from knotwork.robot.urdf_rules import check_tree, child_elements, link_of, plain_text
 
 # Wide enough to be no limit while the URDF is parsed; replaced by infinity in the arrays.
 _WIDE = "1e9"
+MOST_BYTES = 32_000_000
+MOST_ELEMENTS = 100_000
 # Other descriptions of robots in XML, by their outermost element.
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 
@@ -75,25 +76,28 @@ def read_urdf(path: Path, robot: str) -> Urdf:
         RobotError: It is no valid URDF; the message says what the parser said, or what the file is
             instead.
     """
-    text = read_text(path)
+    text = read_text(path, most=MOST_BYTES)
     try:
-        document = expatbuilder.parseString(text.encode(), namespaces=False)
-    except ExpatError as error:
-        raise RobotError(robot, f"{path} is not XML, so it is not a URDF: {error}") from error
+        document = parse_xml(text.encode(), MOST_ELEMENTS)
+    except InputError as error:
+        raise RobotError(robot, f"{path} is no URDF: {error}") from error
     root = _root(document, text, path, robot)
+    try:
+        base = check_tree(root)
+    except InputError as error:
+        raise RobotError(robot, f"{path} is no valid URDF: {error}") from error
     joints = {e.getAttribute("name"): e for e in child_elements(root, "joint")}
     types = {name: element.getAttribute("type") for name, element in joints.items()}
     unbounded = frozenset(name for name, kind in types.items() if kind == "continuous")
     for name in unbounded:
         _bound(document, joints[name])
-    model = _build(document.toxml() if unbounded else text, path, robot)
+    model = _build(plain_text(root), path, robot)
     links = tuple(e.getAttribute("name") for e in child_elements(root, "link"))
-    parents = {_link(element, "parent") for element in joints.values()}
-    children = {_link(element, "child") for element in joints.values()}
+    parents = {link_of(element, "parent") for element in joints.values()}
     return Urdf(
         path=path,
         model=model,
-        root=next(link for link in links if link not in children),
+        root=base,
         links=links,
         leaves=tuple(link for link in links if link not in parents),
         types=types,
@@ -120,17 +124,6 @@ def _root(document: Document, text: str, path: Path, robot: str) -> Element:
             "(the command comes with ROS) and give the result",
         )
     return root
-
-
-def child_elements(element: Element, tag: str = "") -> list[Element]:
-    """Elements right below another, those of one name if one is given."""
-    nodes = element.childNodes
-    return [node for node in nodes if isinstance(node, Element) and tag in ("", node.tagName)]
-
-
-def _link(joint: Element, end: str) -> str:
-    elements = child_elements(joint, end)
-    return elements[0].getAttribute("link") if elements else ""
 
 
 def _mimic(joint: Element) -> Mimic | None:
@@ -170,12 +163,16 @@ def _build(text: str, path: Path, robot: str) -> Any:
         reason = said[0] if said and said[0] else str(error)
         raise RobotError(robot, f"{path} is no valid URDF: {reason}") from error
     for frame in model.frames:
-        if not np.isfinite(frame.placement.homogeneous).all():
-            raise RobotError(
-                robot,
-                f"{path} is no valid URDF: the origin of {frame.name!r} is not finite",
-                joint=frame.name,
-            )
+        for what, numbers in (
+            ("origin", frame.placement.homogeneous),
+            ("inertia", frame.inertia.toDynamicParameters()),
+        ):
+            if not np.isfinite(numbers).all():
+                raise RobotError(
+                    robot,
+                    f"{path} is no valid URDF: the {what} of {frame.name!r} is not finite",
+                    joint=frame.name,
+                )
     return model
 
 

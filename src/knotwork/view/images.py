@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import base64
 import io
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
+
+from knotwork.errors import InputError
 
 # Longest side of an image [pixels]; the first at which all images together are small enough.
 SIDES = (1024, 512, 256, 128)
 MOST_BYTES = 6_000_000
 """Size of all images of a page together, in base64."""
+MOST_PIXELS = 2**26
+"""Of one image that is read."""
+MOST_PIXELS_TOGETHER = 2**29
+# Others run programs, or are none that materials of meshes are made of.
+FORMATS = ("PNG", "JPEG", "BMP", "GIF", "TGA", "TIFF", "WEBP")
 
 
 def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]:
@@ -22,28 +31,57 @@ def image_addresses(paths: Sequence[Path]) -> tuple[list[str | None], list[str]]
     Returns:
         For each its address, `None` where it can't be read, and what could not be read and why.
     """
-    warnings: list[str] = []
+    unread: list[str] = []
+    images: list[Any] = []
+    room = MOST_PIXELS_TOGETHER
+    for path in paths:
+        try:
+            image, pixels = _small_image(path, room)
+            room -= pixels
+            images.append(image)
+        except Exception as error:  # Pillow raises whatever comes of a broken file
+            reason = f"image {path} can't be read: {error}"
+            unread.append(f"{reason}; what it colours is drawn grey")
+            images.append(None)
     addresses: list[str | None] = []
     for side in SIDES:
-        warnings.clear()
-        addresses = [_address(path, side, warnings) for path in paths]
+        addresses = [None if image is None else _address(image, side) for image in images]
         if sum(len(address or "") for address in addresses) <= MOST_BYTES:
             break
-    return addresses, warnings
+    return addresses, unread
 
 
-def _address(path: Path, side: int, warnings: list[str]) -> str | None:
+def _small_image(path: Path, room: int) -> tuple[Any, int]:
+    """Read an image, no larger than any page shows it, and say how many pixels the file has.
+
+    Raises:
+        InputError: It has more pixels than are read, or than there is room for.
+    """
     from PIL import Image
 
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        opened = Image.open(path, formats=FORMATS)
+    with opened:
+        pixels = opened.width * opened.height
+        if pixels > MOST_PIXELS:
+            raise InputError(f"it has {pixels} pixels; at most {MOST_PIXELS} are read")
+        if pixels > room:
+            most = MOST_PIXELS_TOGETHER
+            raise InputError(f"it has {pixels} pixels beside others; at most {most} are read")
+        clear = "A" in opened.getbands() or "transparency" in opened.info
+        mode = "RGBA" if clear else "RGB"
+        opened.load()
+        image = opened if opened.mode == mode else opened.convert(mode)
+        image.thumbnail((SIDES[0], SIDES[0]))
+        return image.copy(), pixels
+
+
+def _address(image: Any, side: int) -> str:
+    """An image, with sides no longer than asked for, as an address."""
     file = io.BytesIO()
-    try:
-        with Image.open(path) as opened:
-            clear = "A" in opened.getbands() or "transparency" in opened.info
-            image = opened.convert("RGBA" if clear else "RGB")
-        image.thumbnail((side, side))
-        kind = "png" if clear else "jpeg"
-        image.save(file, format=kind, quality=85)
-    except (OSError, ValueError, Image.DecompressionBombError) as error:
-        warnings.append(f"image {path} can't be read: {error}; what it colours is drawn grey")
-        return None
+    small = image.copy()
+    small.thumbnail((side, side))
+    kind = "png" if image.mode == "RGBA" else "jpeg"
+    small.save(file, format=kind, quality=85)
     return f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode('ascii')}"

@@ -6,22 +6,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from xml.dom import expatbuilder
-from xml.dom.minidom import Element
 
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import InputError
-from knotwork.meshes.finding import find_mesh
-from knotwork.meshes.reading import Colour, read_mesh
+from knotwork.errors import InputError, shown
+from knotwork.meshes.finding import find_mesh, mesh_package
+from knotwork.meshes.reading import read_mesh
 from knotwork.robot import Robot
-from knotwork.robot.urdf import child_elements
+from knotwork.robot.shapes import Shape, UrdfShapes
 from knotwork.view.mesh import GREY, Mesh, drawable, merged
 from knotwork.view.solids import box, capsule, cylinder, rod, sphere
 from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012
+MOST_TRIANGLES = 3_000_000
+"""Of all shapes of a robot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,29 +46,35 @@ class LinkShapes:
 def link_shapes(robot: Robot) -> LinkShapes:
     """Read the shapes of all links, those of locked joints included.
 
-    A mesh that is missing is a warning: the link is drawn from its collision shape, or as a line
-    to the links that it carries.
+    A shape that can't be drawn is a warning: the link is drawn from its collision shape, or as a
+    line to the links that it carries.
     """
-    urdf = _Shapes(robot.urdf)
+    urdf, drawn = UrdfShapes(robot.urdf), _Drawn(robot)
     model = robot.model
     frames = {f.name: f for f in model.frames if f.type == pin.FrameType.BODY}
     carried: list[list[Mesh]] = [[] for _ in range(model.njoints)]
     warnings: list[str] = []
     plain: list[str] = []
-    for link, element in urdf.links.items():
+    for link in urdf.links:
         if link not in frames:
             continue
-        parts, missing = urdf.shapes(element, "visual")
+        shapes, lost = urdf.of(link, "visual")
+        parts, missing = drawn.meshes(shapes)
         if not all(part.coloured for part in parts):
             plain.append(link)
-        if missing:
-            instead, worse = urdf.shapes(element, "collision")
-            if instead and not worse:
-                parts, how = instead, "drawn from its collision shape"
+        said = [shape.fault for shape in shapes if shape.fault]
+        if missing or lost:
+            said += [*lost, *missing]
+            shapes, lost = urdf.of(link, "collision")
+            instead, missing = drawn.meshes(shapes)
+            if instead and not (lost or missing):
+                parts = instead
+                said.append("drawn from its collision shape")
             else:
-                how = "drawn as a line"
                 parts += _lines(urdf.carried.get(link, ()))
-            warnings.append(f"link {link!r}: {'; '.join(missing)}; {how}")
+                said.append("drawn as a line")
+        if said:
+            warnings.append(f"link {link!r}: {'; '.join(said)}")
         placement = frames[link].placement
         joint = frames[link].parentJoint
         carried[joint] += [part.moved(placement.rotation, placement.translation) for part in parts]
@@ -103,87 +109,52 @@ def _skeleton(robot: Robot) -> list[list[Mesh]]:
     return carried
 
 
-class _Shapes:
-    """A URDF's links and materials."""
+class _Drawn:
+    """Shapes as meshes; each mesh file is read once, and all together are bounded."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        text = path.read_bytes()
-        root = expatbuilder.parseString(text, namespaces=False).documentElement
-        if root is None:
-            raise ValueError(f"{path} is empty")  # it has been read as a robot before
-        self.links = {e.getAttribute("name"): e for e in child_elements(root, "link")}
-        self.materials: dict[str, Colour] = {}
-        for material in root.getElementsByTagName("material"):
-            colour = _colour(material)
-            if colour is not None:
-                self.materials.setdefault(material.getAttribute("name"), colour)
-        self.carried: dict[str, list[FloatArray]] = {}
-        for joint in child_elements(root, "joint"):
-            for parent in child_elements(joint, "parent"):
-                origins = self.carried.setdefault(parent.getAttribute("link"), [])
-                origins.append(_origin(joint)[1])
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
         self._read: dict[Path, list[Mesh]] = {}
+        self._triangles = 0
 
-    def shapes(self, element: Element, kind: str) -> tuple[list[Mesh], list[str]]:
-        """Shapes of a link in its axes, and what is missing of them."""
+    def meshes(self, shapes: Sequence[Shape]) -> tuple[list[Mesh], list[str]]:
+        """Shapes of a link in its axes, and why others are missing."""
         found: list[Mesh] = []
         missing: list[str] = []
-        for item in child_elements(element, kind):
+        for shape in shapes:
             try:
-                meshes = [mesh for mesh in self._shape(item) if len(mesh.faces)]
-                found += [mesh.moved(*_origin(item)) for mesh in meshes]
+                meshes = [mesh for mesh in self._meshes(shape) if len(mesh.faces)]
+                found += [mesh.moved(shape.rotation, shape.translation) for mesh in meshes]
             except InputError as error:
                 missing.append(str(error))
         return found, missing
 
-    def _shape(self, item: Element) -> list[Mesh]:
-        colour = None
-        for material in child_elements(item, "material"):
-            colour = _colour(material) or self.materials.get(material.getAttribute("name"))
-        plain = colour or GREY
-        geometries = child_elements(item, "geometry")
-        for shape in (shape for geometry in geometries for shape in child_elements(geometry)):
-            if shape.tagName == "mesh":
-                return self._mesh(shape, colour)
-            if shape.tagName == "box":
-                return [box(_numbers(shape.getAttribute("size")), plain)]
-            radius = float(shape.getAttribute("radius"))
-            if shape.tagName == "sphere":
-                return [sphere(radius, plain)]
-            make = capsule if shape.tagName == "capsule" else cylinder
-            return [make(radius, float(shape.getAttribute("length")), plain)]
-        return []
+    def _meshes(self, shape: Shape) -> list[Mesh]:
+        meshes = self._mesh_file(shape) if shape.kind == "mesh" else [_solid(shape)]
+        count = sum(len(mesh.faces) for mesh in meshes)
+        if self._triangles + count > MOST_TRIANGLES:
+            raise InputError(f"the robot's shapes have more than {MOST_TRIANGLES} triangles")
+        self._triangles += count
+        return meshes
 
-    def _mesh(self, shape: Element, colour: Colour | None) -> list[Mesh]:
-        name = shape.getAttribute("filename")
-        path = find_mesh(name, self.path)
+    def _mesh_file(self, shape: Shape) -> list[Mesh]:
+        path = find_mesh(shape.mesh, self._robot.urdf, self._robot.package_paths)
         if path is None:
-            raise InputError(f"there is no mesh {name}")
+            raise InputError(f"there is no mesh {shown(shape.mesh)}")
         if path not in self._read:
-            self._read[path] = [drawable(part) for part in read_mesh(path)]
+            self._read[path] = [drawable(part) for part in read_mesh(path, mesh_package(path))]
         meshes = self._read[path]
-        if shape.hasAttribute("scale"):
-            scale = _numbers(shape.getAttribute("scale"))
-            meshes = [mesh.scaled(scale) for mesh in meshes]
+        if (shape.scale != 1.0).any():
+            meshes = [mesh.scaled(shape.scale) for mesh in meshes]
+        colour = shape.colour
         return [mesh.painted(colour) for mesh in meshes] if colour is not None else meshes
 
 
-def _numbers(text: str) -> Sequence[float]:
-    return [float(part) for part in text.split()]
-
-
-def _colour(material: Element) -> Colour | None:
-    for colour in child_elements(material, "color"):
-        red, green, blue, opacity = (*_numbers(colour.getAttribute("rgba")), 1.0)[:4]
-        return (red, green, blue, opacity)
-    return None
-
-
-def _origin(element: Element) -> tuple[FloatArray, FloatArray]:
-    """Rotation and translation of an element's origin."""
-    for origin in child_elements(element, "origin"):
-        xyz = _numbers(origin.getAttribute("xyz") or "0 0 0")
-        rpy = _numbers(origin.getAttribute("rpy") or "0 0 0")
-        return np.asarray(pin.rpy.rpyToMatrix(np.array(rpy))), np.array(xyz)
-    return np.eye(3), np.zeros(3)
+def _solid(shape: Shape) -> Mesh:
+    colour = shape.colour or GREY
+    if shape.kind == "box":
+        return box(shape.size, colour)
+    if shape.kind == "sphere":
+        return sphere(shape.size[0], colour)
+    make = capsule if shape.kind == "capsule" else cylinder
+    return make(shape.size[0], shape.size[1], colour)

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knotwork.meshes.reading import Colour, IndexArray, MeshPart
+from knotwork.meshes.part import Colour, IndexArray, MeshPart
 from knotwork.waypoints import FloatArray
 
 _Number = TypeVar("_Number", bound=np.generic)

@@ -1,0 +1,67 @@
+"""XML text from anyone to a tree, bounded before anything recursive sees it."""
+
+from __future__ import annotations
+
+from xml.dom import expatbuilder
+from xml.dom.minidom import Document
+from xml.parsers import expat
+
+from knotwork.errors import InputError
+
+MOST_NESTED = 100
+"""Elements in one another; parsers and writers of trees are recursive."""
+
+
+def parse_xml(data: bytes, most_elements: int) -> Document:
+    """Parse XML into a tree without namespaces, so that prefixes need not be declared.
+
+    Args:
+        data: The text.
+        most_elements: More elements than this are refused.
+
+    Raises:
+        InputError: As for `check_xml`.
+    """
+    check_xml(data, most_elements)
+    return expatbuilder.parseString(data, namespaces=False)
+
+
+def check_xml(data: bytes, most_elements: int) -> None:
+    """Check that XML is well formed, small and plain, without making a tree of it.
+
+    Raises:
+        InputError: It is no XML, has more elements than asked for, elements nested deeper than
+            `MOST_NESTED`, or declares entities, of which a short text can make a long one.
+    """
+    depth = count = 0
+
+    def start(name: str, attributes: object) -> None:
+        nonlocal depth, count
+        depth, count = depth + 1, count + 1
+        if depth > MOST_NESTED:
+            raise _refused(parser, f"elements are nested more than {MOST_NESTED} deep")
+        if count > most_elements:
+            raise _refused(parser, f"it has more than {most_elements} elements")
+
+    def end(name: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    def entity(*_: object) -> None:
+        raise _refused(parser, "it declares an entity; write out what it stands for")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.EntityDeclHandler = entity
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise InputError(f"it is not XML: {error}") from error
+    except (ValueError, LookupError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"it is not XML: {error}") from error  # an encoding that is not known
+
+
+def _refused(parser: expat.XMLParserType, reason: str) -> InputError:
+    return InputError(f"line {parser.CurrentLineNumber}: {reason}")

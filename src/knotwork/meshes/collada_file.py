@@ -1,0 +1,155 @@
+"""Reading COLLADA with pycollada: shapes where nodes place them, colours and images.
+
+As in ROS, the unit of length of a file counts and its upward axis does not. Nodes can show other
+nodes, so that a short file can show millions of shapes: they are counted before any is made.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+from xml.etree import ElementTree
+
+import numpy as np
+
+from knotwork.documents import check_xml
+from knotwork.errors import InputError
+from knotwork.meshes.bounds import MOST_ELEMENTS, MOST_NESTED, MOST_SHAPES, check_triangles
+from knotwork.meshes.part import Colour, MeshPart
+from knotwork.waypoints import FloatArray
+
+# Elements of COLLADA that say what surfaces look like.
+_LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")
+
+
+def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...]:
+    """Read the content of a COLLADA file; one whose materials have a fault without colours.
+
+    Args:
+        data: The content.
+        folder: Where the file is; addresses of images start from there.
+        inside: Images are only taken from below this folder.
+
+    Raises:
+        InputError: It is no XML, or holds more than is read.
+        ValueError: It shows no scene. pycollada raises other errors for other faults.
+    """
+    import collada
+
+    check_xml(data, MOST_ELEMENTS)
+    _check_shapes(ElementTree.fromstring(data))
+    try:
+        try:
+            document = collada.Collada(io.BytesIO(data))
+        except collada.common.DaeError:
+            document = collada.Collada(_without_looks(data))
+    except collada.common.DaeError as error:
+        raise ValueError(str(error)) from error
+    if document.scene is None:
+        raise ValueError("it shows no scene")
+    scale = document.assetInfo.unitmeter
+    scale = 1.0 if scale is None else scale
+    unit = np.diag([scale, scale, scale, 1.0])
+    parts: list[MeshPart] = []
+    for shape in document.scene.objects("geometry"):
+        for part in _shape_parts(shape, unit @ shape.matrix, folder, inside):
+            parts.append(part)
+            check_triangles(sum(len(one.triangles) for one in parts))
+    return tuple(parts)
+
+
+def _check_shapes(root: ElementTree.Element) -> None:
+    """Count the shapes that nodes show, through the nodes that they show in turn.
+
+    Raises:
+        InputError: They are more than `MOST_SHAPES`, a node shows itself, or nodes are in one
+            another deeper than `MOST_NESTED`.
+    """
+    named = {e.get("id"): e for e in root.iter() if _tag(e) == "node" and e.get("id")}
+    counts: dict[ElementTree.Element, int] = {}
+    open_nodes: set[ElementTree.Element] = set()
+
+    def count(node: ElementTree.Element) -> int:
+        if node in open_nodes:
+            raise InputError(f"its node {node.get('id')!r} shows itself")
+        if len(open_nodes) >= MOST_NESTED:
+            raise InputError(f"its nodes are in one another more than {MOST_NESTED} deep")
+        if node not in counts:
+            open_nodes.add(node)
+            counts[node] = sum(map(shown, node))
+            open_nodes.discard(node)
+        return counts[node]
+
+    def shown(element: ElementTree.Element) -> int:
+        kind = _tag(element)
+        if kind == "instance_node":
+            target = named.get((element.get("url") or "").removeprefix("#"))
+            return 0 if target is None else count(target)
+        return count(element) if kind == "node" else int(kind.startswith("instance_"))
+
+    scenes = [element for element in root.iter() if _tag(element) == "visual_scene"]
+    shapes = sum(shown(node) for scene in scenes for node in scene)
+    if shapes > MOST_SHAPES:
+        raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MOST_SHAPES} are read")
+
+
+def _tag(element: ElementTree.Element) -> str:
+    """Name of an element without its namespace; empty for comments."""
+    return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
+
+
+def _without_looks(data: bytes) -> io.BytesIO:
+    """Give a COLLADA document without its materials."""
+    root = ElementTree.fromstring(data)
+    for element in list(root.iter()):
+        for child in list(element):
+            if _tag(child) in _LOOKS:
+                element.remove(child)
+    return io.BytesIO(ElementTree.tostring(root))
+
+
+def _shape_parts(
+    shape: Any, placement: FloatArray, folder: Path, inside: Path
+) -> Iterator[MeshPart]:
+    """Give the parts of a `collada.geometry.BoundGeometry` where its nodes place it."""
+    import collada
+
+    turn = placement[:3, :3]
+    for primitive in shape.original.primitives:
+        polygons = isinstance(primitive, collada.polylist.Polylist)
+        faces = primitive.triangleset() if polygons else primitive
+        if not isinstance(faces, collada.triangleset.TriangleSet) or not len(faces):
+            continue
+        # a placement that mirrors turns the triangles inside out
+        order = slice(None, None, -1 if np.linalg.det(turn) < 0 else 1)
+        normals = corner_normals = uv = None
+        if faces.normal is not None:
+            normals = faces.normal @ np.linalg.inv(turn)
+            corner_normals = faces.normal_index[:, order].astype(np.int64)
+        if faces.texcoordset:
+            uv = faces.texcoordset[0][faces.texcoord_indexset[0]][:, order, :2]
+        material = shape.materialnodebysymbol.get(primitive.material)
+        diffuse = material.target.effect.diffuse if material else None
+        colour, image = _look(diffuse, folder, inside)
+        points = faces.vertex @ turn.T + placement[:3, 3]
+        triangles = faces.vertex_index[:, order].astype(np.int64)
+        yield MeshPart(points, triangles, normals, corner_normals, uv, colour, image)
+
+
+def _look(diffuse: Any, folder: Path, inside: Path) -> tuple[Colour | None, Path | None]:
+    """Colour, or file of the image, of a material's diffuse light.
+
+    An image elsewhere on the disk is not taken, because pages that show it are sent to others.
+    """
+    if diffuse is None:
+        return None, None
+    if isinstance(diffuse, tuple):
+        red, green, blue, opacity = (*diffuse, 1.0)[:4]
+        return (red, green, blue, opacity), None
+    address = diffuse.sampler.surface.image.path
+    path = (folder / unquote(address.strip().removeprefix("file://"))).resolve()
+    allowed = path.is_relative_to(inside.resolve()) and path.is_file()
+    return None, path if allowed else None

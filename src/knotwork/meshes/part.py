@@ -1,0 +1,37 @@
+"""A part of a mesh: triangles of one material."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.waypoints import FloatArray
+
+IndexArray = NDArray[np.int64]
+Colour = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPart:
+    """Triangles of one material.
+
+    Attributes:
+        points: [m], shape (n, 3).
+        triangles: Indices of points, counter-clockwise seen from outside, shape (m, 3).
+        normals: Directions, not always of length one, shape (k, 3); `None` if the file has none.
+        corner_normals: Indices of normals, shape (m, 3), or `None`.
+        uv: Place of each corner in the image, from the lower left, shape (m, 3, 2), or `None`.
+        colour: Red, green, blue and opacity in 0 … 1; `None` if the file gives none.
+        image: File of the image that colours it, or `None`.
+    """
+
+    points: FloatArray
+    triangles: IndexArray
+    normals: FloatArray | None = None
+    corner_normals: IndexArray | None = None
+    uv: FloatArray | None = None
+    colour: Colour | None = None
+    image: Path | None = None

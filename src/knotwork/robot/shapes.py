@@ -1,0 +1,180 @@
+"""The shapes of a URDF's links, checked: boxes, spheres, cylinders, capsules and names of meshes.
+
+A shape that is not as it must be is left out, and what is wrong with it is said.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypeAlias
+from xml.dom.minidom import Element
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.documents import parse_xml, read_text
+from knotwork.errors import InputError, shown
+from knotwork.robot.urdf import MOST_BYTES, MOST_ELEMENTS
+from knotwork.robot.urdf_rules import child_elements
+from knotwork.waypoints import FloatArray
+
+FARTHEST = 1e6
+"""No length of a shape [m], factor of a mesh or angle [rad] may be larger."""
+# The numbers that each kind of shape has.
+_SIZES = {
+    "box": {"size": 3},
+    "sphere": {"radius": 1},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "mesh": {},
+}
+
+Colour: TypeAlias = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A shape of a link.
+
+    Attributes:
+        kind: `"box"`, `"sphere"`, `"cylinder"`, `"capsule"` or `"mesh"`.
+        size: Of a box its lengths along x, y and z; of others radius and length [m].
+        mesh: Name of the mesh file as the URDF gives it, or empty.
+        scale: Factors of the mesh along its axes, shape (3,).
+        rotation: Its axes in those of the link, shape (3, 3).
+        translation: Its origin in the axes of the link [m], shape (3,).
+        colour: Red, green, blue and opacity in 0 … 1, or `None`.
+        fault: What is wrong with the colour that the file gives, or empty.
+    """
+
+    kind: str
+    size: tuple[float, ...] = ()
+    mesh: str = ""
+    scale: FloatArray = field(default_factory=lambda: np.ones(3))
+    rotation: FloatArray = field(default_factory=lambda: np.eye(3))
+    translation: FloatArray = field(default_factory=lambda: np.zeros(3))
+    colour: Colour | None = None
+    fault: str = ""
+
+
+class UrdfShapes:
+    """The links of a URDF and their shapes.
+
+    Attributes:
+        links: Names, in the order of the file.
+        carried: By name of a link the origins of the joints that it carries [m].
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Read a URDF.
+
+        Raises:
+            DocumentError: It can't be read.
+            InputError: It is no XML, or larger than what is read.
+        """
+        text = read_text(path, most=MOST_BYTES)
+        root: Any = parse_xml(text.encode(), MOST_ELEMENTS).documentElement
+        self._links = {e.getAttribute("name"): e for e in child_elements(root, "link")}
+        self.links = tuple(self._links)
+        self._materials: dict[str, Element] = {}
+        for material in root.getElementsByTagName("material"):
+            if child_elements(material, "color"):
+                self._materials.setdefault(material.getAttribute("name"), material)
+        self.carried: dict[str, list[FloatArray]] = {}
+        for joint in child_elements(root, "joint"):
+            for parent in child_elements(joint, "parent"):
+                origins = self.carried.setdefault(parent.getAttribute("link"), [])
+                origins.append(_origin(joint)[1])
+
+    def of(self, link: str, kind: str) -> tuple[list[Shape], list[str]]:
+        """Give the shapes of a link, `"visual"` or `"collision"`, and what is wrong with others."""
+        found: list[Shape] = []
+        lost: list[str] = []
+        for item in child_elements(self._links[link], kind):
+            shapes = [
+                shape
+                for geometry in child_elements(item, "geometry")[:1]
+                for shape in child_elements(geometry)[:1]
+            ]
+            if not shapes:
+                continue
+            colour, fault = None, ""
+            try:
+                colour = self._colour(item)
+            except InputError as error:
+                fault = f"{error}; it is drawn grey"
+            try:
+                shape, (rotation, translation) = _shape(shapes[0]), _origin(item)
+            except InputError as error:
+                lost.append(str(error))
+                continue
+            placed = replace(shape, rotation=rotation, translation=translation)
+            found.append(replace(placed, colour=colour, fault=fault))
+        return found, lost
+
+    def _colour(self, item: Element) -> Colour | None:
+        colour = None
+        for material in child_elements(item, "material"):
+            named = self._materials.get(material.getAttribute("name"))
+            given = material if child_elements(material, "color") else named
+            if given is not None:
+                element = child_elements(given, "color")[0]
+                red, green, blue, *opacity = _numbers(element, "rgba", 3, 4)
+                colour = (red, green, blue, opacity[0] if opacity else 1.0)
+                if not all(0.0 <= part <= 1.0 for part in colour):
+                    text = shown(element.getAttribute("rgba"))
+                    raise InputError(f"color has rgba {text}; each must be from 0 to 1")
+        return colour
+
+
+def _shape(element: Element) -> Shape:
+    kind = element.tagName
+    if kind not in _SIZES:
+        raise InputError(f"there is no shape <{kind}>; drawn are {', '.join(_SIZES)}")
+    size = [number for name, n in _SIZES[kind].items() for number in _numbers(element, name, n)]
+    if any(number <= 0.0 for number in size):
+        raise InputError(f"{kind} has sizes {shown(size)}; each must be greater than 0")
+    mesh, scale = "", np.ones(3)
+    if kind == "mesh":
+        mesh = element.getAttribute("filename")
+        if element.hasAttribute("scale"):
+            scale = np.array(_numbers(element, "scale", 3))
+        if not scale.all():
+            raise InputError(f"mesh {shown(mesh)} has scale {shown(scale.tolist())}; none may be 0")
+    return Shape(kind, tuple(size), mesh, scale)
+
+
+def _numbers(element: Element, name: str, least: int, most: int | None = None) -> list[float]:
+    """Numbers of an attribute.
+
+    Raises:
+        InputError: They are others than asked for, or not all are numbers in range.
+    """
+    text = element.getAttribute(name)
+    try:
+        numbers = [float(part) for part in text.split()]
+    except ValueError:
+        numbers = []
+    most = least if most is None else most
+    if not least <= len(numbers) <= most or not all(abs(one) <= FARTHEST for one in numbers):
+        count = f"{least}" if least == most else f"{least} or {most}"
+        many = "number" if count == "1" else "numbers"
+        raise InputError(
+            f"{element.tagName} has {name} {shown(text)}; it must be {count} {many} of at most "
+            f"{FARTHEST:g}"
+        )
+    return numbers
+
+
+def _origin(element: Element) -> tuple[FloatArray, FloatArray]:
+    """Rotation and translation of an element's origin.
+
+    Raises:
+        InputError: They are no numbers.
+    """
+    for origin in child_elements(element, "origin"):
+        xyz = _numbers(origin, "xyz", 3) if origin.hasAttribute("xyz") else [0.0] * 3
+        rpy = _numbers(origin, "rpy", 3) if origin.hasAttribute("rpy") else [0.0] * 3
+        return np.asarray(pin.rpy.rpyToMatrix(np.array(rpy))), np.array(xyz)
+    return np.eye(3), np.zeros(3)

@@ -1,0 +1,149 @@
+"""What a URDF must be before Pinocchio sees it: a tree of links that is not too large.
+
+Pinocchio's parser is recursive, so that a long chain of links would end the process, and what it
+makes of links in a ring depends on which it finds first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from xml.dom.minidom import Element
+from xml.etree import ElementTree
+
+from knotwork.errors import InputError
+
+MOST_LINKS = 2_000
+MOST_LINKS_IN_A_ROW = 500
+
+# What the tree of links is made from. All else is for others, and Pinocchio never sees it.
+_KEPT = {
+    "link": ("inertial",),
+    "inertial": ("origin", "mass", "inertia"),
+    "joint": ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics"),
+}
+
+
+def child_elements(element: Element, tag: str = "") -> list[Element]:
+    """Elements right below another, those of one name if one is given."""
+    nodes = element.childNodes
+    return [node for node in nodes if isinstance(node, Element) and tag in ("", node.tagName)]
+
+
+def link_of(joint: Element, end: str) -> str:
+    """Name of the link at an end of a joint, `"parent"` or `"child"`; empty if there is none."""
+    elements = child_elements(joint, end)
+    return elements[0].getAttribute("link") if elements else ""
+
+
+def check_tree(root: Element) -> str:
+    """Check that links and joints form one tree, and return its root link.
+
+    Raises:
+        InputError: They do not, or the tree is larger than what is read.
+    """
+    if not root.getAttribute("name"):
+        raise InputError("<robot> has no name")
+    links, joints = child_elements(root, "link"), child_elements(root, "joint")
+    if len(links) > MOST_LINKS:
+        raise InputError(f"it has {len(links)} links; at most {MOST_LINKS} are read")
+    names = _names(links, "link")
+    _names(joints, "joint")
+    above: dict[str, str] = {}
+    for joint in joints:
+        name = joint.getAttribute("name")
+        if name == "universe":
+            raise InputError("a joint is named 'universe', as Pinocchio calls what never moves")
+        for end in ("parent", "child"):
+            link = link_of(joint, end)
+            if link not in names:
+                said = f"{link!r}, which is no link" if link else "not given"
+                raise InputError(f"the {end} of joint {name!r} is {said}")
+        child = link_of(joint, "child")
+        if child in above:
+            raise InputError(f"link {child!r} is the child of two joints, and may be of one")
+        above[child] = link_of(joint, "parent")
+    roots = [name for name in names if name not in above]
+    if len(roots) > 1:
+        some = ", ".join(map(repr, roots[:5]))
+        raise InputError(f"it has {len(roots)} root links, and may have one: {some}")
+    _check_depth(names, above)
+    for element in links:
+        _check_mass(element)
+    return roots[0]
+
+
+def _names(elements: list[Element], kind: str) -> dict[str, None]:
+    """Names in the order of the file, as the keys of a mapping."""
+    names: dict[str, None] = {}
+    for element in elements:
+        name = element.getAttribute("name")
+        if not name or name in names:
+            raise InputError(f"{kind} {name!r} is given twice" if name else f"a {kind} has no name")
+        names[name] = None
+    if not names and kind == "link":
+        raise InputError("it has no link")
+    return names
+
+
+def _check_depth(names: dict[str, None], above: dict[str, str]) -> None:
+    """Refuse links in a ring, and more in a row than Pinocchio can hold."""
+    depths: dict[str, int] = {}
+    for name in names:
+        way: list[str] = []
+        link: str | None = name
+        while link is not None and link not in depths:
+            way.append(link)
+            if len(way) > len(names):
+                ring = way[way.index(link) :]
+                ring = ring[: ring.index(link, 1) + 1]
+                shown = " → ".join(reversed(ring[:6]))
+                raise InputError(f"its links form a ring, {shown}, which no root link carries")
+            link = above.get(link)
+        depth = depths[link] if link is not None else 0
+        for one in reversed(way):
+            depth += 1
+            depths[one] = depth
+        if depth > MOST_LINKS_IN_A_ROW:
+            raise InputError(
+                f"link {name!r} is the last of {depth} in a row; at most "
+                f"{MOST_LINKS_IN_A_ROW} are read"
+            )
+
+
+def _check_mass(link: Element) -> None:
+    """Refuse a mass that is no number, which Pinocchio would take for none."""
+    for inertial in child_elements(link, "inertial"):
+        for mass in child_elements(inertial, "mass"):
+            text = mass.getAttribute("value")
+            try:
+                value = float(text)
+            except ValueError:
+                value = math.nan
+            if not 0.0 <= value < math.inf:
+                raise InputError(
+                    f"the mass of link {link.getAttribute('name')!r} is {text!r}; it must be a "
+                    "number from 0 on"
+                )
+
+
+def plain_text(root: Element) -> str:
+    """Write a URDF again with the tree of links alone: no shapes, nothing of other programs."""
+    robot = ElementTree.Element("robot", {"name": root.getAttribute("name")})
+    robot.extend(
+        _kept(element) for element in child_elements(root) if element.tagName in ("link", "joint")
+    )
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _kept(element: Element) -> ElementTree.Element:
+    copy = ElementTree.Element(element.tagName, dict(_attributes(element)))
+    kept = _KEPT.get(element.tagName, ())
+    copy.extend(_kept(child) for child in child_elements(element) if child.tagName in kept)
+    return copy
+
+
+def _attributes(element: Element) -> Iterator[tuple[str, str]]:
+    for name, value in element.attributes.items():
+        if ":" not in name:  # of a namespace, which need not be declared
+            yield name, value

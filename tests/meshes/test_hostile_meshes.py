@@ -1,0 +1,206 @@
+"""Mesh files from strangers: small ones that ask for much, broken ones, and those that pry."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from test_mesh_files import ascii_stl, binary_stl, collada, obj
+
+from knotwork.errors import InputError
+from knotwork.meshes import bounds
+from knotwork.meshes.finding import find_mesh, mesh_package
+from knotwork.meshes.reading import read_mesh
+
+SECONDS = 5.0
+
+
+def doubling(levels: int) -> str:
+    """Each node shows the one before it twice."""
+    shown = "".join(
+        f'<node id="n{i}"><instance_node url="#n{i - 1}"/><instance_node url="#n{i - 1}"/></node>'
+        for i in range(1, levels + 1)
+    )
+    first = '<node id="n0"><instance_geometry url="#g"/></node>'
+    text = collada(f'<instance_node url="#n{levels}"/>')
+    nodes = f"<library_nodes>{first}{shown}</library_nodes>"
+    return text.replace("<library_visual_scenes>", f"{nodes}<library_visual_scenes>")
+
+
+def showing_itself() -> str:
+    loop = '<node id="a"><instance_node url="#b"/></node><node id="b"><instance_node url="#a"/>'
+    text = collada('<instance_node url="#a"/>')
+    nodes = f"<library_nodes>{loop}</node></library_nodes>"
+    return text.replace("<library_visual_scenes>", f"{nodes}<library_visual_scenes>")
+
+
+def nested(depth: int) -> str:
+    return collada("<node>" * depth + "</node>" * depth)
+
+
+def laughing() -> str:
+    return '<!DOCTYPE COLLADA [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;">]>' + collada()
+
+
+def gltf(accessors: list[dict[str, object]]) -> str:
+    mesh = {"primitives": [{"attributes": {"POSITION": 0}}]}
+    scene = {"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [mesh]}
+    return json.dumps({"asset": {"version": "2.0"}, "accessors": accessors, **scene})
+
+
+PLY = (
+    "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n"
+    "property float y\nproperty float z\nelement face 4000000000\n"
+    "property list uchar int vertex_indices\nend_header\n"
+)
+HUGE_COUNT = {"componentType": 5126, "count": 4_000_000_000, "type": "VEC3"}
+
+HOSTILE = {
+    "nodes that double": ("a.dae", doubling(16), r"show 6.55e\+04 shapes; at most 5000"),
+    "nodes that double for ever": ("a.dae", doubling(90), "shapes; at most 5000"),
+    "long way down": ("a.dae", doubling(150), "more than 100 deep"),
+    "itself": ("a.dae", showing_itself(), "shows itself"),
+    "nested": ("a.dae", nested(2000), "nested more than 100 deep"),
+    "entities": ("a.dae", laughing(), "declares an entity"),
+    "unit of nothing": ("a.dae", collada(meter=0.0), "Singular|area"),
+    "index too large": ("a.dae", collada().replace("<p>0", "<p>99"), "can't be read"),
+    "index below zero": ("a.obj", obj().replace("f 1", "f -9"), "can't be read"),
+    "flat": ("a.stl", ascii_stl().replace("2", "0").replace("3", "0"), "an area"),
+    "not finite": ("a.obj", obj().replace("v 2.0", "v nan"), "not finite"),
+    "too far": ("a.obj", obj().replace("v 2.0", "v 1e300"), "not finite or farther"),
+    "more facets than it has": ("a.stl", binary_stl()[:80] + b"\xff" * 120, "can't be read"),
+    "counts alone": ("a.ply", PLY, "can't be read"),
+    "counts alone in text": ("a.ply", PLY.replace("binary_little_endian", "ascii"), "can't be"),
+    "an accessor of nothing": ("a.gltf", gltf([HUGE_COUNT]), "more than 3000000 values"),
+    "counts of OFF": ("a.off", "OFF\n4000000000 4000000000 0\n0 0 0\n", "can't be read"),
+    "a suffix that is not read": ("a.blend", "BLENDER", r"read are \.dae, \.stl"),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_a_hostile_mesh_is_refused_in_a_line_and_at_once(case: str, tmp_path: Path) -> None:
+    name, content, says = HOSTILE[case]
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    begun = time.process_time()
+    with pytest.raises(InputError, match=says) as error:
+        read_mesh(path)
+    assert time.process_time() - begun < SECONDS
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 600
+
+
+def test_no_more_bytes_are_read_than_the_bound(tmp_path: Path) -> None:
+    path = tmp_path / "sparse.stl"
+    with path.open("wb") as file:
+        file.truncate(3_000_000_000)
+    with pytest.raises(InputError, match="3000000000 bytes; at most 64000000"):
+        read_mesh(path)
+
+
+def test_more_triangles_than_the_bound_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bounds, "MOST_TRIANGLES", 3)
+    for name, content in (("a.stl", binary_stl()), ("a.dae", collada().encode())):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match="4 triangles; at most 3 are read"):
+            read_mesh(tmp_path / name)
+
+
+def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
+    """In a process of its own, whose memory nothing else has used."""
+    path = tmp_path / "a.stl"
+    path.write_bytes(bytes(80) + b"\xff" * 4 + binary_stl()[84:])
+    code = (
+        "import pathlib, resource, sys, trimesh\n"
+        "from knotwork.errors import InputError\n"
+        "from knotwork.meshes.reading import read_mesh\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "try: read_mesh(pathlib.Path(sys.argv[1]))\n"
+        "except InputError: pass\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
+    )
+    assert int(ran.stdout) < 100_000  # kB
+
+
+@pytest.fixture
+def textured(tmp_path: Path) -> Callable[[str], Path]:
+    """A mesh in a package whose material names a picture."""
+
+    def write(image: str) -> Path:
+        text = collada()
+        text = text.replace("<color>0.1 0.2 0.3 0.5</color>", '<texture texture="t" texcoord="u"/>')
+        library = (
+            f'<library_images><image id="i"><init_from>{image}</init_from></image>'
+            "</library_images><library_effects>"
+        )
+        parameters = (
+            '<newparam sid="s"><surface type="2D"><init_from>i</init_from></surface></newparam>'
+            '<newparam sid="t"><sampler2D><source>s</source></sampler2D></newparam><technique '
+        )
+        text = text.replace("<library_effects>", library)
+        text = text.replace("<technique sid", f"{parameters}sid")
+        folder = tmp_path / "arm" / "meshes"
+        folder.mkdir(parents=True)
+        path = folder / "a.dae"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("image", "package", "taken"),
+    [
+        ("a.png", False, True),
+        ("../textures/a.png", False, False),
+        ("../textures/a.png", True, True),
+        ("../../secret.png", True, False),
+        ("link.png", True, False),
+        ("file://{}/secret.png", True, False),
+        ("..%2f..%2fsecret.png", True, False),
+    ],
+)
+def test_pictures_are_taken_from_the_package_alone(
+    image: str, package: bool, taken: bool, textured, tmp_path: Path
+) -> None:
+    path = textured(image.format(tmp_path))
+    (tmp_path / "arm" / "textures").mkdir()
+    for picture in (
+        path.parent / "a.png",
+        tmp_path / "arm/textures/a.png",
+        tmp_path / "secret.png",
+    ):
+        picture.write_bytes(b"picture")
+    (path.parent / "link.png").symlink_to(tmp_path / "secret.png")
+    if package:
+        (tmp_path / "arm" / "package.xml").touch()
+    (part,) = read_mesh(path, mesh_package(path))
+    assert (part.image is not None) == taken
+
+
+def test_meshes_are_found_in_the_users_folders(tmp_path: Path) -> None:
+    urdf = tmp_path / "here" / "arm.urdf"
+    for name in ("arm/meshes/a.stl", "packages/tool/b.stl"):
+        (tmp_path / name).parent.mkdir(parents=True)
+        (tmp_path / name).touch()
+    arm, packages = tmp_path / "arm", tmp_path / "packages"
+    assert find_mesh("package://tool/b.stl", urdf) is None
+    assert find_mesh("package://tool/b.stl", urdf, [packages]) == packages / "tool/b.stl"
+    assert find_mesh("package://arm/meshes/a.stl", urdf, [arm]) == arm / "meshes/a.stl"
+    assert find_mesh("meshes/a.stl", urdf) is None
+    assert find_mesh("meshes/a.stl", urdf, [packages, arm]) == arm / "meshes/a.stl"
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "package://" + "x" * 5000, "a\0b", "package://", ""])
+def test_a_name_that_no_file_can_have_is_not_found(name: str, tmp_path: Path) -> None:
+    assert find_mesh(name, tmp_path / "arm.urdf", [tmp_path]) is None

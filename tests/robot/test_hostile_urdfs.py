@@ -1,0 +1,155 @@
+"""URDFs from strangers: trees that are none, too large or oddly named."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from knotwork.errors import DocumentError, RobotError
+from knotwork.robot import load_robot
+
+LIMIT = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/>'
+
+
+def joint(name: str, kind: str, parent: str, child: str, more: str = LIMIT) -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{name}" type="{kind}"><origin xyz="1 0 0"/>{ends}{more}</joint>'
+
+
+def robot(*parts: str) -> str:
+    return f'<robot name="r">{"".join(parts)}</robot>'
+
+
+def row(count: int) -> str:
+    links = (f'<link name="l{i}"/>' for i in range(count))
+    return robot(*links, *(joint(f"j{i}", "fixed", f"l{i - 1}", f"l{i}") for i in range(1, count)))
+
+
+def star(count: int) -> str:
+    links = (f'<link name="l{i}"/>' for i in range(count))
+    return robot(*links, *(joint(f"j{i}", "fixed", "l0", f"l{i}") for i in range(1, count)))
+
+
+ARM = (
+    *('<link name="a"/>', '<link name="b"/>', '<link name="c"/>'),
+    *(joint("j", "continuous", "a", "b"), joint("k", "revolute", "b", "c")),
+)
+LAUGHS = '<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]>'
+MASS = '<link name="c"><inertial><mass value="{}"/></inertial></link>'
+
+HOSTILE = {
+    "long row": (row(60_000), "more than 100000 elements"),
+    "row": (row(1_500), "the last of 501 in a row; at most 500"),
+    "many links": (star(2_500), "2500 links; at most 2000"),
+    "nested": (robot(*ARM, "<x>" * 2_000, "</x>" * 2_000), "nested more than 100 deep"),
+    "elements": (robot(*ARM, "<x/>" * 200_000), "more than 100000 elements"),
+    "entities": (LAUGHS + robot(*ARM), "declares an entity"),
+    "unknown encoding": ('<?xml version="1.0" encoding="x"?>' + robot(*ARM), "not XML"),
+    "ring": (
+        robot(*ARM[:2], joint("j", "fixed", "a", "b"), joint("k", "fixed", "b", "a")),
+        "form a ring, [ab] → [ab] → [ab], which",
+    ),
+    "ring beside a root": (
+        robot(*ARM[:3], joint("j", "fixed", "a", "b"), joint("k", "fixed", "b", "a")),
+        "form a ring",
+    ),
+    "its own parent": (robot(*ARM[:2], joint("j", "fixed", "b", "b")), "form a ring"),
+    "two parents": (robot(*ARM, joint("l", "fixed", "a", "c")), "'c' is the child of two joints"),
+    "joint twice": (robot(*ARM, '<link name="d"/>', joint("k", "fixed", "c", "d")), "'k' is given"),
+    "joint without a parent": (robot(*ARM).replace('<parent link="a"/>', ""), "'j' is not given"),
+    "reserved name": (robot(*ARM).replace('"j"', '"universe"'), "is named 'universe'"),
+    "mass of no number": (robot(*ARM).replace(ARM[2], MASS.format("heavy")), "'c' is 'heavy'"),
+    "mass of nothing": (robot(*ARM).replace(ARM[2], MASS.format("nan")), "'c' is 'nan'"),
+    "negative mass": (robot(*ARM).replace(ARM[2], MASS.format("-1")), "number from 0 on"),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_a_hostile_urdf_is_refused_at_once(case: str, tmp_path: Path, capfd) -> None:
+    text, says = HOSTILE[case]
+    path = tmp_path / "arm.urdf"
+    path.write_text(text, encoding="utf-8")
+    begun = time.process_time()
+    with pytest.raises(RobotError, match=says) as error:
+        load_robot(path)
+    assert time.process_time() - begun < 5.0
+    assert len(str(error.value)) < 600
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_largest_trees_that_are_read_are_read(tmp_path: Path) -> None:
+    """Also in a thread, which may have less room for recursion."""
+    path = tmp_path / "arm.urdf"
+    for text, links in ((row(500), 500), (star(2_000), 2_000)):
+        path.write_text(text, encoding="utf-8")
+        with ThreadPoolExecutor(1) as pool:
+            assert len(pool.submit(load_robot, path).result().frame_names) == links
+
+
+def test_a_robot_file_of_gigabytes_is_refused(tmp_path: Path) -> None:
+    for name in ("arm.urdf", "arm.yaml"):
+        with (tmp_path / name).open("wb") as file:
+            file.truncate(3_000_000_000)
+        with pytest.raises(DocumentError, match="has 3000000000 bytes, and at most"):
+            load_robot(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["a", "b", "c", "root_joint", " j ", "é€😀", "[/]"])
+@pytest.mark.parametrize("kind", ["continuous", "revolute", "prismatic"])
+def test_a_joint_may_be_named_like_a_link(name: str, kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    poses = []
+    for text in (robot(*ARM), robot(*ARM).replace('name="j"', f'name="{name}"')):
+        path.write_text(text.replace("continuous", kind), encoding="utf-8")
+        arm = load_robot(path).with_tool("c")
+        poses.append(arm.forward([0.3, 0.2]).homogeneous)
+        assert arm.frame_names == ("a", "b", "c")
+        assert arm.base_frame == "a"
+    assert arm.joint_names == (name, "k")
+    np.testing.assert_array_equal(*poses)
+    locked = load_robot({"urdf": str(path), "tool_frame": "c", "locked": {name: 0.3}})
+    np.testing.assert_allclose(locked.forward([0.2]).homogeneous, poses[0], atol=1e-15)
+
+
+def test_names_may_have_control_characters(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(robot(*ARM).replace('name="j"', 'name="x&#10;y&#9;"'), encoding="utf-8")
+    assert load_robot(path).with_tool("c").joint_names == ("x\ny\t", "k")
+
+
+def test_nested_elements_beside_a_continuous_joint_in_a_process_of_its_own(tmp_path: Path) -> None:
+    """A parser that overflows its stack would end this one."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(HOSTILE["long row"][0], encoding="utf-8")
+    command = [sys.executable, "-m", "knotwork", "robots", str(path)]
+    assert subprocess.run(command, capture_output=True, check=False).returncode == 2
+
+
+def test_a_robot_is_shared_by_threads() -> None:
+    arm = load_robot("ur5")
+    rng = np.random.default_rng(3)
+    q = rng.uniform(-2, 2, (400, arm.dof))
+    v = rng.uniform(-1, 1, (400, arm.dof))
+
+    def all_of(i: int) -> tuple[np.ndarray, ...]:
+        pose, J = arm.forward_and_jacobian(q[i])
+        twist = arm.twist(q[i], v[i]).vector
+        return pose.homogeneous, J, twist, arm.torque(q[i], v[i], v[i])
+
+    alone = [all_of(i) for i in range(len(q))]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            together = list(pool.map(all_of, range(len(q))))
+    finally:
+        sys.setswitchinterval(interval)
+    for one, other in zip(alone, together, strict=True):
+        for expected, found in zip(one, other, strict=True):
+            np.testing.assert_array_equal(found, expected)

@@ -1,0 +1,177 @@
+"""Shapes that can't be drawn are warnings, and the rest of the arm is still shown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import knotwork as kw
+from command_line import Command
+from knotwork.view import images, links
+from knotwork.view.links import link_shapes
+
+STL = "solid a\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\nendsolid a\n"
+FLAT = STL.format("vertex 0 0 0\n" * 3)
+GOOD = STL.format("vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n")
+NOT_A_NUMBER = "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+# Each in place of the first shape, and what the warning says.
+SHAPES = {
+    "<box/>": "box has size ''; it must be 3 numbers",
+    '<box size="1 1 1 1"/>': "box has size '1 1 1 1'",
+    '<box size="1 -1 1"/>': "each must be greater than 0",
+    '<sphere radius="0"/>': "sphere has sizes [0.0]; each must be greater than 0",
+    '<sphere radius="x"/>': "sphere has radius 'x'; it must be 1 number of at most 1e+06",
+    '<sphere radius="nan"/>': "sphere has radius 'nan'",
+    '<cylinder radius="1"/>': "cylinder has length ''",
+    '<cylinder radius="1e300" length="1"/>': "at most 1e+06",
+    "<cone/>": "there is no shape <cone>; drawn are box",
+    '<mesh filename="none.stl"/>': "there is no mesh 'none.stl'",
+    f'<mesh filename="{"x" * 5000}"/>': "there is no mesh 'xxx",
+    "<mesh/>": "there is no mesh ''",
+    '<mesh filename="good.stl" scale="x"/>': "mesh has scale 'x'; it must be 3 numbers",
+    '<mesh filename="good.stl" scale="1 1"/>': "mesh has scale '1 1'",
+    '<mesh filename="good.stl" scale="0 0 0"/>': "none may be 0",
+    '<mesh filename="flat.stl"/>': "none of its triangles has an area",
+    '<mesh filename="nan.obj"/>': "points that are not finite",
+    '<mesh filename="../outside"/>': "there is no mesh",
+}
+PLACES = {
+    '<origin xyz="1 2"/>': "origin has xyz '1 2'; it must be 3 numbers",
+    '<origin xyz="0 0 nan"/>': "origin has xyz",
+    '<origin rpy="1"/>': "origin has rpy '1'",
+}
+COLOURS = {
+    '<material name="m"><color rgba="1 1"/></material>': "color has rgba '1 1'",
+    '<material name="m"><color/></material>': "color has rgba ''",
+    '<material name="m"><color rgba="1 1 1 nan"/></material>': "color has rgba",
+    '<material name="m"><color rgba="9 1 1 1"/></material>': "each must be from 0 to 1",
+}
+BOX = '<box size="1 1 1"/>'
+
+
+def urdf(shape: str = BOX, beside: str = "") -> str:
+    visual = f"<visual><geometry>{shape}</geometry>{beside}</visual>"
+    other = f"<visual><geometry>{BOX}</geometry></visual>"
+    limit = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
+    return (
+        f'<robot name="r"><link name="a">{visual}</link><link name="b">{other}</link>'
+        '<link name="c"/><joint name="j" type="revolute"><origin xyz="0 0 1"/>'
+        f'<parent link="a"/><child link="b"/><axis xyz="0 0 1"/>{limit}</joint>'
+        '<joint name="k" type="fixed"><parent link="b"/><child link="c"/></joint></robot>'
+    )
+
+
+@pytest.fixture
+def arm(tmp_path: Path):
+    for name, content in (("good.stl", GOOD), ("flat.stl", FLAT), ("nan.obj", NOT_A_NUMBER)):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+
+    def make(text: str) -> kw.Robot:
+        path = tmp_path / "arm.urdf"
+        path.write_text(text, encoding="utf-8")
+        return kw.load_robot(path).with_tool("c")
+
+    return make
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_shape_that_can_not_be_drawn_is_a_warning(shape: str, arm) -> None:
+    shapes = link_shapes(arm(urdf(shape)))
+    (warning,) = shapes.warnings
+    assert SHAPES[shape] in warning
+    assert warning.startswith("link 'a': ")
+    assert warning.endswith("drawn as a line")
+    assert len(warning) < 500
+    assert len(shapes.parts[0]) == 1  # the line
+    assert len(shapes.parts[1]) == 1  # the box of the other link
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_shape_that_is_nowhere_is_a_warning(place: str, arm) -> None:
+    (warning,) = link_shapes(arm(urdf(beside=place))).warnings
+    assert PLACES[place] in warning
+
+
+@pytest.mark.parametrize("colour", COLOURS)
+def test_a_shape_without_a_true_colour_is_drawn_grey(colour: str, arm) -> None:
+    shapes = link_shapes(arm(urdf(beside=colour)))
+    (warning,) = shapes.warnings
+    assert COLOURS[colour] in warning
+    assert warning.endswith("it is drawn grey")
+    np.testing.assert_allclose(shapes.parts[0][0].vertices.max(axis=0), 0.5)
+
+
+def test_the_commands_show_what_is_left_of_the_arm(
+    arm, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arm(urdf("<box/>"))
+    (tmp_path / "task.yaml").write_text(
+        "robot: {urdf: arm.urdf, tool_frame: c}\nwaypoints:\n"
+        "  - joints: {j: 0}\n  - {joints: {j: 0.5}, after: 2}\n",
+        encoding="utf-8",
+    )
+    monkeypatch.chdir(tmp_path)
+    for command in ("view", "report"):
+        ran = knotwork(command, "task.yaml", "--html", f"{command}.html")
+        assert ran.code == 0, ran.err
+        assert "warning: link 'a': box has size ''" in ran.err
+        assert (tmp_path / f"{command}.html").stat().st_size > 10_000
+
+
+def test_triangles_of_all_shapes_together_are_bounded(arm, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(links, "MOST_TRIANGLES", 20)
+    (warning,) = link_shapes(arm(urdf())).warnings
+    assert "more than 20 triangles" in warning
+
+
+def test_meshes_come_from_the_users_packages(
+    arm, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Named in the robot's file, relative to it, or on the command line."""
+    arm(urdf('<mesh filename="package://mine/meshes/there.stl"/>'))
+    there = tmp_path / "elsewhere" / "mine" / "meshes"
+    there.mkdir(parents=True)
+    (there / "there.stl").write_text(GOOD, encoding="utf-8")
+    description = {"urdf": "arm.urdf", "tool_frame": "c"}
+    lost = link_shapes(kw.load_robot(description, relative_to=tmp_path))
+    assert "there is no mesh 'package://mine/meshes/there.stl'" in lost.warnings[0]
+    description["package_paths"] = ["elsewhere"]
+    found = kw.load_robot(description, relative_to=tmp_path)
+    assert found.package_paths == (tmp_path / "elsewhere",)
+    assert not [line for line in link_shapes(found).warnings if "no mesh" in line]
+    (tmp_path / "task.yaml").write_text(
+        "robot: {urdf: arm.urdf, tool_frame: c}\nwaypoints:\n"
+        "  - joints: {j: 0}\n  - {joints: {j: 0.5}, after: 2}\n",
+        encoding="utf-8",
+    )
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")
+    monkeypatch.chdir(tmp_path)
+    for command in ("view", "report"):
+        said = knotwork(command, "task.yaml", "--html", "a.html").err
+        assert "there is no mesh" in said
+        options = ("--package-path", "elsewhere", "--html", "a.html")
+        said = knotwork(command, "task.yaml", *options).err
+        assert "there is no mesh" not in said
+        monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")
+    ran = knotwork("view", "task.yaml", "--package-path", "lost", "--html", "a.html")
+    assert ran.code == 2
+    assert "lost" in ran.err
+
+
+def test_pictures_that_are_too_large_or_of_other_kinds_are_warnings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(images, "MOST_PIXELS", 5000)
+    monkeypatch.setattr(images, "MOST_PIXELS_TOGETHER", 6000)
+    paths = [tmp_path / name for name in ("a.png", "b.png", "large.png", "c.eps")]
+    for path, side in zip(paths, (50, 60, 80, 10), strict=True):
+        Image.new("RGB", (side, side)).save(path)
+    addresses, warnings = images.image_addresses(paths)
+    assert [address is not None for address in addresses] == [True, False, False, False]
+    assert "3600 pixels beside others; at most 6000 are read" in warnings[0]
+    assert "6400 pixels; at most 5000" in warnings[1]
+    assert "cannot identify" in warnings[2]
