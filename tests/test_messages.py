@@ -145,6 +145,7 @@ ROBOTS: dict[str, dict[str, Any]] = {
         "urdf": str(resources.folder("robots") / "planar2.urdf"),
         "base_frame": "base",
         "tool_frame": "tip",
+        "package_paths": ["/opt/meshes"],
         "locked": {},
         "configurations": {"home": {"shoulder": 0.1, "elbow": 0.2}},
         "limits": {
