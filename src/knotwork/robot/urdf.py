@@ -80,7 +80,7 @@ def read_urdf(path: Path, robot: str) -> Urdf:
     try:
         document = parse_xml(text.encode(), MOST_ELEMENTS)
     except InputError as error:
-        raise RobotError(robot, f"{path} is no URDF: {error}") from error
+        raise RobotError(robot, f"{path} is not a URDF: {error}") from error
     root = _root(document, text, path, robot)
     try:
         base = check_tree(root)
