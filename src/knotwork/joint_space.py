@@ -7,8 +7,9 @@ nowhere else, joint values leave the units of the file.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,6 +55,7 @@ class JointSpace:
             or `None`.
         presets: What the planner is told at the waypoints, as `Scenario.presets` has it, joint
             values as arrays of shape (n, d) in SI.
+        waits: Waypoints at which the arm stands still until the next one, by index.
     """
 
     joint_names: tuple[str, ...]
@@ -67,6 +69,7 @@ class JointSpace:
     near: FloatArray | None = None
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
     presets: Mapping[str, Any] = field(default_factory=dict)
+    waits: tuple[int, ...] = ()
 
     def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Lower and upper limit of a quantity, shape (d,) each; infinite where there is none.
@@ -207,11 +210,13 @@ class _Reader:
     def task(self, scenario: Scenario) -> dict[str, Any]:
         """The attributes of a `JointSpace` that say what is asked of the joints."""
         near = scenario.near
+        targets = tuple(
+            self._state(waypoint) if isinstance(waypoint, JointTarget) else None
+            for waypoint in scenario.waypoints
+        )
         return {
-            "targets": tuple(
-                self._state(waypoint) if isinstance(waypoint, JointTarget) else None
-                for waypoint in scenario.waypoints
-            ),
+            "targets": targets,
+            "waits": tuple(_waits(scenario, targets)),
             "near": self.array(near) if near is not None else None,
             "end_acceleration": self._ends(scenario.end_acceleration),
             "presets": {
@@ -236,3 +241,26 @@ class _Reader:
         if target.velocity is None:
             return JointState(position, np.zeros_like(position))
         return JointState(position, self.array(target.velocity, missing=0.0))
+
+
+SAME = 1e-12
+"""Poses and joint positions nearer than this [m, rad] are one."""
+
+
+def _waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:
+    """Indices of waypoints at rest that are followed by an equal one, but by no tool path."""
+    on_path = {i for path in scenario.paths for i in range(path.first, path.last)}
+    for i, (one, next_one) in enumerate(pairwise(scenario.waypoints)):
+        here, there = targets[i], targets[i + 1]
+        if i in on_path:
+            continue
+        if isinstance(one, CartesianWaypoint) and isinstance(next_one, CartesianWaypoint):
+            gap = one.pose.homogeneous - next_one.pose.homogeneous
+            moving = [*one.twist.vector, *next_one.twist.vector]
+        elif here is not None and there is not None:
+            gap = here.position - there.position
+            moving = [*here.velocity, *there.velocity]
+        else:
+            continue
+        if np.abs(gap).max() <= SAME and not np.any(moving):
+            yield i

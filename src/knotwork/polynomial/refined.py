@@ -1,4 +1,4 @@
-"""The same curve with more breaks."""
+"""The same curve with more breaks, and a part of it."""
 
 from __future__ import annotations
 
@@ -29,3 +29,21 @@ def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomia
         for k in range(1, end):
             c[k] += shift * c[k - 1]
     return PiecewisePolynomial(c, breaks)
+
+
+def part(curve: PiecewisePolynomial, start: float, end: float) -> PiecewisePolynomial:
+    """Cut a part out of a curve.
+
+    >>> parabola = PiecewisePolynomial([[1], [0], [0]], [0, 2])  # t²
+    >>> middle = part(parabola, 0.5, 1.0)
+    >>> middle.x, middle(1.0)
+    (array([0.5, 1. ]), array(1.))
+
+    Args:
+        curve: A curve along axis 0.
+        start: Time within the curve's.
+        end: Time within the curve's, after the start.
+    """
+    fine = refined(curve, np.array([start, end]))
+    first, last = np.searchsorted(fine.x, (start, end))
+    return PiecewisePolynomial(fine.c[:, first:last], fine.x[first : last + 1])

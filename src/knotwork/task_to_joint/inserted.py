@@ -9,7 +9,6 @@ import numpy as np
 from knotwork.errors import PathError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.task_to_joint.waits import waits
 from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 
@@ -32,7 +31,7 @@ def completed_waypoints(
     """
     times = scenario.times
     known = np.full(positions.shape, np.nan)
-    still = waits(scenario, space)
+    still = space.waits
     for i in still:
         known[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
@@ -43,6 +42,7 @@ def completed_waypoints(
         own = slice(done, path.first)
         parts.append((times[own], names[own], positions[own], velocities[own], known[own]))
         followed = _followed(scenario, space.robot, path, positions[path.first])
+        followed[2][0] = positions[path.first]  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
         # a path that begins where the one before ends: its first waypoint stands there already
         parts.append(followed)

@@ -23,7 +23,6 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
 from knotwork.task_to_joint.tied import Ties
-from knotwork.task_to_joint.waits import waits
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"
@@ -81,7 +80,7 @@ class Search:
     ) -> None:
         self.scenario, self.space, self.robot = scenario, space, robot
         self.given, self.speeds, self.near = given, speeds, near
-        self.ties = Ties(scenario, waits(scenario, space))
+        self.ties = Ties(scenario, space.waits)
         self.groups = {i: group for group in self.ties.groups for i in group}
         check_branch(scenario, robot)
         limit = robot.velocity_limit

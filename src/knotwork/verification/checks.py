@@ -14,6 +14,7 @@ from knotwork.verification.motion import Motion
 from knotwork.verification.paths import tool_paths
 from knotwork.verification.plausibility import plausibility
 from knotwork.verification.tool_motion import singularity, tool_limits
+from knotwork.verification.waits import waits
 from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
 
 Check = Callable[[Motion, Scenario, JointSpace], Iterable[Finding]]
@@ -24,6 +25,7 @@ CHECKS: dict[str, Check] = {
     "tool_at_waypoints": tool_at_waypoints,
     "joints_at_waypoints": joints_at_waypoints,
     "tool_paths": tool_paths,
+    "waits": waits,
     "joint_limits": joint_limits,
     "effort_limits": effort_limits,
     "tool_limits": tool_limits,

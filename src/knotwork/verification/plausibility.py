@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -54,7 +54,7 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
         here, there = space.targets[i : i + 2]
         if here is not None and there is not None:
             yield from _joints_away(first, second, here, there, space)
-    yield from _balanced_and_uneven(scenario)
+    yield from _balanced_and_uneven(scenario, space.waits)
 
 
 def _warning(quantity: str, message: str, waypoint: ScenarioWaypoint | None = None) -> Finding:
@@ -118,15 +118,6 @@ def _one_place(first: CartesianWaypoint, second: CartesianWaypoint) -> Iterator[
         )
 
 
-def _waits(first: ScenarioWaypoint, second: ScenarioWaypoint) -> bool:
-    """Whether the arm stands still between two waypoints given by poses."""
-    if not (isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint)):
-        return False
-    apart = np.abs(first.pose.homogeneous - second.pose.homogeneous).max()
-    moving = first.twist.vector.any() or second.twist.vector.any()
-    return bool(apart < SAME_PLACE and not moving)
-
-
 def _pointing_away(first: CartesianWaypoint, second: CartesianWaypoint) -> Iterator[Finding]:
     """A velocity that points away from the next waypoint: the tool must turn round."""
     way = second.position - first.position
@@ -167,7 +158,7 @@ def _joints_away(
         yield _warning("pointing_away", message, first)
 
 
-def _balanced_and_uneven(scenario: Scenario) -> Iterator[Finding]:
+def _balanced_and_uneven(scenario: Scenario, waits: Sequence[int]) -> Iterator[Finding]:
     """Balanced knots close to a short interval leave the long one beside it to one cubic."""
     planner, _, rule = scenario.planner.partition(":")
     given = scenario.knots
@@ -176,9 +167,7 @@ def _balanced_and_uneven(scenario: Scenario) -> Iterator[Finding]:
         return
     lengths = np.diff(scenario.times)
     known = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
-    for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
-        if _waits(first, second):
-            known.update((i, i + 1))
+    known.update(end for i in waits for end in (i, i + 1))
     for i, (before, after) in enumerate(pairwise(lengths), start=1):
         if i in known:  # a path's sections don't depend on what is beside them
             continue

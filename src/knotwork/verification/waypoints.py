@@ -130,11 +130,10 @@ def _joint_finding(
     tolerances = np.array([by_unit[unit] for unit in space.joint_units])
     achieved = motion.curve(time, order)
     errors = np.abs(achieved - requested)
-    # Not a quotient: a tolerance may be so small that it is zero in SI.
-    beyond = ~(errors <= tolerances)
+    # A tolerance may be so small that it is zero in SI.
     with np.errstate(over="ignore"):
         share = errors / np.maximum(tolerances, TINY)
-    worst = int(np.where(beyond, np.inf, share).argmax())
+    worst = int(share.argmax())
     return _error_finding(
         "Joints at the waypoints", name, time, quantity, requested, achieved,
         float(errors[worst]), float(tolerances[worst]), rate_unit(space.joint_units[worst], order),

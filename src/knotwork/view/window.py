@@ -8,8 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.refined import refined
+from knotwork.polynomial.refined import part
 from knotwork.verification.limits import derivative_limits
 from knotwork.view.motions import Marks, Motion, limit_uses
 
@@ -52,20 +51,15 @@ def _windowed(motion: Motion, asked: Window) -> Motion:
         )
     inner = max(low, start), min(high, end)
     if inner[1] - inner[0] <= SHORTEST * (end - start):
-        part = "nothing" if inner[1] <= inner[0] else "too little"
+        how_much = "nothing" if inner[1] <= inner[0] else "too little"
         wanted = " ".join(
             f"{word} {at:g} s"
             for word, at in zip(("from", "to"), asked, strict=True)
             if at is not None
         )
-        raise InputError(f"there is {part} to draw {wanted}: {span}")
-    curve = refined(motion.curve, np.array(inner))
-    pieces = slice(*np.searchsorted(curve.x, inner))
-    breaks = curve.x[pieces.start : pieces.stop + 1]
+        raise InputError(f"there is {how_much} to draw {wanted}: {span}")
     trajectory = replace(
-        motion.trajectory,
-        polynomial=PiecewisePolynomial(curve.c[:, pieces], breaks),
-        waypoint_times=None,
+        motion.trajectory, polynomial=part(motion.curve, *inner), waypoint_times=None
     )
     return replace(
         motion,

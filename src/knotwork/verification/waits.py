@@ -1,0 +1,53 @@
+"""Where the arm is to wait: how far its joints move meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from knotwork.joint_space import JointSpace
+from knotwork.polynomial.refined import part
+from knotwork.scenario import Scenario
+from knotwork.verification.finding import Finding, judged
+from knotwork.verification.motion import Motion
+
+TINY = np.finfo(float).tiny
+
+
+def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Compare joint positions during each wait with those at its start, over all time."""
+    tolerances = np.array([scenario.tolerances.joint_position[unit] for unit in space.joint_units])
+    for i in space.waits:
+        waypoint = scenario.waypoints[i]
+        start = max(waypoint.time, motion.start_time)
+        end = min(scenario.waypoints[i + 1].time, motion.end_time)
+        if end <= start:
+            continue
+        found = part(motion.curve, start, end).extrema()
+        begin = motion.curve(start)
+        moved = np.maximum(found.maximum - begin, begin - found.minimum)
+        upwards = found.maximum - begin >= begin - found.minimum
+        times = np.where(upwards, found.maximum_time, found.minimum_time)
+        beyond = ~(moved <= tolerances)
+        with np.errstate(over="ignore"):
+            share = moved / np.maximum(tolerances, TINY)
+        worst = int(share.argmax())
+        distance, tolerance = float(moved[worst]), float(tolerances[worst])
+        unit = space.joint_units[worst]
+        yield Finding(
+            group="Waits",
+            subject="wait",
+            name=waypoint.name,
+            quantity="movement",
+            verdict=judged(not beyond.any()),
+            message=f"waypoint {waypoint.name!r}: the arm is to stand still from {start:.3f} s to "
+            f"{end:.3f} s, and {space.joint_names[worst]} moves by {distance:.3g} {unit}, "
+            f"tolerance {tolerance:.3g} {unit}",
+            value=distance,
+            limit=tolerance,
+            margin=tolerance - distance,
+            unit=unit,
+            time=float(times[worst]),
+            interval=(start, end),
+        )
