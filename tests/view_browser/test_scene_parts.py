@@ -439,3 +439,19 @@ def test_images_are_made_small_enough_together(textured_robot: kw.Robot) -> None
 
     assert sizes(1) == [(1000, 900)]
     assert sizes(12) == [(512, 461)] * 12
+
+
+def test_knots_on_a_path_are_shown_on_demand_only_as_they_would_cover_it() -> None:
+    plan = kw.plan("xarm7_bead")
+    (path,) = plan.scenario.paths
+    knots = plan.trajectory.polynomial.x
+    inside = (knots > path.motion.start_time) & (knots < path.motion.end_time)
+    assert inside.sum() > 10
+    data = scene(view_plan(plan))
+    hidden = {one["name"]: one["hidden"] for one in data["things"]}
+    assert hidden["knots on paths"]
+    assert not hidden["knots"]
+    for name, times in (("knots", knots[~inside]), ("knots on paths", knots[inside])):
+        places = [plan.space.robot.forward(q).translation for q in plan.trajectory.position(times)]
+        drawn = vertices(thing(data, name)).reshape(len(times), -1, 3).mean(axis=1)
+        np.testing.assert_allclose(drawn, places, atol=2e-4)

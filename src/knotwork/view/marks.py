@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
@@ -73,9 +74,12 @@ def marks(
         meshes["turning asked for"], seconds["turn_seconds"] = turning
     base = robot.base_placement
     if len(curve.x) <= MOST_KNOTS:
-        points = [(base * robot.forward(q)).translation for q in curve(curve.x)]
-        dots = [sphere(0.0048 * size, KNOT, 12).moved(np.eye(3), point) for point in points]
-        meshes["knots"] = merged(dots)
+        along = _on_paths(curve.x, scenario)
+        for name, times in (("knots", curve.x[~along]), ("knots on paths", curve.x[along])):
+            points = [(base * robot.forward(q)).translation for q in curve(times)]
+            dots = [sphere(0.0048 * size, KNOT, 12).moved(np.eye(3), point) for point in points]
+            if dots:
+                meshes[name] = merged(dots)
     if scenario is not None and scenario.frames:
         frames = {name: base * frame for name, frame in scenario.frames.items()}
         meshes["frames"] = _triads(list(frames.values()), 0.075 * size, 0.05)
@@ -86,6 +90,14 @@ def marks(
     if report is not None:
         _add_failures(meshes, labels, asked, curve, robot, report, size)
     return meshes, labels, seconds
+
+
+def _on_paths(times: FloatArray, scenario: Scenario | None) -> NDArray[np.bool_]:
+    """Which times are within those of a tool path."""
+    within = np.zeros(times.shape, dtype=bool)
+    for path in scenario.paths if scenario is not None else ():
+        within |= (times > path.motion.start_time) & (times < path.motion.end_time)
+    return within
 
 
 def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:

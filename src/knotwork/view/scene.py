@@ -45,7 +45,7 @@ MOST_SPEEDS = 30_000
 # Drawn in their own colours, whatever the light.
 UNLIT = ("path", "limits broken", "failures", "deviation")
 # Shown on demand.
-HIDDEN = ("deviation",)
+HIDDEN = ("deviation", "knots on paths")
 
 
 @dataclass(frozen=True, eq=False)
