@@ -472,3 +472,14 @@ def test_accelerations_are_offered_where_the_format_takes_them(
     assert ran.code == 2
     assert ("--accelerations" in ran.err) == offered
     assert "--fit" in ran.err
+
+
+@pytest.mark.parametrize("scenario", ["xarm7_bead", "ur10_weld", "kinova_dispense"])
+def test_a_motion_along_paths_passes_its_check_after_a_message(
+    scenario: str, tmp_path: Path, knotwork: Command
+) -> None:
+    file = tmp_path / "motion.yaml"
+    assert knotwork("export", scenario, "--format", "ros2", "-o", str(file)).code == 0
+    ran = knotwork("check", str(file), "-s", scenario)
+    assert ran.code == 0, ran.out
+    assert "FAIL" not in ran.out

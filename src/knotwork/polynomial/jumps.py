@@ -1,8 +1,9 @@
 """Jumps at the inner breaks, and which of them count.
 
 A jump counts if it is larger than 1e-9 of the peak of its quantity and larger than the rounding of
-the coefficients can make it, and in any case if it is larger than `NEGLIGIBLE`. That last rule does
-not depend on the curve, so that no choice of breaks and no other part of the curve can hide a jump.
+the coefficients and of the times can make it, and in any case if it is larger than `NEGLIGIBLE`.
+That last rule does not depend on the curve, so that no choice of breaks and no other part of the
+curve can hide a jump.
 """
 
 from __future__ import annotations
@@ -28,6 +29,10 @@ per s, per s²].
 Rounding makes jumps of an acceleration as large as 8 · 2⁻⁵² · |q| / h², which is less for pieces of
 h > 30 µs (at |q| = 6); pieces that are too short to carry their data so count as jumps."""
 
+TIME_STEP = 1e-9
+"""Messages and drives give times in whole nanoseconds [s]. A break that is moved by so much makes a
+jump of this times that of the next derivative."""
+
 WINDOW = 1e-6
 """Jumps that follow one another within this time count together [s]: no drive tells them apart."""
 
@@ -42,10 +47,12 @@ def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, Flo
     Returns:
         Absolute values, each with those that follow within `WINDOW`, and the largest that does not
         count, shape (m-2, d) both. What rounding can make does not count: so noise about zero, as
-        in the acceleration of a straight motion, is no jump.
+        in the acceleration of a straight motion, is no jump, nor is what becomes of a smooth curve
+        whose breaks are moved to whole nanoseconds.
     """
     sizes = _together(curve.x, np.abs(curve.jumps(nu)))
-    noise = _together(curve.x, rounding(curve, nu))
+    moved = TIME_STEP * np.abs(curve.jumps(nu + 1))
+    noise = _together(curve.x, np.maximum(rounding(curve, nu), moved))
     allowed = np.maximum(CONTINUITY_TOLERANCE * curve.extrema(nu).peak, noise)
     return sizes, np.minimum(allowed, NEGLIGIBLE[nu]) if nu < len(NEGLIGIBLE) else allowed
 
