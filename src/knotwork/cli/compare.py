@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from knotwork.cli.parameters import FAILED, PASSED, json_option
+from knotwork.cli.parameters import FAILED, PASSED, NewPath, json_option
+from knotwork.cli.terminal import cell, echo
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -63,7 +64,7 @@ _STRAIGHT = ("path_deviation", "path_turn")
     "--out",
     "-o",
     metavar="DIR",
-    type=click.Path(path_type=Path),
+    type=NewPath(),
     help="Write comparison.json and comparison.csv there.",
 )
 @click.option("--all", "in_full", is_flag=True, help="Show all columns, in several tables.")
@@ -88,11 +89,11 @@ def compare(
     comparison = compare_planners(scenario, names)
     written = comparison.save(out) if out is not None else []
     if as_json:
-        click.echo(json.dumps(comparison.to_dict(), indent=1, allow_nan=False))
+        echo(json.dumps(comparison.to_dict(), indent=1, allow_nan=False))
     else:
         print_comparison(comparison, in_full=in_full)
         for path in written:
-            click.echo(f"wrote {path}")
+            echo(f"wrote {path}")
     return PASSED if any(score.passed for score in comparison.scores) else FAILED
 
 
@@ -109,7 +110,7 @@ def planners(as_json: bool) -> int:
         del row["makes"]
         row["rules"] = rules(row["name"])
     if as_json:
-        click.echo(json.dumps(rows, indent=1))
+        echo(json.dumps(rows, indent=1))
         return PASSED
     from knotwork.cli import tables
 
@@ -123,8 +124,6 @@ def planners(as_json: bool) -> int:
 
 def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
     """Print the table of a comparison, or several, and below why planners refused."""
-    from rich.markup import escape
-
     from knotwork.cli import tables
     from knotwork.comparison import Refusal
 
@@ -146,7 +145,7 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
     out.print(f"rad or m, s; % of the limit; * best of those that pass{more}")
     for row in comparison.rows:
         if isinstance(row, Refusal):
-            out.print(f"{row.planner} refused: {escape(row.reason)}")
+            out.print(f"{cell(row.planner)} refused: {cell(row.reason)}")
 
 
 def _table(comparison: Comparison, shown: dict[str, str], title: str) -> Table:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from knotwork.cli.export_source import passes, points_pass, read_motion
-from knotwork.cli.parameters import FAILED, PASSED, scenario_option
+from knotwork.cli.parameters import FAILED, PASSED, NewPath, scenario_option
+from knotwork.cli.terminal import echo, echo_data
 from knotwork.errors import InputError
 from knotwork.export.registry import (
     FORMATS,
@@ -71,6 +73,7 @@ class _JointNumbers(click.ParamType[Any]):
     "--out",
     "-o",
     metavar="FILE",
+    type=NewPath(),
     help="File to write; text goes to standard output without it.",
 )
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
@@ -122,7 +125,7 @@ class _JointNumbers(click.ParamType[Any]):
 def export(
     motion: str,
     name: str,
-    out: str | None,
+    out: Path | None,
     force: bool,
     reference: str | None,
     planner: str | None,
@@ -154,7 +157,7 @@ def export(
         return FAILED
     content, note = made
     if out is None:
-        click.echo(content, nl=False)
+        echo_data(content)
     else:
         from knotwork.export import write
 
@@ -162,11 +165,11 @@ def export(
     where = f"wrote {out}" if out is not None else ""
     text = "; ".join(part for part in (where, note) if part)
     if text:
-        click.echo(text, err=out is None)
+        echo(text, err=out is None)
     return PASSED
 
 
-def _check(form: Format, given: dict[str, Any], out: str | None, force: bool) -> None:
+def _check(form: Format, given: dict[str, Any], out: Path | None, force: bool) -> None:
     """Refuse what can't be, before anything is planned.
 
     Raises:

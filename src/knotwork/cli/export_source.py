@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-import click
-
 from knotwork.cli.sources import echo_failures, read_motions
+from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
@@ -93,5 +92,5 @@ def _of_acceleration(failure: Finding) -> bool:
 
 def _show(lines: list[str], verdict: str) -> None:
     echo_failures(lines, MOST_FAILURES, "and")
-    click.echo(verdict, err=True)
+    echo(verdict, err=True)
     sys.stderr.flush()

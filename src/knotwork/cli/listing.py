@@ -7,6 +7,7 @@ import json
 import click
 
 from knotwork.cli.parameters import PASSED, json_option
+from knotwork.cli.terminal import echo
 
 
 @click.command()
@@ -23,13 +24,13 @@ def robots(name: str | None, as_json: bool) -> int:
     shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
     rows = [robot_tables.robot_to_dict(robot) for robot in shown]
     if as_json:
-        click.echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
+        echo(json.dumps(rows[0] if name else rows, indent=1, allow_nan=False))
     elif name is not None:
         robot_tables.print_robot(shown[0])
     else:
         columns = {"joints": "joints", "tool frame": "tool_frame", "description": "description"}
         tables.print_rows("Robots", rows, {"name": "name", **columns})
-        click.echo("knotwork robots NAME shows one of them")
+        echo("knotwork robots NAME shows one of them")
     return PASSED
 
 
@@ -52,7 +53,7 @@ def scenarios(as_json: bool) -> int:
         for scenario in map(load_scenario, resources.names("scenarios"))
     ]
     if as_json:
-        click.echo(json.dumps(rows, indent=1))
+        echo(json.dumps(rows, indent=1))
     else:
         from knotwork.cli import tables
 
@@ -67,5 +68,5 @@ def schema() -> int:
     """Print the JSON Schema of scenario files."""
     from knotwork.scenario.schema import ScenarioFile
 
-    click.echo(json.dumps(ScenarioFile.model_json_schema(), indent=2))
+    echo(json.dumps(ScenarioFile.model_json_schema(), indent=2))
     return PASSED

@@ -19,6 +19,7 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     WRONG_INPUT,
+    NewPath,
     json_option,
     knots_option,
     planner_option,
@@ -27,6 +28,7 @@ from knotwork.cli.parameters import (
 from knotwork.cli.plot import plot
 from knotwork.cli.report import report as report_command
 from knotwork.cli.sources import read_checked
+from knotwork.cli.terminal import echo
 from knotwork.cli.view import view
 from knotwork.errors import InputError, KnotworkError
 
@@ -45,6 +47,9 @@ Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
 
 def main() -> NoReturn:
     """Run the command line and end the process with its exit code."""
+    if not _has_output():
+        echo("error: can't write the output: standard output is closed", err=True)
+        sys.exit(WRONG_INPUT)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal may not know ² or a table's lines
@@ -55,30 +60,45 @@ def main() -> NoReturn:
         error.show()
         code = WRONG_INPUT
     except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
+        echo("interrupted", err=True)
         code = INTERRUPTED
     except KnotworkError as error:
         if "--json" in sys.argv:
             fault = {"type": type(error).__name__, "message": str(error)}
-            click.echo(json.dumps({"ok": False, "error": fault}, indent=1))
-        click.echo(f"error: {error}", err=True)
+            echo(json.dumps({"ok": False, "error": fault}, indent=1))
+        echo(f"error: {error}", err=True)
         code = WRONG_INPUT
     except BrokenPipeError:
         _drop_output()  # whoever read it has stopped reading
         code = UNREAD
     except MemoryError:
-        click.echo("error: out of memory; use a lower rate or fewer scenarios", err=True)
+        echo("error: out of memory; use a lower rate or fewer scenarios", err=True)
         code = WRONG_INPUT
     except OSError as error:
         if error.filename is not None:  # of a file, whose reader or writer should have said it
             code = _internal_error(error)
         else:
             _drop_output()
-            click.echo(f"error: can't write the output: {error.strerror or error}", err=True)
+            echo(f"error: can't write the output: {error.strerror or error}", err=True)
             code = WRONG_INPUT
     except Exception as error:
         code = _internal_error(error)
     sys.exit(code or PASSED)
+
+
+def _has_output() -> bool:
+    """Whether there is a standard output.
+
+    The number of a closed stream would go to the next file that is opened, into which C code would
+    then write what it has to say: it is taken here.
+    """
+    for number, stream in ((1, sys.stdout), (2, sys.stderr)):
+        if stream is None:
+            taken = os.open(os.devnull, os.O_WRONLY)
+            if taken != number:
+                os.dup2(taken, number)
+                os.close(taken)
+    return sys.stdout is not None
 
 
 def _drop_output() -> None:
@@ -89,7 +109,7 @@ def _drop_output() -> None:
 def _internal_error(error: Exception) -> int:
     if os.environ.get("KNOTWORK_TRACEBACK"):
         raise error
-    click.echo(
+    echo(
         f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
         "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened.",
         err=True,
@@ -113,7 +133,7 @@ def cli() -> None:
     "--out",
     "-o",
     metavar="DIR",
-    type=click.Path(path_type=Path),
+    type=NewPath(),
     help="Write trajectory.json, samples.csv and report.json there; with several scenarios, in a "
     "folder for each below it.",
 )
@@ -155,17 +175,17 @@ def plan(
     code = max(_verdict(result) for _, result, _ in results)
     if as_json:
         rows = [_plan_to_dict(*row) for row in results]
-        click.echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
+        echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
         return code
     from knotwork.cli import tables
 
     for _, result, written in results:
         if isinstance(result, KnotworkError):
-            click.echo(f"error: {result}", err=True)
+            echo(f"error: {result}", err=True)
         else:
             tables.print_plan(result)
             for path in written:
-                click.echo(f"wrote {path}")
+                echo(f"wrote {path}")
     if len(results) > 1:
         tables.print_summary([(name, _word(result)) for name, result, _ in results])
     return code
@@ -244,7 +264,7 @@ def check(trajectory: Path, reference: str, as_json: bool) -> int:
     checked = read_checked(trajectory, reference)
     report = checked.report
     if as_json:
-        click.echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
+        echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
     else:
         from knotwork.cli import tables
 

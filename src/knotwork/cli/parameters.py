@@ -46,6 +46,19 @@ class Knots(click.ParamType[Any]):
         return numbers[0] if ruled else numbers
 
 
+class NewPath(click.Path):
+    """Path of a file or folder to write; an empty one, as of an unset variable, is refused."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Read the argument."""
+        if value == "":
+            self.fail("an empty path is not accepted; for the current folder give .", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 class Names(click.ParamType[Any]):
     """Names divided by commas."""
 
@@ -127,7 +140,7 @@ def html_option(*, required: bool = False) -> Callable[[Command], Command]:
         "out",
         metavar="FILE",
         required=required,
-        type=click.Path(path_type=Path),
+        type=NewPath(),
         help="Page to write, one file that any browser opens without a network. An existing one is "
         "replaced, a folder that is missing is made.",
     )

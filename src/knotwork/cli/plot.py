@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import PASSED, Names, motion_options
+from knotwork.cli.parameters import PASSED, Names, NewPath, motion_options
 from knotwork.cli.sources import read_motions, tell_failures
+from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "--out",
     "-o",
     metavar="FILE",
-    type=click.Path(path_type=Path),
+    type=NewPath(),
     help="Picture to write: .png, .svg or .pdf. By default a .png named after what is drawn, in "
     "the current folder. An existing picture is replaced.",
 )
@@ -107,7 +108,7 @@ def plot(
             drawn, joints=joints, quantities=quantities, degrees=degrees, window=(start, end)
         )
     path = out if out is not None else _default_path(source, drawn[0], tool)
-    click.echo(f"wrote {view.save_figure(figure, path)}")
+    echo(f"wrote {view.save_figure(figure, path)}")
     return PASSED
 
 

@@ -9,6 +9,7 @@ import click
 
 from knotwork.cli.parameters import FAILED, PASSED, html_option, motion_options, package_path_option
 from knotwork.cli.sources import read_motions
+from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
 _EPILOG = """
@@ -37,8 +38,8 @@ def report(source: str, out: Path, planner: str | None, knots: Any, reference: s
         raise InputError(f"give the scenario that {source} is for with --scenario")
     page = report_page(motion)
     for warning in page.warnings:
-        click.echo(f"warning: {warning}", err=True)
+        echo(f"warning: {warning}", err=True)
     written = page.save(out)
     word = "passed" if motion.report.ok else "FAILED"
-    click.echo(f"{motion.scenario.name}: {word}; wrote {written}")
+    echo(f"{motion.scenario.name}: {word}; wrote {written}")
     return PASSED if motion.report.ok else FAILED

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.markup import escape
 
 from knotwork.cli.tables import console, plain_table
+from knotwork.cli.terminal import cell
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 def print_robot(robot: Robot) -> None:
     """Print a robot's joints, limits, frames and configurations."""
     out = console()
-    out.print(f"[bold]{escape(robot.name)}[/]  {escape(robot.description.strip())}")
-    out.print(f"model {escape(str(robot.urdf))}", soft_wrap=True)
-    out.print(f"base frame {escape(robot.base_frame)}, tool frame {robot.tool_frame}")
+    out.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
+    out.print(f"model {cell(str(robot.urdf))}", soft_wrap=True)
+    out.print(f"base frame {cell(robot.base_frame)}, tool frame {cell(str(robot.tool_frame))}")
     limits = {
         "lower": robot.lower_position_limit,
         "upper": robot.upper_position_limit,
@@ -29,18 +29,18 @@ def print_robot(robot: Robot) -> None:
         cells = [
             f"{limit[i]:.4g}" if np.isfinite(limit[i]) else "none" for limit in limits.values()
         ]
-        table.add_row(escape(name), robot.joint_units[i], *cells)
+        table.add_row(cell(name), robot.joint_units[i], *cells)
     out.print(table)
     if robot.configurations:
         table = plain_table("Configurations [SI]", ["joint", *robot.configurations])
         for i, name in enumerate(robot.joint_names):
             values = (f"{positions[i]:.4f}" for positions in robot.configurations.values())
-            table.add_row(escape(name), *values)
+            table.add_row(cell(name), *values)
         out.print(table)
     if robot.locked:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
-        out.print(f"locked joints: {escape(locked)}")
-    out.print(f"frames: {escape(', '.join(robot.frame_names))}")
+        out.print(f"locked joints: {cell(locked)}")
+    out.print(f"frames: {cell(', '.join(robot.frame_names))}")
 
 
 def robot_to_dict(robot: Robot) -> dict[str, Any]:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import click
-
+from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
@@ -123,7 +122,7 @@ def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) 
     for defect in defects:
         if strict:
             raise InputError(f"{path}: {defect}")
-        click.echo(f"note: {path}: {defect}", err=True)
+        echo(f"note: {path}: {defect}", err=True)
     return trajectory
 
 
@@ -169,13 +168,13 @@ def tell_failures(motions: Iterable[Motion]) -> None:
         report = motion.report
         if not report.ok:
             which = f"{report.scenario}, {motion.trajectory.planner}"
-            click.echo(f"note: {which}: the check FAILS", err=True)
+            echo(f"note: {which}: the check FAILS", err=True)
             echo_failures([f"  {failure}" for failure in report.failures], MOST_FAILURES, "  and")
 
 
 def echo_failures(lines: list[str], most: int, rest: str) -> None:
     """Write lines to standard error, and of more than some only how many more there are."""
     for line in lines[:most]:
-        click.echo(line, err=True)
+        echo(line, err=True)
     if len(lines) > most:
-        click.echo(f"{rest} {len(lines) - most} more", err=True)
+        echo(f"{rest} {len(lines) - most} more", err=True)

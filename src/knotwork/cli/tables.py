@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
+from knotwork.cli.terminal import cell
 from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
 from knotwork.verification import Finding, Report
@@ -32,13 +32,13 @@ def console(*, wrap: bool = False) -> Console:
     width = ANY_WIDTH
     if wrap:
         width = shutil.get_terminal_size().columns if sys.stdout.isatty() else FILE_WIDTH
-    return Console(width=width, highlight=False)
+    return Console(width=width, highlight=False, emoji=False)
 
 
 def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     """Make a table whose first columns are text and all others numbers."""
     table = Table(
-        title=title,
+        title=cell(title),
         title_justify="left",
         title_style="bold",
         header_style="dim",
@@ -48,7 +48,9 @@ def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
         padding=(0, 1, 0, 0),
     )
     for i, column in enumerate(columns):
-        table.add_column(escape(column), justify="left" if i < left else "right", no_wrap=True)
+        table.add_column(
+            cell(column, lines=True), justify="left" if i < left else "right", no_wrap=True
+        )
     return table
 
 
@@ -70,7 +72,7 @@ def print_rows(
         if any(isinstance(row[key], int | float) for row in rows):
             column.justify = "right"
     for row in rows:
-        table.add_row(*(escape(_plain_text(row[key])) for key in columns.values()))
+        table.add_row(*(cell(_plain_text(row[key])) for key in columns.values()))
         if wrapped > 1:
             table.add_section()
     console(wrap=True).print(table)
@@ -120,9 +122,9 @@ def print_report(
         solution: How the solutions of the poses were chosen, if that is known.
     """
     out = console()
-    out.print(f"[bold]{escape(report.scenario)}[/]  {escape(scenario.description.strip())}")
+    out.print(f"[bold]{cell(report.scenario)}[/]  {cell(scenario.description.strip(), lines=True)}")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
-    out.print(f"{escape(robot)}; {escape(made or report.planner)}")
+    out.print(f"{cell(robot)}; {cell(made or report.planner)}")
     for group, findings in report.groups.items():
         numbers = [found for found in findings if found.value is not None]
         if numbers:
@@ -140,18 +142,18 @@ def print_report(
             out.print()
     for found in report.findings:
         if found.value is None and found.verdict == "information":
-            out.print(f"   {escape(str(found))}", soft_wrap=True)
+            out.print(f"   {cell(str(found))}", soft_wrap=True)
     for warning in report.warnings:
-        out.print(f"[yellow]warning[/] {escape(str(warning))}", soft_wrap=True)
+        out.print(f"[yellow]warning[/] {cell(str(warning))}", soft_wrap=True)
     failures = report.failures
     for failure in failures[:MOST_FAILURES]:
-        out.print(f"{_mark(failure)} {escape(str(failure))}", soft_wrap=True)
+        out.print(f"{_mark(failure)} {cell(str(failure))}", soft_wrap=True)
     if len(failures) > MOST_FAILURES:
         out.print(f"   and {len(failures) - MOST_FAILURES} more")
     met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
     failed = f", {required - met} failed" if required > met else ""
-    out.print(f"{verdict} {escape(report.scenario)}: {met} of {required} requirements met{failed}")
+    out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
 
 
 def _row_table(title: str, findings: Sequence[Finding]) -> Table:
@@ -170,7 +172,7 @@ def _row_table(title: str, findings: Sequence[Finding]) -> Table:
     for (name, when), row in rows.items():
         cells = [_cell(row[key], ".1e") if key in row else "" for key in quantities]
         worst = min(row.values(), key=lambda found: found.ok)
-        table.add_row(escape(name), when, *cells, _mark(worst))
+        table.add_row(cell(name), when, *cells, _mark(worst))
     table.add_row(*limits, "", style="dim")
     return table
 
@@ -186,11 +188,11 @@ def _list_table(title: str, findings: Sequence[Finding]) -> Table:
         if free:
             shown.append(max(free, key=lambda found: abs(found.value or 0.0)))
         units = " or ".join(dict.fromkeys(found.unit for found in items if found.unit))
-        table.add_row(escape(f"{quantity} [{units}]" if units else quantity), style="dim")
+        table.add_row(cell(f"{quantity} [{units}]" if units else quantity), style="dim")
         for found in shown:
             most = "most: " if found.limit is None and len(free) > 1 else ""
             table.add_row(
-                f"  {most}{escape(found.name or found.subject)}",
+                f"  {most}{cell(found.name or found.subject)}",
                 _cell(found, ".4g"),
                 _number(found.limit, ".4g") or "none given",
                 _number(found.margin, ".4g"),
@@ -234,7 +236,7 @@ def _choice_table(choices: Sequence[Choice]) -> Table:
         if choice.sampled:
             count = f"{choice.branches} samples of its self-motion"
         cells = (choice.waypoint, choice.branch or "-", _turns(choice.turns), count, choice.reason)
-        table.add_row(*map(escape, cells))
+        table.add_row(*map(cell, cells))
     return table
 
 
@@ -255,7 +257,7 @@ def _alternative_table(choices: Sequence[Choice]) -> Table:
     for names, cells in rows:
         if cells is not None:
             span = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
-            table.add_row(*map(escape, (span, *cells)))
+            table.add_row(*map(cell, (span, *cells)))
     return table
 
 
@@ -275,5 +277,5 @@ def print_summary(rows: Sequence[tuple[str, str]]) -> None:
     table = plain_table("Scenarios", ["scenario", "verdict"], 2)
     for name, word in rows:
         colour = "green" if word == "passed" else "bold red"
-        table.add_row(escape(name), f"[{colour}]{word}[/]")
+        table.add_row(cell(name), f"[{colour}]{word}[/]")
     console(wrap=True).print(table)

@@ -9,6 +9,7 @@ import click
 
 from knotwork.cli.parameters import PASSED, Names, html_option, motion_options, package_path_option
 from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
+from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
@@ -65,9 +66,9 @@ def view(
         refuse({"--port": port, "--no-open": no_open or None}, "--html writes a file")
     page = _page(source, reference, planner, knots, compare, robot, not no_ghosts)
     for warning in page.warnings:
-        click.echo(f"warning: {warning}", err=True)
+        echo(f"warning: {warning}", err=True)
     if out is not None:
-        click.echo(f"wrote {page.save(out)}")
+        echo(f"wrote {page.save(out)}")
         return PASSED
     return _serve(page, port, no_open)
 
@@ -106,11 +107,11 @@ def _serve(page: Page, port: int | None, no_open: bool) -> int:
     from knotwork.view.server import PageServer, open_browser
 
     with PageServer(page.html, port or 0) as server:
-        click.echo(f"showing {page.title} at {server.address} until Ctrl-C")
+        echo(f"showing {page.title} at {server.address} until Ctrl-C")
         if not no_open and not open_browser(server.address):
-            click.echo("no browser could be opened here; open the address in one", err=True)
+            echo("no browser could be opened here; open the address in one", err=True)
         try:
             server.serve_forever(poll_interval=0.1)
         except KeyboardInterrupt:
-            click.echo("stopped")
+            echo("stopped")
     return PASSED

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import sys
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -13,6 +14,8 @@ from knotwork.errors import InputError
 
 HOST = "127.0.0.1"
 """Only this machine can reach the page."""
+NAMES = (HOST, "localhost", "[::1]")
+"""A page of a stranger could give its own name this address, and read what is answered to it."""
 
 
 class PageServer(ThreadingHTTPServer):
@@ -56,8 +59,18 @@ class _Handler(BaseHTTPRequestHandler):
     server: PageServer
 
     def do_GET(self) -> None:
+        self._answer(with_page=True)
+
+    def do_HEAD(self) -> None:
+        self._answer(with_page=False)
+
+    def _answer(self, *, with_page: bool) -> None:
         # A browser may reload or close in the middle of the page.
         with contextlib.suppress(ConnectionError):
+            host = self.headers.get("Host", HOST)  # browsers always say it
+            if re.sub(r":\d*$", "", host).lower() not in NAMES:
+                self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
+                return
             if self.path.partition("?")[0] != "/":
                 self.send_error(HTTPStatus.NOT_FOUND)
                 return
@@ -66,7 +79,8 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header("Content-Length", str(len(self.server.page)))
             self.send_header("Cache-Control", "no-store")
             self.end_headers()
-            self.wfile.write(self.server.page)
+            if with_page:
+                self.wfile.write(self.server.page)
 
     def log_message(self, format: str, *args: object) -> None:
         """Say nothing: a log is no part of what was asked for."""

@@ -1,0 +1,127 @@
+"""What is printed: text from files changes nothing of the terminal, and closed streams are said."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from command_line import Command
+from knotwork.cli.terminal import plain
+
+CLI = Path(__file__).resolve().parents[1] / "src" / "knotwork" / "cli"
+NAMES = [
+    "[/]",
+    "[bold]x[/bold]",
+    "\x1b[2J\x1b[8mhidden",
+    "a\nPASSED",
+    "\u202eabc",
+    "\x9b31m",
+    "\\",
+    ":smile:",
+]
+CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e]")
+
+
+def scenario(name: str) -> str:
+    quoted = "".join(f"\\u{ord(one):04x}" for one in name)
+    return f"""name: "{quoted}"
+description: "{quoted}"
+waypoints:
+  - {{name: "{quoted}", joints: {{"{quoted}": 0}}}}
+  - {{joints: {{"{quoted}": 1}}, after: 1}}
+limits: {{velocity: 0.5}}
+"""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_from_files_are_printed_as_text(
+    name: str, tmp_path: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "task.yaml"
+    path.write_text(scenario(name), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    shown = plain(name).replace("\n", r"\n")
+    for command in (
+        ("plan", path),
+        ("plan", path, "--out", "made"),
+        ("compare", path, "--planners", "cubic,quintic"),
+        ("check", "made", "--scenario", path),
+        ("plot", path, "-o", "a.png"),
+        ("view", path, "--html", "a.html"),
+        ("export", path, "-f", "csv", "--allow-failed", "-o", f"{len(name)}.csv"),
+    ):
+        ran = knotwork(*command)
+        assert ran.code in (0, 1, 2), ran.err
+        assert not CONTROL.search(ran.out + ran.err)
+        if command[0] in ("plan", "compare"):
+            assert shown in ran.out
+    path.write_text(scenario(name).replace("after: 1", "after: -1"), encoding="utf-8")
+    for command in (("plan", path), ("plan", path, "--json")):
+        ran = knotwork(*command)
+        assert ran.code == 2
+        assert not CONTROL.search(ran.out + ran.err)
+
+
+def test_what_is_written_out_can_be_read() -> None:
+    assert plain("a\tb\nc é 😀") == "a\tb\nc é 😀"
+    assert plain("\x1b[8m\x07\u202e") == r"\x1b[8m\x07\u202e"
+
+
+def test_only_one_module_prints() -> None:
+    """So that nothing from a file gets past it."""
+    for path in CLI.glob("*.py"):
+        if path.name != "terminal.py":
+            text = path.read_text(encoding="utf-8")
+            assert "click.echo(" not in text, path
+            assert "rich.markup" not in text, path
+            assert not re.search(r"(?<!\.)\bprint\(", text), path
+
+
+def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    line = f"{sys.executable} -m knotwork {command}"
+    return subprocess.run(
+        ["sh", "-c", line], capture_output=True, text=True, cwd=folder, check=False
+    )
+
+
+def test_a_closed_output_is_said(tmp_path: Path) -> None:
+    ran = shell("plan paper_case --out made >&-", tmp_path)
+    assert ran.returncode == 2
+    assert ran.stderr == "error: can't write the output: standard output is closed\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_closed_messages_stop_nothing(tmp_path: Path) -> None:
+    ran = shell("plan paper_case --out made 2>&-", tmp_path)
+    assert ran.returncode == 0
+    assert len(list((tmp_path / "made").iterdir())) == 3
+    assert shell("plan no_such_case 2>&-", tmp_path).returncode == 2
+    assert shell("plan paper_case >&- 2>&-", tmp_path).returncode == 2
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("plan", "paper_case", "--out", ""),
+        ("compare", "paper_case", "--out", ""),
+        ("plot", "paper_case", "-o", ""),
+        ("view", "ur5_deburring", "--html", ""),
+        ("report", "paper_case", "--html", ""),
+        ("export", "paper_case", "-f", "csv", "-o", ""),
+    ],
+)
+def test_an_empty_path_is_refused(
+    arguments: tuple[str, ...],
+    tmp_path: Path,
+    knotwork: Command,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = knotwork(*arguments)
+    assert ran.code == 2
+    assert "an empty path is not accepted" in ran.err
+    assert not list(tmp_path.iterdir())
