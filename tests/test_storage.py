@@ -205,6 +205,7 @@ def test_an_impossible_rate_writes_nothing(rate: float, deburring: Plan, tmp_pat
 
 def test_the_report_in_the_file_is_the_report(deburring: Plan, stored: Path) -> None:
     data = json.loads((stored / "report.json").read_text(encoding="utf-8"))
+    assert set(data.pop("files")) == {"samples.csv", "trajectory.json"}
     assert data == deburring.report_to_dict()
     assert data["ok"] is True
     solutions = data.pop("solutions")

@@ -111,7 +111,6 @@ def test_closed_messages_stop_nothing(tmp_path: Path) -> None:
         ("plot", "paper_case", "-o", ""),
         ("view", "ur5_deburring", "--html", ""),
         ("report", "paper_case", "--html", ""),
-        ("export", "paper_case", "-f", "csv", "-o", ""),
     ],
 )
 def test_an_empty_path_is_refused(

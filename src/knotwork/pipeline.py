@@ -82,6 +82,8 @@ class Plan:
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
 
+        The report states the SHA-256 of the other two under `files`.
+
         Args:
             folder: Made if it does not exist; files of these names in it are replaced.
             rate: Samples per second [Hz]; by default the scenario's.
@@ -100,14 +102,12 @@ class Plan:
         from knotwork.export import to_csv
 
         rate = rate if rate is not None else self.scenario.rate
-        return storage.write_files(
-            folder,
-            {
-                "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
-                "samples.csv": to_csv(self.trajectory, rate=rate),
-                "report.json": storage.to_json(self.report_to_dict()),
-            },
-        )
+        files = {
+            "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
+            "samples.csv": to_csv(self.trajectory, rate=rate),
+        }
+        report = {**self.report_to_dict(), "files": storage.digests(files)}
+        return storage.write_files(folder, {**files, "report.json": storage.to_json(report)})
 
 
 def plan(

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from knotwork.cli.export_source import passes, points_pass, read_motion
-from knotwork.cli.parameters import FAILED, PASSED, NewPath, scenario_option
+from knotwork.cli.parameters import FAILED, PASSED, scenario_option
 from knotwork.cli.terminal import echo, echo_data
 from knotwork.errors import InputError
 from knotwork.export.registry import (
@@ -73,7 +72,6 @@ class _JointNumbers(click.ParamType[Any]):
     "--out",
     "-o",
     metavar="FILE",
-    type=NewPath(),
     help="File to write; text goes to standard output without it.",
 )
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
@@ -125,7 +123,7 @@ class _JointNumbers(click.ParamType[Any]):
 def export(
     motion: str,
     name: str,
-    out: Path | None,
+    out: str | None,
     force: bool,
     reference: str | None,
     planner: str | None,
@@ -169,7 +167,7 @@ def export(
     return PASSED
 
 
-def _check(form: Format, given: dict[str, Any], out: Path | None, force: bool) -> None:
+def _check(form: Format, given: dict[str, Any], out: str | None, force: bool) -> None:
     """Refuse what can't be, before anything is planned.
 
     Raises:

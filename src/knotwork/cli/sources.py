@@ -96,6 +96,7 @@ def read_checked(path: str | Path, reference: str) -> CheckedFile:
     space = joint_space(scenario)
     span = (float(scenario.times[0]), float(scenario.times[-1]))
     trajectory, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
+    _note_change(path)
     report = check(trajectory, scenario, space=space, defects=defects)
     return CheckedFile(trajectory, scenario, space, report)
 
@@ -119,11 +120,21 @@ def _read_unchecked(path: str, robot: Robot | None, strict: bool, instead: str) 
         raise InputError(f"{path} needs the scenario it is for: give it with --scenario{instead}")
     owner = f"robot {robot.name!r}" if robot is not None else "the scenario"
     trajectory, defects = read_trajectory(path, names, units, owner=owner)
+    _note_change(path)
     for defect in defects:
         if strict:
             raise InputError(f"{path}: {defect}")
         echo(f"note: {path}: {defect}", err=True)
     return trajectory
+
+
+def _note_change(path: str | Path) -> None:
+    """Say on standard error if a file was changed since the report beside it was written."""
+    from knotwork.storage import set_disagreement
+
+    fault = set_disagreement(Path(path))
+    if fault is not None:
+        echo(f"note: {path} {fault}", err=True)
 
 
 def refuse(options: dict[str, Any], reason: str) -> None:

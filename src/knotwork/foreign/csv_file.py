@@ -25,6 +25,7 @@ from knotwork.foreign.table import QUANTITIES, Place, PointTable
 from knotwork.waypoints import FloatArray
 
 DELIMITERS = (",", ";", "\t")
+MOST_BYTES = 500_000_000
 
 _QUOTED = re.compile('"[^"]*"')
 # Below comments and empty lines; line breaks in quotes are part of it.
@@ -108,7 +109,7 @@ def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """Rows of cells with the lines they begin in, the headings first."""
-    text = read_text(path).removeprefix("\ufeff")
+    text = read_text(path, most=MOST_BYTES).removeprefix("\ufeff")
     delimiter = _delimiter(text)
     lines = io.StringIO(text)
     above: tuple[int, str] | None = None

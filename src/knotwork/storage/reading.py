@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -15,12 +16,16 @@ from knotwork import documents
 from knotwork.documents import Document, Finite, StrictModel, Text
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.storage.files import finish_interrupted
+from knotwork.storage.sets import set_disagreement
 from knotwork.storage.writing import KNOT_FIELDS
 from knotwork.trajectory import JointTrajectory
 
 # Knots and coefficients of a stored trajectory say the same within this, relative to the scale
 # of the values: both are written with all their digits.
 KNOT_AGREEMENT = 1e-9
+# A hundred thousand waypoints of seven joints have half of this.
+MOST_BYTES = 500_000_000
 
 _Row = list[Finite]
 _Table = list[_Row]
@@ -154,6 +159,7 @@ def read_trajectory_document(path: Path | str) -> Document:
     path = Path(path)
     if path.is_dir():
         path = path / "trajectory.json"
+    finish_interrupted(path.parent)
 
     def mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         data = dict(pairs)
@@ -163,7 +169,7 @@ def read_trajectory_document(path: Path | str) -> Document:
             raise DocumentError(path, [Problem(None, twice, "is given twice")])
         return data
 
-    text = documents.read_text(path)
+    text = documents.read_text(path, most=MOST_BYTES)
     try:
         data = json.loads(text, object_pairs_hook=mapping)  # NaN is refused where it stands
     except json.JSONDecodeError as error:
@@ -182,6 +188,8 @@ def read_trajectory_document(path: Path | str) -> Document:
 def load_trajectory(path: Path | str) -> JointTrajectory:
     """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
 
+    A warning says if it is not the one that a `report.json` beside it was written with.
+
     >>> import tempfile, knotwork as kw
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     paths = kw.plan("paper_case").save(folder)
@@ -194,4 +202,8 @@ def load_trajectory(path: Path | str) -> JointTrajectory:
     Raises:
         DocumentError: The file can't be read, or is no trajectory.
     """
-    return trajectory_from_dict(read_trajectory_document(path))
+    trajectory = trajectory_from_dict(read_trajectory_document(path))
+    fault = set_disagreement(Path(path))
+    if fault is not None:
+        warnings.warn(f"{path} {fault}", stacklevel=2)
+    return trajectory

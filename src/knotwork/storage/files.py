@@ -1,0 +1,227 @@
+"""Files written into a folder, all of them or none, whatever ends the process.
+
+They are written into a hidden folder beside their places, which is then renamed: that one step
+decides. Whoever reads or writes in the folder next finishes what is decided and removes what is
+not. A folder with other files of the user's own stays that folder, which could not be said of a new
+one that takes its place.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import shutil
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from knotwork.errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # Windows has none
+    fcntl = None  # type: ignore[assignment]
+
+_PREFIX = ".knotwork-"
+UNDECIDED, DECIDED, REPLACED = ".part", ".whole", ".old"
+"""How the hidden folders end: not yet all of the files, all of them, and those that they replace."""
+LONGEST_WAIT = 30.0
+"""How long another writer may take [s]."""
+
+
+def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list[Path]:
+    """Write files into a folder, all of them or none; existing ones are replaced.
+
+    Of several writers at once, the files of the last one stay, all of them.
+
+    Args:
+        folder: Made if it does not exist.
+        contents: Text, written in UTF-8, or bytes by file name.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: The folder can't be made or written to.
+    """
+    folder = Path(folder)
+    try:
+        return _write(folder, contents)
+    except (OSError, ValueError) as error:  # ValueError: a name or text that no file can have
+        raise InputError(
+            f"can't write to {folder}: {_reason(error)}; give a folder that can be made and "
+            "written to"
+        ) from error
+
+
+def write_file(path: Path | str, content: str | bytes, *, what: str = "") -> Path:
+    """Write one file, whole or not at all; an existing one is replaced.
+
+    Args:
+        path: Path of the file; its folder is made if it does not exist.
+        content: Text, written in UTF-8, or bytes.
+        what: What it holds, for the error, such as `"a picture"`.
+
+    Raises:
+        InputError: It can't be written.
+    """
+    path = Path(path)
+    try:
+        return _write(path.parent, {path.name: content})[0]
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"can't write {what + ' ' if what else ''}to {path}: {_reason(error)}; give a file in "
+            "a folder that can be made and written to"
+        ) from error
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return getattr(error, "strerror", None) or str(error)
+
+
+def _write(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]:
+    """Write files, all of them or none.
+
+    Raises:
+        OSError: One could not be written.
+        ValueError: A name or text that no file can have.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with _alone_in(folder):
+        token = f"{_PREFIX}{secrets.token_hex(6)}"
+        new, whole, old = (folder / f"{token}{end}" for end in (UNDECIDED, DECIDED, REPLACED))
+        try:
+            new.mkdir()
+            for name, content in contents.items():
+                _write_one(new / name, content, folder / name)
+            old.mkdir()
+            for name in contents:
+                if (folder / name).exists():
+                    _link(folder / name, old / name)
+            _to_disk(new)
+            os.rename(new, whole)
+            _to_disk(folder)
+            _put_in_place(whole, folder, old)
+        finally:
+            for left in (new, whole, old):
+                shutil.rmtree(left, ignore_errors=True)
+        _to_disk(folder)
+    return [folder / name for name in contents]
+
+
+def _write_one(path: Path, content: str | bytes, place: Path) -> None:
+    if place.is_dir():
+        raise IsADirectoryError(None, f"{place.name} is a folder")
+    with path.open("xb") as file:
+        if place.exists():
+            shutil.copymode(place, path)
+        file.write(content if isinstance(content, bytes) else content.encode())
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _link(existing: Path, other: Path) -> None:
+    """Give a file another name too; where the file system can't, copy it."""
+    try:
+        os.link(existing, other, follow_symlinks=False)
+    except OSError:
+        shutil.copy2(existing, other, follow_symlinks=False)
+
+
+def _put_in_place(whole: Path, folder: Path, old: Path) -> None:
+    """Move new files into their places; if one can't be, put back what was there before.
+
+    Raises:
+        OSError: A file could not be moved.
+    """
+    moved: list[str] = []
+    try:
+        for name in sorted(os.listdir(whole)):
+            os.replace(whole / name, folder / name)
+            moved.append(name)
+    except OSError:
+        for name in moved:
+            if (old / name).exists():
+                os.replace(old / name, folder / name)
+            else:
+                (folder / name).unlink()
+        raise
+
+
+def finish_interrupted(folder: Path) -> None:
+    """Finish what a writer that was ended had decided to write into a folder.
+
+    Raises:
+        InputError: There is something to finish, and it can't be.
+    """
+    try:
+        if not any(name.endswith(DECIDED) for name in _left_in(folder)):
+            return
+        with _alone_in(folder):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"writing to {folder} was interrupted, and can't be finished: {_reason(error)}; plan "
+            "again into another folder"
+        ) from error
+
+
+def _left_in(folder: Path) -> list[str]:
+    names = os.listdir(folder) if folder.is_dir() else []
+    ends = (UNDECIDED, DECIDED, REPLACED)
+    return [name for name in names if name.startswith(_PREFIX) and name.endswith(ends)]
+
+
+@contextlib.contextmanager
+def _alone_in(folder: Path) -> Iterator[None]:
+    """Be the only writer in a folder; whatever others left there is of processes that have ended.
+
+    The lock is the system's, on the folder itself, and ends with the process.
+
+    Raises:
+        OSError: Another process writes there for longer than `LONGEST_WAIT`.
+    """
+    if fcntl is None:
+        yield
+        return
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        if _locked(number, folder):
+            for name in _left_in(folder):
+                if name.endswith(DECIDED):
+                    _finish(folder / name, folder)
+                shutil.rmtree(folder / name, ignore_errors=True)
+        yield
+    finally:
+        os.close(number)
+
+
+def _finish(whole: Path, folder: Path) -> None:
+    for name in sorted(os.listdir(whole)):
+        os.replace(whole / name, folder / name)
+
+
+def _locked(number: int, folder: Path) -> bool:
+    """Lock an open folder; whether the file system can."""
+    give_up = time.monotonic() + LONGEST_WAIT
+    while True:
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except BlockingIOError:
+            if time.monotonic() > give_up:
+                raise BlockingIOError(None, "another process is writing there") from None
+            time.sleep(0.01)
+        except OSError:  # some network file systems have no locks on folders
+            return False
+
+
+def _to_disk(folder: Path) -> None:
+    """Have a folder's list of files survive a power cut, where the file system can."""
+    with contextlib.suppress(OSError):
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)

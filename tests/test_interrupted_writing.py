@@ -1,0 +1,193 @@
+"""Files of a plan are one set, whatever ends the process that writes them and whoever else does."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from command_line import Command
+from knotwork import storage
+from knotwork.errors import InputError
+from knotwork.pipeline import Plan
+from knotwork.storage import files
+from sweeps import first_of
+
+NAMES = ("a", "b", "c")
+WRITER = """
+import sys
+from knotwork import storage
+text = sys.argv[2]
+print(flush=True)
+while True:
+    storage.write_files(sys.argv[1], {name: text * 50_000 for name in "abc"})
+"""
+# Ends the process at its n-th step that changes a folder, as a power cut would.
+CUT = """
+import os, signal, sys
+from knotwork import storage
+steps = int(sys.argv[3])
+def counted(function):
+    def step(*arguments, **options):
+        global steps
+        steps -= 1
+        if steps == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return function(*arguments, **options)
+    return step
+for name in ("mkdir", "rename", "replace", "link", "unlink", "rmdir", "fsync"):
+    setattr(os, name, counted(getattr(os, name)))
+storage.write_files(sys.argv[1], {name: sys.argv[2] for name in "abc"})
+"""
+
+
+def contents(folder: Path) -> set[str]:
+    return {(folder / name).read_text()[:3] for name in NAMES}
+
+
+def hidden(folder: Path) -> list[str]:
+    return [path.name for path in folder.iterdir() if path.name.startswith(".")]
+
+
+def test_a_writer_ended_at_any_step_leaves_one_whole_set(tmp_path: Path) -> None:
+    """The next reader finishes what was decided, the next writer removes what was not."""
+    seen = set()
+    for steps in range(1, 100):
+        folder = tmp_path / str(steps)
+        storage.write_files(folder, dict.fromkeys(NAMES, "old"))
+        (folder / "mine.txt").write_text("my own")
+        command = [sys.executable, "-c", CUT, str(folder), "new", str(steps)]
+        ran = subprocess.run(command, check=False)
+        storage.finish_interrupted(folder)
+        found = contents(folder)
+        assert len(found) == 1
+        seen |= found
+        storage.write_file(folder / "other", "x")
+        assert not hidden(folder)
+        assert contents(folder) == found
+        assert (folder / "mine.txt").read_text() == "my own"
+        if ran.returncode == 0:
+            break
+        assert ran.returncode == -signal.SIGKILL
+    else:
+        pytest.fail("it never came to its end")
+    assert seen == {"old", "new"}
+    assert steps > 15
+
+
+@pytest.mark.exhaustive
+def test_writers_ended_at_any_time_leave_one_whole_set(tmp_path: Path) -> None:
+    rng = random.Random(1)
+    storage.write_files(tmp_path, dict.fromkeys(NAMES, "aaa"))
+    for i in range(40):
+        command = [sys.executable, "-c", WRITER, str(tmp_path), f"{i:03d}"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE) as writer:
+            assert writer.stdout is not None
+            writer.stdout.readline()
+            time.sleep(rng.uniform(0, 0.1))
+            writer.kill()
+        storage.finish_interrupted(tmp_path)
+        assert len({(tmp_path / name).read_text() for name in NAMES}) == 1
+    storage.write_file(tmp_path / "other", "x")
+    assert not hidden(tmp_path)
+
+
+def write_often(folder: Path, text: str, times: int) -> None:
+    for _ in range(times):
+        storage.write_files(folder, dict.fromkeys(NAMES, text))
+
+
+@pytest.mark.parametrize("times", first_of(5, 100))
+def test_several_writers_at_once_end_with_one_whole_set(times: int, tmp_path: Path) -> None:
+    context = multiprocessing.get_context("spawn")
+    writers = [
+        context.Process(target=write_often, args=(tmp_path, text, times)) for text in ("one", "two")
+    ]
+    for writer in writers:
+        writer.start()
+    for writer in writers:
+        writer.join()
+        assert writer.exitcode == 0
+    assert len(contents(tmp_path)) == 1
+    assert not hidden(tmp_path)
+
+
+def test_another_writer_that_never_ends_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "LONGEST_WAIT", 0.05)
+    with (
+        files._alone_in(tmp_path),
+        pytest.raises(InputError, match="another process is writing there"),
+    ):
+        storage.write_file(tmp_path / "a", "x")
+    assert not list(tmp_path.iterdir())
+
+
+def test_where_folders_have_no_locks_files_are_written_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(*_: object) -> None:
+        raise OSError
+
+    monkeypatch.setattr(files.fcntl, "flock", none)
+    storage.write_files(tmp_path, dict.fromkeys(NAMES, "new"))
+    assert contents(tmp_path) == {"new"}
+    assert not hidden(tmp_path)
+
+
+def test_what_can_not_be_finished_is_an_error(tmp_path: Path, knotwork: Command) -> None:
+    """A folder stands where a file would go."""
+    (tmp_path / ".knotwork-0.whole").mkdir()
+    (tmp_path / ".knotwork-0.whole" / "trajectory.json").write_text("{}")
+    (tmp_path / "trajectory.json").mkdir()
+    with pytest.raises(InputError, match=r"was interrupted, and can't be finished"):
+        storage.finish_interrupted(tmp_path)
+    assert knotwork("check", tmp_path, "-s", "paper_case").code == 2
+
+
+def test_a_reader_finishes_what_was_decided(
+    paper_case: Plan, tmp_path: Path, knotwork: Command
+) -> None:
+    paper_case.save(tmp_path)
+    decided = tmp_path / ".knotwork-0.whole"
+    decided.mkdir()
+    for name in ("trajectory.json", "samples.csv"):
+        os.replace(tmp_path / name, decided / name)
+    ran = knotwork("check", tmp_path, "--scenario", "paper_case")
+    assert ran.code == 0, ran.err
+    assert "note:" not in ran.err
+    assert not hidden(tmp_path)
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_the_report_says_which_files_it_is_of(
+    paper_case: Plan, tmp_path: Path, knotwork: Command
+) -> None:
+    paper_case.save(tmp_path)
+    stated = json.loads((tmp_path / "report.json").read_text())["files"]
+    for name in ("trajectory.json", "samples.csv"):
+        digest = hashlib.sha256((tmp_path / name).read_bytes()).hexdigest()
+        assert stated[name] == f"sha256:{digest}"
+    for source in (tmp_path, tmp_path / "trajectory.json", tmp_path / "samples.csv"):
+        assert "note" not in knotwork("check", source, "--scenario", "paper_case").err
+    for name in ("trajectory.json", "samples.csv"):
+        with (tmp_path / name).open("a") as file:
+            file.write("\n")
+        ran = knotwork("check", tmp_path / name, "--scenario", "paper_case")
+        assert "is not the file that report.json beside it was written with" in ran.err
+    ran = knotwork("plot", tmp_path, "-o", tmp_path / "a.png")
+    assert ran.err.count("note") == 1
+    with pytest.warns(UserWarning, match=r"report\.json beside it"):
+        storage.load_trajectory(tmp_path)
+    (tmp_path / "report.json").unlink()
+    storage.load_trajectory(tmp_path)
