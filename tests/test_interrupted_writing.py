@@ -187,7 +187,7 @@ def test_the_report_says_which_files_it_is_of(
         assert "is not the file that report.json beside it was written with" in ran.err
     ran = knotwork("plot", tmp_path, "-o", tmp_path / "a.png")
     assert ran.err.count("note") == 1
-    with pytest.warns(UserWarning, match=r"report\.json beside it"):
-        storage.load_trajectory(tmp_path)
-    (tmp_path / "report.json").unlink()
     storage.load_trajectory(tmp_path)
+    assert "was changed since" in str(storage.set_disagreement(tmp_path))
+    (tmp_path / "report.json").unlink()
+    assert storage.set_disagreement(tmp_path) is None

@@ -12,20 +12,19 @@ import contextlib
 import os
 import secrets
 import shutil
+import sys
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from knotwork.errors import InputError
 
-try:
+if sys.platform != "win32":
     import fcntl
-except ImportError:  # Windows has none
-    fcntl = None  # type: ignore[assignment]
 
 _PREFIX = ".knotwork-"
 UNDECIDED, DECIDED, REPLACED = ".part", ".whole", ".old"
-"""How the hidden folders end: not yet all of the files, all of them, and those that they replace."""
+"""Ends of the hidden folders: not yet all of the files, all of them, those that they replace."""
 LONGEST_WAIT = 30.0
 """How long another writer may take [s]."""
 
@@ -182,7 +181,7 @@ def _alone_in(folder: Path) -> Iterator[None]:
     Raises:
         OSError: Another process writes there for longer than `LONGEST_WAIT`.
     """
-    if fcntl is None:
+    if sys.platform == "win32":  # it has no locks on folders
         yield
         return
     number = os.open(folder, os.O_RDONLY)
@@ -204,6 +203,8 @@ def _finish(whole: Path, folder: Path) -> None:
 
 def _locked(number: int, folder: Path) -> bool:
     """Lock an open folder; whether the file system can."""
+    if sys.platform == "win32":
+        return False
     give_up = time.monotonic() + LONGEST_WAIT
     while True:
         try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import warnings
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -17,7 +16,6 @@ from knotwork.documents import Document, Finite, StrictModel, Text
 from knotwork.errors import DocumentError, InputError, Problem
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.storage.files import finish_interrupted
-from knotwork.storage.sets import set_disagreement
 from knotwork.storage.writing import KNOT_FIELDS
 from knotwork.trajectory import JointTrajectory
 
@@ -188,7 +186,7 @@ def read_trajectory_document(path: Path | str) -> Document:
 def load_trajectory(path: Path | str) -> JointTrajectory:
     """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
 
-    A warning says if it is not the one that a `report.json` beside it was written with.
+    Use `set_disagreement` to see whether it is the one that a `report.json` beside it is about.
 
     >>> import tempfile, knotwork as kw
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -202,8 +200,4 @@ def load_trajectory(path: Path | str) -> JointTrajectory:
     Raises:
         DocumentError: The file can't be read, or is no trajectory.
     """
-    trajectory = trajectory_from_dict(read_trajectory_document(path))
-    fault = set_disagreement(Path(path))
-    if fault is not None:
-        warnings.warn(f"{path} {fault}", stacklevel=2)
-    return trajectory
+    return trajectory_from_dict(read_trajectory_document(path))
