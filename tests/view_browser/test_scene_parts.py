@@ -455,3 +455,11 @@ def test_knots_on_a_path_are_shown_on_demand_only_as_they_would_cover_it() -> No
         places = [plan.space.robot.forward(q).translation for q in plan.trajectory.position(times)]
         drawn = vertices(thing(data, name)).reshape(len(times), -1, 3).mean(axis=1)
         np.testing.assert_allclose(drawn, places, atol=2e-4)
+
+
+def test_a_wait_has_one_label_where_it_begins() -> None:
+    plan = kw.plan("xarm7_bead")
+    assert len(plan.space.waits) == 2
+    names = [one["text"] for one in scene(view_plan(plan))["labels"] if one["kind"] == "waypoint"]
+    assert "bead end" in names
+    assert not [name for name in names if "wait" in name]

@@ -76,3 +76,15 @@ def _stretch(
             proof="bounded" if bound.proved else "sampled",
             excess=max(bound.bound - bound.value, 0.0),
         )
+    if found.speed is not None:
+        yield Finding(
+            group=GROUP,
+            subject="path",
+            name=f"{begin} to {end}",
+            quantity="full_speed",
+            verdict="information",
+            message=f"from {begin!r} to {end!r} the full speed, {scale * stretch.speed:.5g} "
+            f"{length}/s, is asked for from {full[0]:.3f} s to {full[1]:.3f} s: the tool goes at "
+            f"{scale * found.slowest:.5g} to {scale * found.fastest:.5g} {length}/s",
+            interval=full,
+        )

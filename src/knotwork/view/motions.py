@@ -181,9 +181,8 @@ def _marks(
         own = np.abs(waypoints.time[:, None] - times).argmin(axis=0)
         asked = waypoints.position[own][:, order], waypoints.velocity[own][:, order]
         names = [waypoints.names[i] for i in own]
-        for k in range(1, len(own)):  # a wait has one name, where it begins
-            if not asked[1][k].any() and np.array_equal(asked[0][k], asked[0][k - 1]):
-                names[k] = ""
+        for i in space.waits if scenario is not None and space is not None else ():
+            names[i + 1] = ""  # a wait has one name, where it begins
         return Marks(waypoints.time[own], tuple(names), asked)
     nothing = np.full(len(trajectory.joint_names), np.nan)
     if scenario is not None and space is not None:

@@ -14,10 +14,15 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 
 def targets(scenario: Scenario, space: JointSpace, robot: Robot) -> list[CartesianWaypoint]:
-    """Find the tool pose and velocity that each waypoint asks for, in the URDF root's axes."""
+    """Find the tool pose and velocity that each waypoint asks for, in the URDF root's axes.
+
+    A wait is there once, where it begins.
+    """
     base = robot.base_placement
     found = []
-    for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+    for i, (waypoint, state) in enumerate(zip(scenario.waypoints, space.targets, strict=True)):
+        if i - 1 in space.waits:
+            continue
         if state is not None:
             pose, twist = robot.forward(state.position), robot.twist(state.position, state.velocity)
         elif isinstance(waypoint, CartesianWaypoint):
