@@ -278,3 +278,29 @@ def test_an_arm_that_waits_at_the_end_of_a_path_stands_still(robot: str) -> None
         wait = 0.3 if path is plan.scenario.paths[0] else 0.2
         inside = plan.trajectory.position(np.linspace(end, end + wait, 101)[1:-1])
         assert np.abs(inside - inside[0]).max() == 0.0
+
+
+@pytest.mark.parametrize(("after", "warned"), [(3, True), (3.5, False)])
+def test_a_line_that_a_speed_and_the_time_speak_of_is_named(after: float, warned: bool) -> None:
+    """Speeds take their direction from the neighbours; the time gives the line away."""
+
+    def at(name: str, place: list[float], **more: Any) -> dict[str, Any]:
+        return {
+            "name": name,
+            "after": 1.5,
+            "pose": {"position": place, "rpy": [180, 0, -90]},
+        } | more
+
+    plan = kw.plan(
+        task(
+            at("above", [400, -100, 350], after=2, stop=True),
+            at("on", [450, -100, 300], speed=60),
+            at("off", [450, 80, 300], speed=60, after=after),
+            at("away", [400, 120, 350]),
+            end_acceleration="zero",
+        )
+    )
+    named = [one for one in warnings_of(plan).splitlines() if "between 'on' and 'off'" in one]
+    assert bool(named) is warned
+    if warned:
+        assert "leaves the straight line by 37" in named[0]

@@ -25,6 +25,13 @@ DISAGREES = 0.2
 NOTABLE = 0.01
 """Deviations below this part of the chord, and speeds within this part times 5, pass for a line."""
 
+IN_TIME = 0.02
+"""The chord takes the time there is, at the speed of both ends, but for this part: a line is meant
+whatever the directions of the ends."""
+
+FAR = 0.1
+"""Such an interval is named where the tool leaves the chord by more than this part of it."""
+
 RADIAN = 0.1
 """What a radian counts where the tool goes and turns at once [m]."""
 
@@ -57,16 +64,23 @@ def line_not_held(
         float(one.linear @ direction) / speed
         for one, speed in zip((first, second), speeds, strict=True)
     ]
-    if min(along) < ALONG or np.ptp(speeds) > ALIKE * speeds.max():
+    if np.ptp(speeds) > ALIKE * speeds.max():
+        return ""
+    asked = float(speeds.mean())
+    ratio = length / time / asked
+    if min(along) >= ALONG:
+        notable = NOTABLE
+    elif abs(ratio - 1.0) <= IN_TIME:
+        notable = FAR
+    else:
         return ""
     if RADIAN * max(np.linalg.norm(one.angular) for one in (first, second)) > speeds.max():
         return ""  # it turns in place rather than going along
     position, speed = _tool(motion, robot, np.linspace(first.time, second.time, SAMPLES + 1))
     gone = position - first.position
     off = float(np.linalg.norm(gone - np.outer(gone @ direction, direction), axis=1).max())
-    asked = float(speeds.mean())
     uneven = max(speed.max() / asked - 1.0, 1.0 - speed.min() / asked)
-    if off < NOTABLE * length and uneven < 5.0 * NOTABLE:
+    if off < notable * length and uneven < 5.0 * notable:
         return ""
     scale, unit = scenario.shown_length
     words = (
@@ -74,7 +88,7 @@ def line_not_held(
         f"{scale * off:.3g} {unit}, at {scale * speed.min():.3g} to {scale * speed.max():.3g} "
         f"{unit}/s; `along: line` holds it"
     )
-    if abs(length / time / asked - 1.0) > DISAGREES:
+    if abs(ratio - 1.0) > DISAGREES:
         words += (
             f" ({scale * length:.4g} {unit} in {time:.4g} s are {scale * length / time:.4g} "
             f"{unit}/s, and {scale * asked:.4g} {unit}/s is asked for)"
