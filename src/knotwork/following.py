@@ -12,8 +12,9 @@ from knotwork.arguments import finite_number
 from knotwork.errors import FollowingError, InputError, PathError
 from knotwork.interpolation import get_planner
 from knotwork.kinematics.following.continuation import continue_along
-from knotwork.kinematics.following.hindrance import Hindrance
-from knotwork.kinematics.following.insertion import PathTolerance, follow_path
+from knotwork.kinematics.following.hindrance import Hindrance, following_error
+from knotwork.kinematics.following.insertion import follow_path
+from knotwork.kinematics.following.proof import PathTolerance
 from knotwork.robot import Robot, load_robot
 from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
@@ -44,8 +45,8 @@ def follow(
 ) -> JointTrajectory:
     """Follow a tool path at constant speed, from a few waypoints that are found here.
 
-    The branch is that of the start. The motion is C² and cubic. It is compared with the path at
-    seven places between two waypoints each; a scenario with the same path proves it over all time.
+    The branch is that of the start. The motion is C² and cubic, and is proved to keep the
+    tolerances at all times.
 
     Args:
         robot: The arm, or its name or file.
@@ -200,12 +201,6 @@ def _check_free(robot: Robot, motion: TimedPath, start: FloatArray, pull: float)
 
 
 def _blocked(robot: Robot, motion: TimedPath, one: Hindrance) -> FollowingError:
-    along = float(motion.arc_length(np.array([one.time]))[0])
-    return FollowingError(
-        "",
-        f"the path can't be followed from start: {along:.4g} m along it {one.described(robot)}. "
-        "Move the path, turn the tool, or start from another solution (robot.solve_all)",
-        arc_length=along,
-        cause=one.kind,
-        joint=robot.joint_names[one.joint] if one.kind != "singularity" else "",
-    )
+    what = "the path can't be followed from start:"
+    remedy = "start from another solution (robot.solve_all)"
+    return following_error(robot, motion, one, what, remedy)

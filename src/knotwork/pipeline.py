@@ -163,7 +163,7 @@ def plan(
         placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
         scenario = replace(scenario, knots=placed)
         options = replace(options, knots=planner_options(scenario, space).knots)
-    solution = solve_task(scenario, space)
+    solution = solve_task(scenario, space, _knots_along_paths(scenario.planner, options))
     waypoints = solution.waypoints
     arguments = {"planner": planner, "knots": knots}
     replaced = {name for name, value in arguments.items() if value is not None}
@@ -190,6 +190,14 @@ def _infeasible(found: Infeasibility) -> Finding:
         time=found.start,
         interval=(found.start, found.end) if found.until else None,
     )
+
+
+def _knots_along_paths(planner: str, options: PlannerOptions) -> Any:
+    """Where the knots sit for which waypoints are inserted: the planner's, if it has knots."""
+    base, ruled = planner_and_rule(planner)
+    if "knots" not in PLANNER_SPECS[base].supports:
+        return PlannerOptions().knots
+    return ruled.get("knots", options.knots)
 
 
 # Values given for each waypoint have a meaning only for the planner they were chosen for.

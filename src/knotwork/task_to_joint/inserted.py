@@ -13,7 +13,11 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
 
 def completed_waypoints(
-    scenario: Scenario, space: JointSpace, positions: FloatArray, velocities: FloatArray
+    scenario: Scenario,
+    space: JointSpace,
+    positions: FloatArray,
+    velocities: FloatArray,
+    knots: Any,
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
@@ -25,9 +29,10 @@ def completed_waypoints(
         space: Its joints.
         positions: At its waypoints [rad or m], shape (n, d).
         velocities: There [rad/s or m/s], shape (n, d).
+        knots: Where the knots of the motion will sit: see `ModifiedHermiteSpline`.
 
     Raises:
-        PathError: The tolerances take too many waypoints.
+        PathError: The tolerances take too many waypoints, or are too fine to be proved.
     """
     times = scenario.times
     known = np.full(positions.shape, np.nan)
@@ -41,7 +46,7 @@ def completed_waypoints(
         _hold(positions, still)
         own = slice(done, path.first)
         parts.append((times[own], names[own], positions[own], velocities[own], known[own]))
-        followed = _followed(scenario, space.robot, path, positions[path.first])
+        followed = _followed(scenario, space.robot, path, positions[path.first], knots)
         followed[2][0] = positions[path.first]  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
         # a path that begins where the one before ends: its first waypoint stands there already
@@ -74,10 +79,11 @@ def _hold(positions: FloatArray, still: tuple[int, ...]) -> None:
 
 
 def _followed(
-    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray
+    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray, knots: Any
 ) -> tuple[FloatArray, ...]:
     """Times, names, positions, velocities and accelerations along a path."""
-    from knotwork.kinematics.following.insertion import PathTolerance, follow_path
+    from knotwork.kinematics.following.insertion import follow_path
+    from knotwork.kinematics.following.proof import PathTolerance
 
     tolerances = scenario.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
@@ -90,6 +96,7 @@ def _followed(
             tolerance,
             times=ends,
             pull=scenario.pull_to_middle,
+            knots=knots,
         )
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from knotwork.errors import OutOfReachError, RobotError, UnknownNameError
@@ -17,7 +19,7 @@ def task_to_joint(scenario: Scenario, space: JointSpace) -> JointWaypoints:
     return solve_task(scenario, space).waypoints
 
 
-def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
+def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> TaskSolution:
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
     Of all solutions of all poses, turns of ±2π within limits included, the sequence is taken
@@ -43,6 +45,8 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     Args:
         scenario: The task.
         space: The joints and the robot it is for.
+        knots: Where the knots of the modified Hermite curve sit for which waypoints are inserted
+            along tool paths: see `ModifiedHermiteSpline`.
 
     Raises:
         UnreachablePoseError: No configuration reaches a pose.
@@ -63,7 +67,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
     _check_pull(scenario, space)
     if all(q is not None for q in given):
         positions, velocities = np.array(given, float), np.array(speeds, float)
-        return TaskSolution(completed_waypoints(scenario, space, positions, velocities))
+        return TaskSolution(completed_waypoints(scenario, space, positions, velocities, knots))
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
@@ -78,7 +82,7 @@ def solve_task(scenario: Scenario, space: JointSpace) -> TaskSolution:
         suggest_unit(error, scenario, space.robot)
         raise
     explanation = Explanation(search, found)
-    waypoints = completed_waypoints(scenario, space, found.positions, found.velocities)
+    waypoints = completed_waypoints(scenario, space, found.positions, found.velocities, knots)
     return TaskSolution(waypoints, explanation.infeasibilities(), explanation.choices)
 
 

@@ -37,6 +37,10 @@ class Curve(ABC):
             Points [m], or derivatives [m^(1 - order)], shape (k, 3).
         """
 
+    def derivatives(self, s: ArrayLike, order: int) -> list[FloatArray]:
+        """Points of the curve and their derivatives up to an order: see `position`."""
+        return [self.position(s, k) for k in range(checked_order(order) + 1)]
+
     @abstractmethod
     def nearest(self, points: ArrayLike, guess: ArrayLike) -> FloatArray:
         """Arc lengths of the nearest points of the curve, in the surroundings of a guess.

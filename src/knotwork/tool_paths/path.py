@@ -152,6 +152,19 @@ class ToolPath:
             found[rows] = self.curves[i].position(s[rows] - self.starts[i], order)
         return found
 
+    def derivatives(self, s: FloatArray, order: int, at: FloatArray) -> FloatArray:
+        """Points of the path and their derivatives up to an order, shape (order + 1, k, 3).
+
+        Args:
+            s: Arc lengths [m], shape (k,).
+            order: Order of the last derivative, 0 to 3.
+            at: Arc lengths that choose the curves to evaluate, as in `position`.
+        """
+        found = np.empty((order + 1, s.size, 3))
+        for i, rows in self._by_curve(self._curve_of(at, "right")):
+            found[:, rows] = self.curves[i].derivatives(s[rows] - self.starts[i], order)
+        return found
+
     def rotation(
         self, s: ArrayLike, at: ArrayLike | None = None, side: str = "right"
     ) -> FloatArray:

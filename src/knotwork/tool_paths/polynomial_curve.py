@@ -103,11 +103,12 @@ class PolynomialCurve(Curve):
 
         By the chain rule, with w' = 1/‖C'‖, w'' = -C'·C''/‖C'‖⁴ and so on.
         """
-        return self._derivatives(np.asarray(s, dtype=float), checked_order(order))[order]
+        return self.derivatives(s, order)[order]
 
-    def _derivatives(self, s: FloatArray, order: int) -> list[FloatArray]:
+    def derivatives(self, s: ArrayLike, order: int) -> list[FloatArray]:
         """Points and their derivatives up to an order, each of shape (k, 3)."""
-        span, w = self._parameters(s)
+        span, w = self._parameters(np.asarray(s, dtype=float))
+        checked_order(order)
         C = [_values([c[span] for c in self._c[i]], w) for i in range(order + 1)]
         found = C[:1]
         if order >= 1:
@@ -132,7 +133,7 @@ class PolynomialCurve(Curve):
         s: FloatArray = np.clip(np.array(guess, dtype=float), 0.0, self.length)
         going = np.arange(s.size)
         for _ in range(ITERATIONS):
-            at, tangent, bend = self._derivatives(s[going], 2)
+            at, tangent, bend = self.derivatives(s[going], 2)
             off = at - points[going]
             slope, growth = _dot(off, tangent)[:, 0], 1.0 + _dot(off, bend)[:, 0]
             step = -slope / np.where(growth > 0.1, growth, 1.0)

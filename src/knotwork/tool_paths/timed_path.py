@@ -119,8 +119,14 @@ class TimedPath:
         s, ds, dds = (self.timing(local, order, middle) for order in range(3))
         ds, dds = ds[:, None], dds[:, None]
         path = self.path
-        tangent, rate = path.position(s, 1, along), path.rate(s, 0, along)
+        place, tangent, bend = path.derivatives(s, 2, along)
+        rate, change = path.rate(s, 0, along), path.rate(s, 1, along)
         twist = np.hstack((tangent * ds, rate * ds))
-        bend, change = path.position(s, 2, along), path.rate(s, 1, along)
         acceleration = np.hstack((bend * ds**2 + tangent * dds, change * ds**2 + rate * dds))
-        return path.position(s, 0, along), path.rotation(s, along), twist, acceleration
+        return place, path.rotation(s, along), twist, acceleration
+
+    def speed_asked_for(self, t: ArrayLike) -> FloatArray:
+        """Full speed of the stretches that times are in [m/s], shape (k,)."""
+        local = np.asarray(t, dtype=float) - self.start_time
+        index = np.searchsorted(self.timing.times, local, "right") - 1
+        return np.asarray(self.timing.speeds[np.clip(index, 0, len(self.timing.speeds) - 1)])

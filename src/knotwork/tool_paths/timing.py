@@ -33,11 +33,13 @@ class Timing:
         arc_length: Arc length over time from 0 [m], of degree 4.
         times: When each stretch begins, and when the last one ends [s], shape (n + 1,).
         full_speed: When each stretch's own speed begins and ends to hold [s], shape (n, 2).
+        speeds: That speed of each stretch [m/s], shape (n,).
     """
 
     arc_length: PiecewisePolynomial
     times: FloatArray
     full_speed: FloatArray
+    speeds: FloatArray
 
     @property
     def duration(self) -> float:
@@ -159,7 +161,7 @@ def speed_profile(
                 coefficients.append(c)
         times.append(float(starts[-1]))
     curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
-    return Timing(curve, np.array(times), np.array(full))
+    return Timing(curve, np.array(times), np.array(full), speed)
 
 
 def _stretch(

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from knotwork.errors import FollowingError
 from knotwork.robot import Robot
+from knotwork.tool_paths import TimedPath
 
 
 @dataclass(frozen=True)
@@ -53,3 +57,42 @@ class Hindrance:
             f"{joint} would have to turn at {self.value:.4g} {kind}/s, and its limit is "
             f"{self.limit:.4g}{singular}; at {slower:.3g} of the speed it could be done"
         )
+
+
+def following_error(
+    robot: Robot,
+    path: TimedPath,
+    one: Hindrance,
+    what: str,
+    remedy: str,
+    *,
+    since: float | None = None,
+    shown_length: tuple[float, str] = (1.0, "m"),
+    waypoint: str = "",
+    where: str = "",
+) -> FollowingError:
+    """The error for a path that can't be followed.
+
+    Args:
+        robot: The arm.
+        path: The path.
+        one: What is in the way.
+        what: What can't be done, in words.
+        remedy: What else would do, besides another path and another orientation.
+        since: From when on the way is told [s]; by default from the start of the path.
+        shown_length: What a metre is in the unit of the message, and its name.
+        waypoint: The waypoint that can't be reached.
+        where: Where that is given.
+    """
+    begin = path.start_time if since is None else since
+    first, reached = path.arc_length(np.array([begin, one.time]))
+    scale, unit = shown_length
+    return FollowingError(
+        waypoint,
+        f"{what} {scale * (reached - first):.4g} {unit} along it {one.described(robot)}. Move the "
+        f"path, turn the tool, or {remedy}",
+        where=where,
+        arc_length=float(reached),
+        cause=one.kind,
+        joint=robot.joint_names[one.joint] if one.kind != "singularity" else "",
+    )

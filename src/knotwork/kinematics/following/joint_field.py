@@ -58,17 +58,18 @@ class JointField:
 
         Args:
             q: Joint positions near it [rad or m], shape (n, d).
-            position: Of the pose [m], shape (3,).
-            rotation: Of the pose, shape (3, 3).
+            position: Of the pose [m], shape (3,) or (n, 3).
+            rotation: Of the pose, shape (3, 3) or (n, 3, 3).
 
         Returns:
             Joint positions, shape (n, d), and the error left [m, rad], shape (n,).
         """
-        target = np.broadcast_to(rotation.T[:, :, None], (3, 3, len(q)))
+        place = np.broadcast_to(position, (len(q), 3)).T
+        target = np.broadcast_to(rotation, (len(q), 3, 3)).transpose(2, 1, 0)
         error = np.full(len(q), np.inf)
         for _ in range(CORRECTIONS):
             tip, turned, points, axes = self.axes.forward(q)
-            twist, _, _ = pose_errors(tip, turned, position[:, None], target)
+            twist, _, _ = pose_errors(tip, turned, place, target)
             before, error = error, np.abs(twist).max(axis=0)
             # stop where it is on the path, and where rounding lets it come no nearer
             if (error <= ON_PATH).all() or not (error < 0.5 * before).any():

@@ -79,6 +79,9 @@ class StretchBounds:
         speed: Difference from the speed asked for [m/s], where it is asked for in full; `None` if
             it is nowhere.
         slowest, fastest: Proved bounds on the speed there [m/s].
+        times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
+        use: The part of the limits that each interval is proved to use at most, shape (n,). Where a
+            sample breaks a limit, that of the samples counts, as there no bound is sought.
     """
 
     position: PathBound
@@ -86,6 +89,8 @@ class StretchBounds:
     speed: PathBound | None
     slowest: float
     fastest: float
+    times: FloatArray
+    use: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +101,15 @@ class _Samples:
     distance: FloatArray
     gap: FloatArray
     velocity: FloatArray
+
+    def with_more(self, more: _Samples, known: NDArray[np.bool_]) -> _Samples:
+        """These where they are known, and more between them."""
+        columns = []
+        for old, new in zip(vars(self).values(), vars(more).values(), strict=True):
+            merged = np.empty((len(known), *old.shape[1:]))
+            merged[known], merged[~known] = old, new
+            columns.append(merged)
+        return _Samples(*columns)
 
 
 class _Stretch:
@@ -189,7 +203,8 @@ def path_bounds(
         finer = _divided(t, parts, needed, budget)
         if len(finer) == len(t):
             break
-        t, found = finer, stretch.sample(finer)
+        known = np.isin(finer, t)
+        t, found = finer, found.with_more(stretch.sample(finer[~known]), known)
     return _summed(t, found, values, upper, most, full_speed, speed)
 
 
@@ -283,9 +298,23 @@ def _summed(
             value, bound = float(angle_of(value)), float(angle_of(bound))
         worst.append(PathBound(value, float(t[i]), bound, proved))
     asked: NDArray[np.bool_] = (t[:-1] >= full[0]) & (t[1:] <= full[1])
+    broken = (values.max(axis=1) > most)[:, None]
+    use = (np.where(broken, values, upper) / most[:, None]).max(axis=0)
     if not asked.any():
-        return StretchBounds(worst[0], worst[1], None, np.nan, np.nan)
+        return StretchBounds(worst[0], worst[1], None, np.nan, np.nan, t, use)
     excess = upper[2] - values[2]
     fastest = float((speed + fast + excess)[asked].max())
     slowest = float((speed - slow - excess)[asked].min())
-    return StretchBounds(worst[0], worst[1], worst[2], slowest, fastest)
+    return StretchBounds(worst[0], worst[1], worst[2], slowest, fastest, t, use)
+
+
+def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -> float:
+    """What rounding adds to bounds on a path: no limit below it can be proved [m, m/s].
+
+    Args:
+        robot: The arm.
+        curve: Joint positions along the whole path, trailing shape (d,).
+        motion: The path and its timing.
+    """
+    stretch = _Stretch(robot, curve, motion, motion.start_time, motion.end_time)
+    return float(stretch.sizes(curve.x)[3].max())

@@ -1,0 +1,98 @@
+"""Which part of the tolerances a motion along a path is proved to use, between its waypoints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.errors import PathError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.tool_paths import TimedPath
+from knotwork.verification.bounds.path import PathLimits, path_bounds, path_rounding
+from knotwork.waypoints import FloatArray
+
+# The proof is for tolerances that are narrower by this part, so that the check, whose numbers are
+# rounded in another way, comes to the same verdict.
+NARROWER = 1e-6
+# A tolerance is to be so many times what rounding adds to the bounds.
+ABOVE_ROUNDING = 4.0
+
+
+@dataclass(frozen=True)
+class PathTolerance:
+    """How near a motion has to be to its path.
+
+    Attributes:
+        position: Distance from the path [m].
+        orientation: Angle from the orientation there [rad].
+        speed: Difference of speed, as a part of the path's.
+    """
+
+    position: float
+    orientation: float
+    speed: float
+
+
+def check_tolerance(
+    robot: Robot, curve: PiecewisePolynomial, path: TimedPath, tolerance: PathTolerance
+) -> None:
+    """Refuse tolerances that rounding leaves no room to prove.
+
+    Raises:
+        PathError: One is too fine.
+    """
+    least = ABOVE_ROUNDING * path_rounding(robot, curve, path)
+    slowest = float(path.timing.speeds.min())
+    for what, value, needed, unit in (
+        ("of the distance from the path", tolerance.position, least, " m"),
+        ("of the orientation", tolerance.orientation, least, " rad"),
+        (f"of the speed, a part of {slowest:g} m/s,", tolerance.speed, least / slowest, ""),
+    ):
+        if value < needed:
+            raise PathError(
+                f"the tolerance {what} is {value:g}{unit}: rounding leaves no room to prove it; at "
+                f"least {needed:.2g}{unit} is accepted"
+            )
+
+
+def proved_use(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    path: TimedPath,
+    tolerance: PathTolerance,
+    times: FloatArray,
+    stretches: Iterable[int],
+) -> FloatArray:
+    """The part of the tolerances that a motion is proved to use at most between its waypoints.
+
+    The proof is that of the check: see `verification.bounds.path`.
+
+    Args:
+        robot: The arm.
+        curve: Joint positions along the whole path, trailing shape (d,).
+        path: Poses of the tool over time.
+        tolerance: What they are parts of.
+        times: Of the waypoints, ends of stretches among them [s], shape (k,).
+        stretches: Which stretches of the path's timing to look at, by index.
+
+    Returns:
+        Parts, above 1 where nothing is proved, shape (k - 1,); zero on other stretches.
+    """
+    use = np.zeros(len(times) - 1)
+    part = 1.0 - NARROWER
+    timing, start = path.timing, path.start_time
+    for i in stretches:
+        speed = float(timing.speeds[i])
+        limits = PathLimits(
+            part * tolerance.position, part * tolerance.orientation, part * tolerance.speed * speed
+        )
+        begin, end = start + timing.times[i : i + 2]
+        low, high = start + timing.full_speed[i]
+        found = path_bounds(robot, curve, path, (begin, end), (low, high), speed, limits)
+        middle = 0.5 * (found.times[1:] + found.times[:-1])
+        interval = np.clip(np.searchsorted(times, middle) - 1, 0, len(use) - 1)
+        np.maximum.at(use, interval, found.use)
+    return use

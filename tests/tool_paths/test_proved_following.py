@@ -1,0 +1,118 @@
+"""Waypoints are inserted until the proof holds: what is followed passes its own check."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import PathError
+from knotwork.verification.bounds.path import PathLimits, path_bounds
+from sweeps import first_of
+
+tp = kw.tool_paths
+ARM = kw.load_robot("ur5")
+HOME = ARM.configuration("home")
+
+
+def rough_curve(seed: int) -> tuple[Any, dict[str, float]]:
+    """A curve through points that are a little off a smooth one, turned about, and tolerances."""
+    rng = np.random.default_rng([14, seed])
+    count = int(rng.integers(6, 30))
+    pose, t = ARM.forward(HOME), np.linspace(0.0, 1.0, count)
+    wave = 0.1 * np.sin(2.0 * np.pi * t * rng.uniform(0.3, 2.0))
+    smooth = np.column_stack((wave, 0.3 * t, 0.05 * np.cos(5.0 * t) - 0.05))
+    points = pose.translation + smooth + rng.normal(size=(count, 3)) * 10 ** rng.uniform(-5, -3)
+    curve = tp.ThroughPoints(points)
+    if rng.random() < 0.5:
+        turned = [pose.rotation @ pin.exp3(0.03 * rng.normal(size=3)) for _ in range(count)]
+        turning = tp.OrientationCurve.through(curve.arc_lengths, np.array(turned))
+    else:
+        turning = tp.OrientationCurve.constant(pose.rotation, curve.length)
+    tolerances = {
+        "tolerance": 10 ** rng.uniform(-5.5, -4.0),
+        "orientation_tolerance": np.radians(10 ** rng.uniform(-2.0, 0.0)),
+        "speed_tolerance": 10 ** rng.uniform(-3.5, -2.0),
+    }
+    return tp.ToolPath([curve], turning), tolerances
+
+
+def unproved(path: Any, motion: kw.JointTrajectory, speed: float, allowed: dict[str, float]) -> Any:
+    """The bounds that aren't proved to keep their tolerances."""
+    timed = tp.TimedPath(path, tp.speed_profile([path.length], [speed], acceleration=1.0))
+    whole = timed.start_time, timed.end_time
+    limits = PathLimits(
+        allowed["tolerance"], allowed["orientation_tolerance"], allowed["speed_tolerance"] * speed
+    )
+    found = path_bounds(ARM, motion.polynomial, timed, whole, whole, speed, limits)
+    pairs = (
+        (found.position, limits.position),
+        (found.orientation, limits.orientation),
+        (found.speed, limits.speed),
+    )
+    return [one for one, limit in pairs if one is None or not one.bound <= limit]
+
+
+@pytest.mark.parametrize("count", first_of(7, 60))
+def test_what_is_followed_is_proved(count: int) -> None:
+    followed = 0
+    for seed in range(count):
+        path, allowed = rough_curve(seed)
+        start = kw.solve_pose_ik(ARM, path.pose(0.0), HOME).q
+        try:
+            motion = kw.follow(ARM, path, 0.03, start=start, **allowed)
+        except kw.errors.FollowingError:
+            continue
+        followed += 1
+        assert not unproved(path, motion, 0.03, allowed), seed
+    assert followed > count / 2
+
+
+def scenario(*stretches: dict[str, Any], **more: Any) -> dict[str, Any]:
+    first = {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}}
+    return {
+        "units": {"length": "mm", "angle": "deg"},
+        "robot": "ur5",
+        "start": "home",
+        "waypoints": [first, *stretches],
+        **more,
+    }
+
+
+CIRCLE = {
+    "name": "round",
+    "along": {"arc": {"centre": [400, -100, 60], "normal": [0, 0, 1]}},
+    "speed": 50,
+    "stop": True,
+    "pose": {"position": [450, -100, 60]},
+}
+
+
+@pytest.mark.parametrize("knots", ["paper", "balanced", {"balanced": 0.1}, {"balanced": 0.45}])
+def test_the_knots_asked_for_hold_the_path_too(knots: Any) -> None:
+    plan = kw.plan(scenario(CIRCLE, tolerances={"path": 0.005}, knots=knots))
+    assert plan.report.ok
+
+
+@pytest.mark.parametrize("arguments", [{"planner": "modified-hermite:balanced"}, {"knots": 0.2}])
+def test_knots_given_in_place_of_the_scenarios_hold_the_path(arguments: Any) -> None:
+    assert kw.plan(scenario(CIRCLE, tolerances={"path": 0.005}), **arguments).report.ok
+
+
+def test_a_slow_stretch_before_a_fast_one_keeps_its_own_speed() -> None:
+    slow = {**CIRCLE, "speed": 4, "name": "slow"}
+    slow.pop("stop")
+    fast = {"name": "fast", "along": {"arc": {"through": [400, -50, 60]}}, "speed": 200}
+    fast.update(pose={"position": [350, -100, 60]}, stop=True)
+    plan = kw.plan(scenario(slow, fast, tolerances={"path": 1, "path_speed": 0.0005}))
+    assert plan.report.ok
+
+
+def test_a_tolerance_that_rounding_leaves_no_room_for_is_refused() -> None:
+    at = ARM.forward(HOME).translation
+    line = tp.Line(at, at + np.array([0.0, 0.1, 0.0]))
+    with pytest.raises(PathError, match=r"tolerance of the speed, .* at least 2\.6e-07 is"):
+        kw.follow(ARM, line, 0.001, 1e-5, start=HOME, speed_tolerance=1e-9)
