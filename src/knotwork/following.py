@@ -9,11 +9,11 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.arguments import finite_number
-from knotwork.errors import FollowingError, InputError, PathError
+from knotwork.errors import InputError, PathError
 from knotwork.interpolation import get_planner
-from knotwork.kinematics.following.continuation import continue_along
-from knotwork.kinematics.following.hindrance import Hindrance, following_error
+from knotwork.kinematics.following.hindrance import Hindrance
 from knotwork.kinematics.following.insertion import follow_path
+from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.proof import PathTolerance
 from knotwork.robot import Robot, load_robot
 from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
@@ -97,8 +97,10 @@ def follow(
         acceleration,
     )
     _check_start(arm, motion, q)
-    _check_free(arm, motion, q, pull)
-    followed = follow_path(arm, motion, q, allowed, pull=pull)
+    joints = JointsOnPath(arm, motion, q, pull)
+    if joints.hindrance is not None:
+        raise joints.error(joints.hindrance)
+    followed = follow_path(joints, allowed)
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,
         time=followed.time,
@@ -108,7 +110,7 @@ def follow(
         acceleration=followed.acceleration,
     )
     trajectory = get_planner("modified-hermite")(waypoints)
-    _check_limits(arm, motion, trajectory)
+    _check_limits(joints, trajectory)
     return trajectory
 
 
@@ -166,8 +168,9 @@ def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
         )
 
 
-def _check_limits(robot: Robot, motion: TimedPath, trajectory: JointTrajectory) -> None:
+def _check_limits(joints: JointsOnPath, trajectory: JointTrajectory) -> None:
     """Raise an error if a joint goes beyond a limit between the steps of the continuation."""
+    robot = joints.robot
     lower, upper = robot.lower_position_limit, robot.upper_position_limit
     speed = robot.velocity_limit
     for kind, order, low, high in (
@@ -188,19 +191,4 @@ def _check_limits(robot: Robot, motion: TimedPath, trajectory: JointTrajectory) 
         if kind == "velocity limit":
             value, limit = abs(value), abs(limit)
         one = Hindrance(kind, time, j, float(value), float(limit), time, smallest)
-        raise _blocked(robot, motion, one)
-
-
-def _check_free(robot: Robot, motion: TimedPath, start: FloatArray, pull: float) -> None:
-    """Raise an error if a limit or a singularity is in the way."""
-    ends = np.array([motion.start_time, motion.end_time])
-    found = continue_along(robot, motion, start[None], ends, pull=pull)
-    one = found.hindrance(robot, 0, np.zeros(robot.dof))
-    if one is not None:
-        raise _blocked(robot, motion, one)
-
-
-def _blocked(robot: Robot, motion: TimedPath, one: Hindrance) -> FollowingError:
-    what = "the path can't be followed from start:"
-    remedy = "start from another solution (robot.solve_all)"
-    return following_error(robot, motion, one, what, remedy)
+        raise joints.error(one)

@@ -83,21 +83,15 @@ def _followed(
 ) -> tuple[FloatArray, ...]:
     """Times, names, positions, velocities and accelerations along a path."""
     from knotwork.kinematics.following.insertion import follow_path
+    from knotwork.kinematics.following.joints_on_path import JointsOnPath
     from knotwork.kinematics.following.proof import PathTolerance
 
     tolerances = scenario.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
     ends = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
     try:
-        followed = follow_path(
-            robot,
-            path.motion,
-            start,
-            tolerance,
-            times=ends,
-            pull=scenario.pull_to_middle,
-            knots=knots,
-        )
+        joints = JointsOnPath(robot, path.motion, start, scenario.pull_to_middle)
+        followed = follow_path(joints, tolerance, times=ends, knots=knots)
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)
         raise

@@ -46,13 +46,10 @@ class FollowedPath:
 
 
 def follow_path(
-    robot: Robot,
-    path: TimedPath,
-    start: FloatArray,
+    joints: JointsOnPath,
     tolerance: PathTolerance,
     *,
     times: FloatArray | None = None,
-    pull: float = 0.0,
     knots: Any = "paper",
 ) -> FollowedPath:
     """Find waypoints along a path that hold the modified Hermite curve to it, proved.
@@ -63,27 +60,23 @@ def follow_path(
     and waypoints gather there.
 
     Args:
-        robot: The arm.
-        path: Poses of the tool over time.
-        start: Joint positions where it begins [rad or m], shape (d,).
+        joints: The arm on the path.
         tolerance: What to hold.
         times: Times to have a waypoint at, besides those where something begins anew [s].
-        pull: See `JointField`.
         knots: Where the curve's knots sit: see `ModifiedHermiteSpline`.
 
     Raises:
         PathError: The tolerances take more waypoints than can be, or rounding leaves no room to
             prove them.
-        FollowingError: The arm can't follow the path.
     """
-    one = _Insertion(robot, path, JointsOnPath(robot, path, start, pull), tolerance, knots)
+    one, path = _Insertion(joints, tolerance, knots), joints.path
     ends = np.union1d(path.breaks, [] if times is None else times)
     followed = one.evenly(ends)
     stretches = np.arange(len(path.timing.speeds))
     while True:
         followed = one.sampled(followed)
         use = proved_use(
-            robot, one.curve(followed), path, tolerance, followed.time, stretches.tolist()
+            joints.robot, one.curve(followed), path, tolerance, followed.time, stretches.tolist()
         )
         if (use <= 1.0).all():
             return followed
@@ -98,8 +91,6 @@ def follow_path(
 class _Insertion:
     """Inserts waypoints along one path."""
 
-    robot: Robot
-    path: TimedPath
     joints: JointsOnPath
     tolerance: PathTolerance
     knots: Any
@@ -121,7 +112,8 @@ class _Insertion:
         """Even intervals between given times: fewest waypoints where all is smooth."""
         count = np.ones(len(ends) - 1, dtype=int)
         followed = self.at(ends)
-        check_tolerance(self.robot, self.curve(followed), self.path, self.tolerance)
+        robot, path = self.joints.robot, self.joints.path
+        check_tolerance(robot, self.curve(followed), path, self.tolerance)
         for _ in range(EVEN_ROUNDS):
             use = self.use(followed)
             worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
@@ -159,9 +151,8 @@ class _Insertion:
         start, length = followed.time[:-1, None], np.diff(followed.time)[:, None]
         times = (start + length * np.array(SAMPLES)).ravel()
         allowed = self.tolerance
-        use = errors(self.robot, self.path, spline(times), spline(times, 1), times) / (
-            PART * np.array([allowed.position, allowed.orientation, allowed.speed])
-        )
+        off = errors(self.joints.robot, self.joints.path, spline(times), spline(times, 1), times)
+        use = off / (PART * np.array([allowed.position, allowed.orientation, allowed.speed]))
         return np.asarray(use.reshape(len(start), -1).max(axis=1))
 
     def _check_count(self, count: int) -> None:
@@ -178,7 +169,7 @@ class _Insertion:
         short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST))
         if short.size:
             i = int(short[use[short].argmax()])
-            along = float(self.path.arc_length(followed.time[i : i + 1])[0])
+            along = float(self.joints.path.arc_length(followed.time[i : i + 1])[0])
             raise PathError(
                 f"{along:.6g} m along the path no waypoints hold the motion to it: even on "
                 f"{SHORTEST:g} s it uses {use[i]:.3g} times the tolerances; wider ones, a lower "

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from knotwork.kinematics.following.continuation import accelerations, continue_along
-from knotwork.kinematics.following.hindrance import following_error
+from knotwork.errors import FollowingError
+from knotwork.kinematics.following.continuation import (
+    Continuation,
+    accelerations,
+    continue_along,
+)
+from knotwork.kinematics.following.hindrance import Hindrance, following_error
 from knotwork.kinematics.following.joint_field import JointField
 from knotwork.kinematics.following.steps import LOST, STRAY
 from knotwork.polynomial import PiecewisePolynomial
@@ -14,17 +20,17 @@ from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# Joints of an arm that has self-motion move by no more than this in a step [rad or m], so that
-# it is exact to about 1e-9; others are brought back onto the path after any step.
-STEP, LONG_STEP = 0.05, 0.2
+# Joints move by no more than this in a step [rad or m]: self-motion is then exact to about 1e-9,
+# and what lies between two steps is near enough to be brought onto the path.
+STEP = 0.05
 
 
 class JointsOnPath:
     """The joints along a path from a start.
 
-    The path is integrated once. Between two steps the joints are those of the cubic through the
-    positions and velocities of both, brought onto the path. All times see the same integral, so
-    that self-motion does not jump from one to the next.
+    The path is integrated once. Between two steps the joints are those of the quintic through the
+    positions, velocities and accelerations of both, brought onto the path. All times see the same
+    integral, so that self-motion does not jump from one to the next.
 
     Args:
         robot: The arm.
@@ -32,8 +38,14 @@ class JointsOnPath:
         start: Joint positions near where it begins [rad or m], shape (d,).
         pull: See `JointField`.
 
+    Attributes:
+        robot, path: As given.
+        hindrance: What is in the way, or `None`.
+        time: Of the steps [s], shape (n,).
+        position: Joint positions then [rad or m], shape (n, d).
+
     Raises:
-        FollowingError: The arm can't go on somewhere.
+        FollowingError: The arm can't go on somewhere, whatever its limits.
     """
 
     def __init__(self, robot: Robot, path: TimedPath, start: FloatArray, pull: float) -> None:
@@ -41,30 +53,48 @@ class JointsOnPath:
         self.field = JointField(robot, pull)
         place, rotation, _, _ = path.state([path.start_time])
         q = self.field.corrected(start[None], place, rotation)[0]
-        self.step = STEP if robot.dof > 6 else LONG_STEP
-        found = continue_along(robot, path, q, path.breaks, pull=pull, step=self.step)
-        one = found.hindrance(robot, 0, np.zeros(robot.dof))
-        if one is not None and np.isfinite(found.lost[0]):
-            what, remedy = "the path can't be followed:", "begin it in another way"
-            raise following_error(robot, path, one, what, remedy)
+        found = continue_along(robot, path, q, path.breaks, pull=pull, step=STEP)
+        self.hindrance = found.hindrance(robot, 0, np.zeros(robot.dof))
+        if self.hindrance is not None and np.isfinite(found.lost[0]):
+            raise self.error(self.hindrance)
         # where a piece ends and the next begins there are two steps at one time
-        last = np.append(np.diff(found.time) > 0.0, True)
-        self.time, self.position = found.time[last], found.position[last, 0]
-        states = self.position, found.velocity[last, 0]
-        self._cubic = PiecewisePolynomial(two_point_coefficients(self.time, states), self.time)
+        steps = np.flatnonzero(np.diff(found.time) > 0.0)
+        self.time, self.position = (
+            np.append(found.time[steps], found.time[-1]),
+            found.position[:, 0],
+        )
+        self.position = self.position[np.append(steps, len(found.time) - 1)]
+        self._between = PiecewisePolynomial(self._quintics(found, steps), self.time)
+
+    def _quintics(self, found: Continuation, steps: NDArray[np.intp]) -> FloatArray:
+        """Coefficients of the polynomials between steps, by index, and those after them."""
+        pairs = np.column_stack((steps, steps + 1)).ravel()
+        time, q, v = found.time[pairs], found.position[pairs, 0], found.velocity[pairs, 0]
+        a = np.empty(q.shape)
+        for side, own in (("right", slice(0, None, 2)), ("left", slice(1, None, 2))):
+            a[own] = accelerations(self.robot, self.path, q[own], time[own], side, pull=self.pull)[
+                1
+            ]
+        return two_point_coefficients(time, (q, v, a))[:, ::2]
+
+    def error(self, one: Hindrance) -> FollowingError:
+        """The error for what is in the way."""
+        what = "the path can't be followed from start:"
+        remedy = "start from another solution (robot.solve_all)"
+        return following_error(self.robot, self.path, one, what, remedy)
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""
-        guess = self._cubic(times)
+        guess = self._between(times)
         s, path = self.path.arc_length(times), self.path.path
         q, error = self.field.corrected(guess, path.position(s), path.rotation(s))
         stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= STRAY) | ~(error <= LOST)
         before = np.searchsorted(self.time, times, "right") - 1
-        for i in np.unique(before[stray]):  # the cubic could lead to another branch there
+        for i in np.unique(before[stray]):  # they could be of another branch
             own = stray & (before == i)
             asked = np.append(self.time[i], times[own])
             q[own] = continue_along(
-                self.robot, self.path, self.position[[i]], asked, pull=self.pull, step=self.step
+                self.robot, self.path, self.position[[i]], asked, pull=self.pull, step=STEP
             ).q[1:, 0]
         return q
 
