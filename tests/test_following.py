@@ -111,3 +111,34 @@ def test_what_is_in_the_way_is_named() -> None:
     with pytest.raises(FollowingError, match="comes to its limit") as error:
         kw.follow(narrow, far, 0.05, start=HOME)
     assert error.value.cause == "joint limit"
+
+
+@pytest.mark.parametrize("reached", [0.0097, 0.0292, 0.054, 0.0793])
+def test_the_place_named_is_where_the_limit_is_reached(reached: float) -> None:
+    """Where the path comes to the limit by inverse kinematics, to the digits that are said."""
+    there = pin.SE3(AT.rotation, LINE.position([reached])[0])
+    q = kw.solve_pose_ik(ARM, there, HOME).q
+    joint = ARM.joint_names.index("shoulder_pan_joint")
+    narrow = ARM.with_limits({"shoulder_pan_joint": tuple(sorted((HOME[joint], q[joint])))})
+    with pytest.raises(FollowingError) as error:
+        kw.follow(narrow, LINE, 0.02, start=HOME)
+    assert error.value.cause == "joint limit"
+    assert error.value.arc_length == pytest.approx(reached, abs=1e-6)
+
+
+def test_the_place_where_a_joint_becomes_too_fast_is_named_and_a_speed_that_does() -> None:
+    """The joint is as fast as it may be there, by the inverse of the Jacobian."""
+    straight = tp.Line(AT.translation, AT.translation + np.array([0, 0.45, 0]))
+    with pytest.raises(FollowingError) as error:
+        kw.follow(ARM, straight, 1.0, start=HOME)
+    one = error.value
+    assert one.cause == "velocity limit"
+    there = pin.SE3(AT.rotation, straight.position([one.arc_length])[0])
+    q = kw.solve_pose_ik(ARM, there, HOME).q
+    v = np.linalg.solve(ARM.jacobian(q), [0, 1.0, 0, 0, 0, 0])
+    j = ARM.joint_names.index(one.joint)
+    assert abs(v[j]) == pytest.approx(ARM.velocity_limit[j], rel=1e-3)
+    assert one.part_of_speed is not None
+    kw.follow(ARM, straight, one.part_of_speed, start=HOME)
+    with pytest.raises(FollowingError):
+        kw.follow(ARM, straight, 1.03 * one.part_of_speed, start=HOME)

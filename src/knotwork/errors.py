@@ -296,11 +296,13 @@ class FollowingError(TaskError):
         arc_length: How far along the path it comes [m].
         cause: `"joint limit"`, `"velocity limit"` or `"singularity"`.
         joint: Name of the joint that would be beyond its limit; empty at a singularity.
+        part_of_speed: At which part of its speed the path can be followed, if that would do.
     """
 
     arc_length: float = 0.0
     cause: str = ""
     joint: str = ""
+    part_of_speed: float | None = None
 
 
 class ExportError(InputError):

@@ -190,5 +190,5 @@ def _check_limits(joints: JointsOnPath, trajectory: JointTrajectory) -> None:
         smallest = float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1])
         if kind == "velocity limit":
             value, limit = abs(value), abs(limit)
-        one = Hindrance(kind, time, j, float(value), float(limit), time, smallest)
+        one = Hindrance(kind, time, j, float(value), float(limit), smallest)
         raise joints.error(one)

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.errors import FollowingError
 from knotwork.kinematics.following.continuation import Continuation, continue_along
-from knotwork.kinematics.following.hindrance import Hindrance
+from knotwork.kinematics.following.hindrance import Hindrance, following_error
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.kinematics.solutions.configuration_flags import configuration_flags
@@ -136,27 +136,29 @@ class Ties:
         start: Candidates,
         hindrances: list[Hindrance | None],
     ) -> FollowingError:
-        """The error for a path that can't be followed: where the best start comes to an end."""
-        best = max((one for one in hindrances if one is not None), key=lambda one: one.time)
+        """The error for a path that can't be followed.
+
+        It tells of the start with which a lower speed would do, if there is one, and else of that
+        which leads farthest.
+        """
+        best = max(
+            (one for one in hindrances if one is not None),
+            key=lambda one: (one.part or 0.0, one.time),
+        )
         k = next(k for k, one in enumerate(path.stretches) if best.time <= one.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
-        travelled = [
-            float(path.motion.arc_length(np.array([t]))[0]) for t in (begin.time, best.time)
-        ]
-        unit, name = self.scenario.shown_length
-        far = (travelled[1] - travelled[0]) * unit
-        said = best.described(robot)
         count = len(hindrances)
         tried = "the only solution" if count == 1 else f"the best of all {count} solutions"
-        return FollowingError(
-            end.name,
-            f"the path from {begin.name!r} can't be followed: with {tried} at {begin.name!r}, "
-            f"{far:.4g} {name} along it {said}. Move the path, turn the tool, or begin a new path "
-            "at a stop, before which the arm may change its branch",
+        return following_error(
+            robot,
+            path.motion,
+            best,
+            f"the path from {begin.name!r} can't be followed: with {tried} at {begin.name!r},",
+            "begin a new path at a stop, before which the arm may change its branch",
+            since=begin.time,
+            shown_length=self.scenario.shown_length,
+            waypoint=end.name,
             where=end.where,
-            arc_length=travelled[1],
-            cause=best.kind,
-            joint=robot.joint_names[best.joint] if best.kind != "singularity" else "",
         )
 
 

@@ -13,9 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from knotwork.kinematics.chain.joint_ranges import limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
-from knotwork.kinematics.following.hindrance import Hindrance
+from knotwork.kinematics.following.hindrance import Hindrance, Steps, hindrance_of
 from knotwork.kinematics.following.joint_field import JointField
 from knotwork.kinematics.following.steps import Stages, moved
 from knotwork.robot import Robot
@@ -24,19 +23,16 @@ from knotwork.waypoints import FloatArray
 
 # Joints move by no more than this in one step [rad or m].
 STEP = 0.1
+# Where joints have become so much faster, steps that were planned together are planned anew.
+SLACK = 1.3
 # And each piece of a path takes so many of them at least.
 LEAST_STEPS = 4
 # The path is evaluated for so many steps at once.
 TOGETHER = 16
-# Where a path ends with a smallest singular value below this, the arm is singular; above it, the
-# joint speeds alone are beyond all measure.
-SINGULAR = 0.01
 # Differences that give the accelerations: joints move by so much [rad or m] ...
 DIFFERENCE = 2e-3
 # ... or this part of a stretch of the path goes by.
 DIFFERENCE_TIME = 1e-2
-# A limit is broken beyond this part of it, so that rounding does not decide [rad or m, relative].
-AT_LIMIT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,55 +60,16 @@ class Continuation:
     def hindrance(self, robot: Robot, start: int, turns: FloatArray) -> Hindrance | None:
         """What is in the way of a start, whole turns away from it.
 
-        A joint limit or a singularity is named before a velocity limit, as it is in the way at any
-        speed.
-
         Args:
             robot: The arm.
             start: Index of the start.
             turns: How far each joint is turned from it [rad], shape (d,).
         """
-        q, v = self.position[:, start] + turns, self.velocity[:, start]
-        lower, upper = limits_of(robot)
-        over = np.maximum(q - upper, lower - q)
-        bounds = np.where(q > upper, upper, lower)
-        blocked = self._beyond("joint limit", over, AT_LIMIT, q, bounds, start)
-        lost, smallest = float(self.lost[start]), float(self.smallest_lost[start])
-        if smallest < SINGULAR and (blocked is None or lost < blocked.time):
-            return Hindrance("singularity", lost, 0, 0.0, 0.0, lost, smallest)
-        if blocked is not None:
-            return blocked
-        limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
-        use, bounds = np.abs(v) / limit, np.broadcast_to(limit, v.shape)
-        fast = self._beyond("velocity limit", use, 1.0 + AT_LIMIT, np.abs(v), bounds, start)
-        if fast is None and np.isfinite(lost):
-            return Hindrance("singularity", lost, 0, 0.0, 0.0, lost, smallest)
-        return fast
-
-    def _beyond(
-        self,
-        kind: str,
-        measure: FloatArray,
-        allowed: float,
-        values: FloatArray,
-        bounds: FloatArray,
-        start: int,
-    ) -> Hindrance | None:
-        """The first joint whose measure is beyond what is allowed, with its worst value."""
-        when = np.flatnonzero((measure > allowed).any(axis=1))
-        if not when.size:
-            return None
-        j = int(np.nanargmax(measure[when[0]]))
-        k = int(np.nanargmax(measure[:, j]))
-        return Hindrance(
-            kind,
-            float(self.time[when[0]]),
-            j,
-            float(values[k, j]),
-            float(bounds[k, j]),
-            float(self.time[k]),
-            float(self.smallest[k, start]),
-        )
+        steps = Steps(
+            self.time, self.position[:, start] + turns, self.velocity[:, start],
+            self.smallest[:, start],
+        )  # fmt: skip
+        return hindrance_of(robot, steps, float(self.lost[start]), float(self.smallest_lost[start]))
 
 
 def continue_along(
@@ -170,7 +127,9 @@ def continue_along(
                 v, smallest = _finite_velocities(
                     field, q, stages.twist[k + 2], float(stages.share[k + 2])
                 )
-            now = last
+                now = float(when[k + 2])
+                if h * float(np.nanmax(np.abs(v), initial=0.0)) > SLACK * step:
+                    break  # joints have become faster: shorter steps from here
         steps.append((now, q.copy(), v, smallest))
         if float(end) in at:
             result[at[float(end)]] = q

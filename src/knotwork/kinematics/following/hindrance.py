@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
+from knotwork.kinematics.chain.joint_ranges import limits_of
+from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
+from knotwork.waypoints import FloatArray
+
+# Where a path ends with a smallest singular value below this, the arm is singular; above it, the
+# joint speeds alone are beyond all measure.
+SINGULAR = 0.01
+# A limit is broken beyond this part of it, so that rounding does not decide [rad or m, relative].
+AT_LIMIT = 1e-9
+# The speed advised leaves this room: joints are a little faster on the curve than on the path.
+ROOM = 0.999
 
 
 @dataclass(frozen=True)
@@ -19,11 +33,11 @@ class Hindrance:
         kind: `"joint limit"`, `"velocity limit"`, or `"singularity"` where the tool can't stay on
             the path whatever the joints do.
         time: When it begins [s].
-        joint: Index of the joint that is farthest beyond its limit.
+        joint: Index of the joint that is then beyond its limit.
         value: The joint's worst value [rad or m, or per second].
         limit: The limit it is beyond.
-        worst: When it is worst [s].
         smallest_singular_value: Of the Jacobian when it is worst.
+        part: At which part of its speed the path can be followed, if that would do.
     """
 
     kind: str
@@ -31,8 +45,8 @@ class Hindrance:
     joint: int
     value: float
     limit: float
-    worst: float
     smallest_singular_value: float
+    part: float | None = None
 
     def described(self, robot: Robot) -> str:
         """Say what is in the way, and by how much."""
@@ -47,16 +61,162 @@ class Hindrance:
                 f"{joint} comes to its limit {self.limit:.4g} {kind}; it would have to go to "
                 f"{self.value:.4g} {kind}"
             )
-        slower = self.limit / self.value
         singular = (
             f" (close to a singularity, smallest singular value {self.smallest_singular_value:.3g})"
             if self.smallest_singular_value < 0.05
             else ""
         )
+        slower = "" if self.part is None else f"; at {self.part:g} of the speed it could be done"
         return (
             f"{joint} would have to turn at {self.value:.4g} {kind}/s, and its limit is "
-            f"{self.limit:.4g}{singular}; at {slower:.3g} of the speed it could be done"
+            f"{self.limit:.4g}{singular}{slower}"
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """The joints along a path from one start; NaN where it leads no further.
+
+    Attributes:
+        time: Of n steps [s], shape (n,).
+        q, v: Joint positions and velocities, shape (n, d).
+        smallest: Smallest singular values of the Jacobian, shape (n,).
+    """
+
+    time: FloatArray
+    q: FloatArray
+    v: FloatArray
+    smallest: FloatArray
+
+    def position(self, i: int, j: int, u: float) -> float:
+        """Of joint j a part u of the way from step i to the next, by the cubic between them."""
+        h = self.time[i + 1] - self.time[i]
+        p, m = self.q[i : i + 2, j], h * self.v[i : i + 2, j]
+        w = 1.0 - u
+        return float(
+            p[0] * w * w * (1.0 + 2.0 * u)
+            + p[1] * u * u * (1.0 + 2.0 * w)
+            + u * w * (m[0] * w - m[1] * u)
+        )
+
+    def speed(self, i: int, j: int, u: float) -> float:
+        """The derivative of the cubic, without its sign."""
+        v = self.v[i : i + 2, j]
+        bulge = self._means()[i, j] - 0.5 * (v[0] + v[1])
+        return float(abs(v[0] + (v[1] - v[0]) * u + 6.0 * u * (1.0 - u) * bulge))
+
+    def _means(self) -> FloatArray:
+        h = np.diff(self.time)[:, None]
+        means = np.diff(self.q, axis=0) / np.where(h > 0.0, h, 1.0)
+        return np.asarray(np.where(h > 0.0, means, 0.5 * (self.v[1:] + self.v[:-1])))
+
+    def fastest(self) -> tuple[FloatArray, FloatArray]:
+        """The greatest speeds from each step to the next, and how far on the way; (n - 1, d)."""
+        v, w = self.v[:-1], self.v[1:]
+        bulge = 6.0 * (self._means() - 0.5 * (v + w))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = 0.5 + 0.5 * (w - v) / bulge
+            inside = (u > 0.0) & (u < 1.0)
+            u = np.where(inside, u, 0.0)
+        speeds = np.abs([v, w, v + (w - v) * u + u * (1.0 - u) * bulge])
+        best = np.nan_to_num(speeds, nan=-1.0).argmax(axis=0)
+        where = np.choose(best, [np.zeros(u.shape), np.ones(u.shape), u])
+        return np.take_along_axis(speeds, best[None], axis=0)[0], where
+
+
+def hindrance_of(robot: Robot, steps: Steps, lost: float, smallest: float) -> Hindrance | None:
+    """What is in the way of a start.
+
+    A joint limit or a singularity is named before a velocity limit, as it is in the way at any
+    speed.
+
+    Args:
+        robot: The arm.
+        steps: Its joints along the path.
+        lost: When they lead no further [s]; infinite where they lead to the end.
+        smallest: Smallest singular value then.
+    """
+    blocked = _beyond_range(robot, steps)
+    if smallest < SINGULAR and (blocked is None or lost < blocked.time):
+        return Hindrance("singularity", lost, 0, 0.0, 0.0, smallest)
+    if blocked is not None:
+        return blocked
+    fast = _too_fast(robot, steps, math.isinf(lost))
+    if fast is None and math.isfinite(lost):
+        return Hindrance("singularity", lost, 0, 0.0, 0.0, smallest)
+    return fast
+
+
+def _beyond_range(robot: Robot, steps: Steps) -> Hindrance | None:
+    lower, upper = limits_of(robot)
+    over = np.maximum(steps.q - upper, lower - steps.q)
+    beyond = over > AT_LIMIT
+    when = np.flatnonzero(beyond.any(axis=1))
+    if not when.size:
+        return None
+    i = int(when[0])
+
+    def crossing(j: int) -> float:
+        sign, bound = (1.0, upper[j]) if steps.q[i, j] > upper[j] else (-1.0, lower[j])
+        return _first(steps.time, i, 1.0, lambda u: sign * (steps.position(i - 1, j, u) - bound))
+
+    time, j = _earliest(beyond[i], crossing)
+    k = int(np.nanargmax(over[:, j]))
+    bound = upper[j] if steps.q[k, j] > upper[j] else lower[j]
+    return Hindrance(
+        "joint limit", time, j, float(steps.q[k, j]), float(bound), float(steps.smallest[k])
+    )
+
+
+def _too_fast(robot: Robot, steps: Steps, to_the_end: bool) -> Hindrance | None:
+    limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
+    speeds, where = steps.fastest()
+    use = speeds / limit
+    beyond = use > 1.0 + AT_LIMIT
+    when = np.flatnonzero(beyond.any(axis=1))
+    if not when.size:
+        return None
+    i = int(when[0]) + 1
+
+    def crossing(j: int) -> float:
+        return _first(
+            steps.time,
+            i,
+            float(where[i - 1, j]),
+            lambda u: steps.speed(i - 1, j, u) - limit[j],
+        )
+
+    time, j = _earliest(beyond[i - 1], crossing)
+    k = int(np.nanargmax(use[:, j]))
+    part = None
+    if to_the_end:  # rounded down to two digits
+        part = ROOM / float(np.nanmax(use))
+        unit = 10.0 ** (math.floor(math.log10(part)) - 1)
+        part = float(f"{math.floor(part / unit) * unit:.2g}")
+    smallest = float(np.nanmin(steps.smallest[k : k + 2]))
+    return Hindrance(
+        "velocity limit", time, j, float(speeds[k, j]), float(limit[j]), smallest, part
+    )
+
+
+def _earliest(beyond: NDArray[np.bool_], crossing: Callable[[int], float]) -> tuple[float, int]:
+    return min((crossing(int(j)), int(j)) for j in np.flatnonzero(beyond))
+
+
+def _first(time: FloatArray, i: int, most: float, over: Callable[[float], float]) -> float:
+    """When something comes to zero between step i - 1 and a part of the way to step i.
+
+    If it is above zero at step i - 1 already, that is when.
+    """
+    if i == 0 or time[i] == time[i - 1]:
+        return float(time[i])
+    low, high = 0.0, most
+    if over(low) > 0.0:
+        return float(time[i - 1])
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if over(middle) > 0.0 else (middle, high)
+    return float(time[i - 1] + high * (time[i] - time[i - 1]))
 
 
 def following_error(
@@ -95,4 +255,5 @@ def following_error(
         arc_length=float(reached),
         cause=one.kind,
         joint=robot.joint_names[one.joint] if one.kind != "singularity" else "",
+        part_of_speed=one.part,
     )

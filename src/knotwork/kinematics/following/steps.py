@@ -16,7 +16,8 @@ LOST = 1e-7
 # end in another branch. After so many halvings the arm can't go on.
 STRAY = 1e-3
 HALVINGS = 9
-# Joint speeds so many times the limits end a continuation: the arm is singular there.
+# Joint speeds so many times the limits end a continuation, if they come from the arm and not from a
+# speed of the tool above 1 m/s or rad/s: the arm is singular there.
 HOPELESS = 1000.0
 
 
@@ -63,7 +64,8 @@ def moved(
     start, middle, end = stages.time
     guess = _step(field, q, v, stages.twist, stages.share, end - start)
     end_q, error = field.corrected(guess, stages.position[2], stages.rotation[2])
-    hopeless = (np.abs(v) > HOPELESS * limit).any(axis=1)
+    fast = max(1.0, float(np.abs(stages.twist[0]).max()))
+    hopeless = (np.abs(v) > HOPELESS * fast * limit).any(axis=1)
     stray = ~(error <= LOST) | ~(np.abs(end_q - guess).max(axis=1, initial=0.0) <= STRAY)
     stray |= hopeless
     found = Moved(end_q, np.full(len(q), end), np.full(len(q), np.nan))
