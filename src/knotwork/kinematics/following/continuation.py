@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.hindrance import Hindrance, Steps, hindrance_of
@@ -29,6 +30,8 @@ SLACK = 1.3
 LEAST_STEPS = 4
 # The path is evaluated for so many steps at once.
 TOGETHER = 16
+# The tool has its full speed from this part of it below it on.
+AT_SPEED = 1e-9
 # Differences that give the accelerations: joints move by so much [rad or m] ...
 DIFFERENCE = 2e-3
 # ... or this part of a stretch of the path goes by.
@@ -45,6 +48,7 @@ class Continuation:
         position: Joint positions then [rad or m], shape (n, m, d).
         velocity: Joint velocities then [rad/s or m/s], shape (n, m, d).
         smallest: Smallest singular values then, shape (n, m).
+        full: Whether the tool has the full speed of its stretch then, shape (n,).
         lost: When each start leads no further [s], shape (m,); infinite where it leads to the end.
         smallest_lost: Smallest singular values then, shape (m,).
     """
@@ -54,6 +58,7 @@ class Continuation:
     position: FloatArray
     velocity: FloatArray
     smallest: FloatArray
+    full: NDArray[np.bool_]
     lost: FloatArray
     smallest_lost: FloatArray
 
@@ -67,7 +72,7 @@ class Continuation:
         """
         steps = Steps(
             self.time, self.position[:, start] + turns, self.velocity[:, start],
-            self.smallest[:, start],
+            self.smallest[:, start], self.full,
         )  # fmt: skip
         return hindrance_of(robot, steps, float(self.lost[start]), float(self.smallest_lost[start]))
 
@@ -134,7 +139,8 @@ def continue_along(
         if float(end) in at:
             result[at[float(end)]] = q
     time, positions, velocities, values = (np.array(column) for column in zip(*steps, strict=True))
-    return Continuation(result, time, positions, velocities, values, lost, smallest_lost)
+    full = path.speed(time) > (1.0 - AT_SPEED) * path.speed_asked_for(time)
+    return Continuation(result, time, positions, velocities, values, full, lost, smallest_lost)
 
 
 def _velocities(

@@ -81,12 +81,14 @@ class Steps:
         time: Of n steps [s], shape (n,).
         q, v: Joint positions and velocities, shape (n, d).
         smallest: Smallest singular values of the Jacobian, shape (n,).
+        full: Whether the tool has the full speed of its stretch, shape (n,).
     """
 
     time: FloatArray
     q: FloatArray
     v: FloatArray
     smallest: FloatArray
+    full: NDArray[np.bool_]
 
     def position(self, i: int, j: int, u: float) -> float:
         """Of joint j a part u of the way from step i to the next, by the cubic between them."""
@@ -188,15 +190,32 @@ def _too_fast(robot: Robot, steps: Steps, to_the_end: bool) -> Hindrance | None:
 
     time, j = _earliest(beyond[i - 1], crossing)
     k = int(np.nanargmax(use[:, j]))
-    part = None
-    if to_the_end:  # rounded down to two digits
-        part = ROOM / float(np.nanmax(use))
-        unit = 10.0 ** (math.floor(math.log10(part)) - 1)
-        part = float(f"{math.floor(part / unit) * unit:.2g}")
+    part = _part_of_speed(use.max(axis=1), steps.full) if to_the_end else None
     smallest = float(np.nanmin(steps.smallest[k : k + 2]))
     return Hindrance(
         "velocity limit", time, j, float(speeds[k, j]), float(limit[j]), smallest, part
     )
+
+
+def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
+    """At which part of the speed no joint would be too fast, rounded down to two digits.
+
+    Where the speed changes, a tool that is to become slower is faster at the same place: from rest
+    it has gone s = 4 a² t³ / (9 v) at first, when its speed is that of the cube root of a² s² / v.
+
+    Args:
+        use: The parts of the velocity limits used between steps, shape (n - 1,).
+        full: Whether the tool has its full speed at the steps, shape (n,).
+    """
+    even = full[1:] & full[:-1]
+    fastest = float(use[even].max(initial=0.0))
+    if fastest <= 1.0:
+        return None
+    part = ROOM / fastest
+    if float(use[~even].max(initial=0.0)) > part ** (1.0 / 3.0):
+        return None
+    unit = 10.0 ** (math.floor(math.log10(part)) - 1)
+    return float(f"{math.floor(part / unit) * unit:.2g}")
 
 
 def _earliest(beyond: NDArray[np.bool_], crossing: Callable[[int], float]) -> tuple[float, int]:
