@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import math
 from pathlib import Path
 from typing import Annotated, Any
@@ -617,3 +618,18 @@ def test_yaml_written_by_another_library_reads_back_or_is_an_error(value: Any) -
         documents.parse(text)
     except KnotworkError as error:
         str(error).encode("utf-8")
+
+
+@pytest.mark.parametrize("name", ["😀", "a😀😀b", "\\\\ud83d\\\\ude00", "\\\\😀", '"😀'])
+def test_json_may_write_characters_in_two_halves(name: str) -> None:
+    """Python does for those beyond the first 65536, unless it is told not to."""
+    text = json.dumps({"name": name, "more": [name, 1]}, indent=1)
+    document = documents.parse(text)
+    assert document.data == {"name": name, "more": [name, 1]}
+    assert document.line(("more",)) == 3
+
+
+def test_half_a_character_is_an_error_and_text_with_backslashes_is_text() -> None:
+    with pytest.raises(DocumentError):
+        documents.parse(r'{"name": "\ud83d"}')
+    assert documents.parse(r"a: '\ud83d\ude00'").data == {"a": r"\ud83d\ude00"}

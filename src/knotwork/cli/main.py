@@ -20,6 +20,7 @@ from knotwork.cli.parameters import (
     PASSED,
     WRONG_INPUT,
     NewPath,
+    full_option,
     json_option,
     knots_option,
     planner_option,
@@ -145,6 +146,7 @@ def cli() -> None:
     type=click.FloatRange(min=0, min_open=True),
     help="Samples per second in samples.csv, in place of the scenario's.",
 )
+@full_option
 @json_option
 def plan(
     scenarios: tuple[str, ...],
@@ -152,6 +154,7 @@ def plan(
     planner: str | None,
     knots: Any,
     rate: float | None,
+    full: bool,
     as_json: bool,
 ) -> int:
     """Plan each SCENARIO, check the result, and print the verdict.
@@ -183,7 +186,7 @@ def plan(
         if isinstance(result, KnotworkError):
             echo(f"error: {result}", err=True)
         else:
-            tables.print_plan(result)
+            tables.print_plan(result, full=full)
             for path in written:
                 echo(f"wrote {path}")
     if len(results) > 1:
@@ -251,8 +254,9 @@ def _plan_to_dict(
 @click.command(epilog=_EXIT_CODES)
 @click.argument("trajectory", type=click.Path(path_type=Path))
 @scenario_option("which it is checked against", required=True)
+@full_option
 @json_option
-def check(trajectory: Path, reference: str, as_json: bool) -> int:
+def check(trajectory: Path, reference: str, full: bool, as_json: bool) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
     TRAJECTORY is a trajectory.json, a folder with one in it, or another tool's: CSV with headings,
@@ -268,7 +272,7 @@ def check(trajectory: Path, reference: str, as_json: bool) -> int:
     else:
         from knotwork.cli import tables
 
-        tables.print_report(report, checked.scenario)
+        tables.print_report(report, checked.scenario, full=full)
     return PASSED if report.ok else FAILED
 
 

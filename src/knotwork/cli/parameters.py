@@ -86,6 +86,9 @@ knots_option = click.option(
     help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
     "scenario's.",
 )
+full_option = click.option(
+    "--full", is_flag=True, help="Show all rows of long tables; by default they are cut."
+)
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."
 )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -20,11 +21,15 @@ if TYPE_CHECKING:
     from knotwork.pipeline import Plan
     from knotwork.task_to_joint import Choice, TaskSolution
 
+Row = TypeVar("Row")
+
 # Numbers are never cut short: a table takes the width it needs, and a terminal wraps what is more.
 ANY_WIDTH = 1000
 # For tables with text that can be wrapped.
 FILE_WIDTH = 120
 MOST_FAILURES = 20
+MOST_ROWS = 50
+"""Of a table, unless all of it is asked for."""
 
 
 def console(*, wrap: bool = False) -> Console:
@@ -87,8 +92,13 @@ def _plain_text(value: Any) -> str:
     return str(len(value) if isinstance(value, Mapping) else value or "-").strip()
 
 
-def print_plan(plan: Plan) -> None:
-    """Print a plan: what was planned, the waypoints, the limits, and the verdict."""
+def print_plan(plan: Plan, *, full: bool = False) -> None:
+    """Print a plan: what was planned, the waypoints, the limits, and the verdict.
+
+    Args:
+        plan: The plan.
+        full: Long tables are shown whole.
+    """
     trajectory = plan.trajectory
     knots = plan.scenario.knots
     placed = knots if isinstance(knots, str) else "as given"
@@ -107,11 +117,17 @@ def print_plan(plan: Plan) -> None:
         f"{made}: {len(plan.scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks, "
         f"{trajectory.duration:g} s",
         plan.solution,
+        full=full,
     )
 
 
 def print_report(
-    report: Report, scenario: Scenario, made: str = "", solution: TaskSolution | None = None
+    report: Report,
+    scenario: Scenario,
+    made: str = "",
+    solution: TaskSolution | None = None,
+    *,
+    full: bool = False,
 ) -> None:
     """Print a report as tables of waypoints and limits, and the verdict.
 
@@ -120,8 +136,11 @@ def print_report(
         scenario: What it was checked against.
         made: How the trajectory was made; by default what it says itself.
         solution: How the solutions of the poses were chosen, if that is known.
+        full: Long tables are shown whole; by default of more than `MOST_ROWS` rows those that fail
+            and the first ones.
     """
     out = console()
+    most = sys.maxsize if full else MOST_ROWS
     out.print(f"[bold]{cell(report.scenario)}[/]  {cell(scenario.description.strip(), lines=True)}")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
     out.print(f"{cell(robot)}; {cell(made or report.planner)}")
@@ -132,31 +151,47 @@ def print_report(
             cells = {(found.name, found.when, found.quantity) for found in numbers}
             waypoints = all(found.subject == "waypoint" for found in numbers)
             at_once = waypoints and len(cells) == len(numbers)
-            out.print(_row_table(group, numbers) if at_once else _list_table(group, numbers))
-            out.print()
+            make = _row_table if at_once else _list_table
+            _print_cut(out, *make(group, numbers, most))
     if solution is not None and solution.choices:
-        out.print(_choice_table(solution.choices))
-        out.print()
+        _print_cut(out, *_choice_table(solution.choices, most))
         if any(choice.alternative is not None for choice in solution.choices):
-            out.print(_alternative_table(solution.choices))
-            out.print()
-    for found in report.findings:
-        if found.value is None and found.verdict == "information":
-            out.print(f"   {cell(str(found))}", soft_wrap=True)
-    for warning in report.warnings:
-        out.print(f"[yellow]warning[/] {cell(str(warning))}", soft_wrap=True)
-    failures = report.failures
-    for failure in failures[:MOST_FAILURES]:
-        out.print(f"{_mark(failure)} {cell(str(failure))}", soft_wrap=True)
-    if len(failures) > MOST_FAILURES:
-        out.print(f"   and {len(failures) - MOST_FAILURES} more")
+            _print_cut(out, *_alternative_table(solution.choices, most))
+    silent = [found for found in report.findings if found.value is None]
+    _print_lines(out, [one for one in silent if one.verdict == "information"], "  ", most)
+    _print_lines(out, report.warnings, "[yellow]warning[/]", most)
+    _print_lines(out, report.failures, "[bold red]FAIL[/]", most if full else MOST_FAILURES)
     met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
     failed = f", {required - met} failed" if required > met else ""
     out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
 
 
-def _row_table(title: str, findings: Sequence[Finding]) -> Table:
+def _cut(rows: Sequence[Row], fails: Callable[[Row], bool], most: int) -> list[Row]:
+    """Keep so many rows in their order, those that fail before others."""
+    if len(rows) <= most:
+        return list(rows)
+    first = sorted(range(len(rows)), key=lambda i: (not fails(rows[i]), i))[:most]
+    return [rows[i] for i in sorted(first)]
+
+
+def _print_cut(out: Console, table: Table, left: int) -> None:
+    """Print a table and an empty line, and how many of its rows were left out."""
+    out.print(table)
+    if left:
+        out.print(f"and {left} more rows; --full shows them")
+    out.print()
+
+
+def _print_lines(out: Console, findings: Sequence[Finding], mark: str, most: int) -> None:
+    """Print findings as text, and of more than so many how many more there are."""
+    for found in findings[:most]:
+        out.print(f"{mark} {cell(str(found))}", soft_wrap=True)
+    if len(findings) > most:
+        out.print(f"   and {len(findings) - most} more")
+
+
+def _row_table(title: str, findings: Sequence[Finding], most: int) -> tuple[Table, int]:
     """One row for each name and time, one column for each quantity."""
     quantities = list(dict.fromkeys(found.title for found in findings))
     columns, limits = ["", "at\n[s]"], ["allowed", ""]
@@ -169,30 +204,35 @@ def _row_table(title: str, findings: Sequence[Finding]) -> Table:
         columns.append(quantity.removeprefix("joint ").replace(" ", "\n") + f"\n[{units}]")
         limits.append(_number(items[0].limit, ".1e"))
     table = plain_table(title, [*columns, ""])
-    for (name, when), row in rows.items():
+    kept = _cut(list(rows.items()), lambda row: not all(f.ok for f in row[1].values()), most)
+    for (name, when), row in kept:
         cells = [_cell(row[key], ".1e") if key in row else "" for key in quantities]
         worst = min(row.values(), key=lambda found: found.ok)
         table.add_row(cell(name), when, *cells, _mark(worst))
     table.add_row(*limits, "", style="dim")
-    return table
+    return table, len(rows) - len(kept)
 
 
-def _list_table(title: str, findings: Sequence[Finding]) -> Table:
+def _list_table(title: str, findings: Sequence[Finding], most: int) -> tuple[Table, int]:
     """One row for each finding, by quantity; of those nothing is required of, the largest alone."""
     table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", ""])
     table.columns[-1].justify = "left"
+    rows: list[tuple[Finding, str, str]] = []
     for quantity in dict.fromkeys(found.title for found in findings):
         items = [found for found in findings if found.title == quantity]
         free = [found for found in items if found.limit is None]
-        shown = [found for found in items if found.limit is not None]
-        if free:
-            shown.append(max(free, key=lambda found: abs(found.value or 0.0)))
         units = " or ".join(dict.fromkeys(found.unit for found in items if found.unit))
-        table.add_row(cell(f"{quantity} [{units}]" if units else quantity), style="dim")
-        for found in shown:
-            most = "most: " if found.limit is None and len(free) > 1 else ""
+        head = cell(f"{quantity} [{units}]" if units else quantity)
+        rows += [(found, head, "") for found in items if found.limit is not None]
+        if free:
+            largest = max(free, key=lambda found: abs(found.value or 0.0))
+            rows.append((largest, head, "most: " if len(free) > 1 else ""))
+    kept = _cut(rows, lambda row: not row[0].ok, most)
+    for head, group in itertools.groupby(kept, key=lambda row: row[1]):
+        table.add_row(head, style="dim")
+        for found, _, of_all in group:
             table.add_row(
-                f"  {most}{cell(found.name or found.subject)}",
+                f"  {of_all}{cell(found.name or found.subject)}",
                 _cell(found, ".4g"),
                 _number(found.limit, ".4g") or "none given",
                 _number(found.margin, ".4g"),
@@ -200,7 +240,7 @@ def _list_table(title: str, findings: Sequence[Finding]) -> Table:
                 _mark(found),
                 _proof(found),
             )
-    return table
+    return table, len(rows) - len(kept)
 
 
 def _mark(found: Finding) -> str:
@@ -227,24 +267,24 @@ def _number(value: float | None, form: str) -> str:
     return "" if value is None else format(value, form)
 
 
-def _choice_table(choices: Sequence[Choice]) -> Table:
+def _choice_table(choices: Sequence[Choice], most: int) -> tuple[Table, int]:
     """One row a waypoint given by a pose: which of its solutions was taken, and why."""
     table = plain_table("Solutions chosen", ["waypoint", "branch", "turns", "of", "why"], 5)
-    for choice in choices:
+    for choice in choices[:most]:
         kind = "branch" if choice.branches == 1 else "branches"
         count = f"{choice.branches} {kind}, {choice.solutions} with turns"
         if choice.sampled:
             count = f"{choice.branches} samples of its self-motion"
         cells = (choice.waypoint, choice.branch or "-", _turns(choice.turns), count, choice.reason)
         table.add_row(*map(cell, cells))
-    return table
+    return table, max(0, len(choices) - most)
 
 
 def _turns(turns: Sequence[tuple[str, int]]) -> str:
     return ", ".join(f"{joint} {turn:+d}" for joint, turn in turns) or "-"
 
 
-def _alternative_table(choices: Sequence[Choice]) -> Table:
+def _alternative_table(choices: Sequence[Choice], most: int) -> tuple[Table, int]:
     """The next best sequence and its cost; waypoints where both are the same share a row."""
     columns = ["waypoints", "next best", "against the one chosen"]
     table = plain_table("Best sequence with another solution there", columns, 3)
@@ -254,11 +294,11 @@ def _alternative_table(choices: Sequence[Choice]) -> Table:
         if not rows or rows[-1][1] != cells:
             rows.append(([], cells))
         rows[-1][0].append(choice.waypoint)
-    for names, cells in rows:
-        if cells is not None:
-            span = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
-            table.add_row(*map(cell, (span, *cells)))
-    return table
+    found = [(names, cells) for names, cells in rows if cells is not None]
+    for names, cells in found[:most]:
+        span = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
+        table.add_row(*map(cell, (span, *cells)))
+    return table, max(0, len(found) - most)
 
 
 def _alternative(choice: Choice) -> tuple[str, str] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import io
+import json
 import re
 import typing
 from collections.abc import Iterator
@@ -31,6 +32,10 @@ class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoa
     yaml_implicit_resolvers: typing.ClassVar[dict[str, list[Any]]] = {}
 
 
+# Two halves, behind backslashes that stand for themselves.
+_HALVES = re.compile(
+    r"(?<!\\)((?:\\\\)*)(\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2})"
+)
 _TAG = "tag:yaml.org,2002:"
 _SCALARS: tuple[tuple[str, str, str], ...] = (
     ("null", r"^(?:~|null|Null|NULL|)$", "~nN"),
@@ -151,6 +156,7 @@ def parse(text: str, file: Path | None = None) -> Document:
     Raises:
         DocumentError: The text is no YAML, is empty, gives a key twice, or is nested too deep.
     """
+    text = _with_whole_characters(text)
     try:
         values = _checked_size(text, file)
         with _no_collector():
@@ -171,6 +177,21 @@ def parse(text: str, file: Path | None = None) -> Document:
     if reader.problems:
         raise DocumentError(file, reader.problems)
     return Document(data, file, reader.lines)
+
+
+def _with_whole_characters(text: str) -> str:
+    r"""Write characters that JSON escapes as two halves, as `\ud83d\ude00`, as they are.
+
+    JSON may do so and YAML may not. Other YAML is left alone: it has text in which a backslash
+    stands for itself.
+    """
+    if not _HALVES.search(text):
+        return text
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+    return _HALVES.sub(lambda found: found[1] + json.loads(f'"{found[2]}"'), text)
 
 
 @contextmanager

@@ -134,6 +134,8 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     """
     choices: list[list[float]] = []
     lower, upper = limits_of(robot)
+    if not _turns_fit(robot) and ((lower - AT_LIMIT <= q) & (q <= upper + AT_LIMIT)).all():
+        return clipped(q, (lower, upper))[None]  # most arms: no other turn of a joint fits
     centre = middle((lower, upper)).tolist()
     joints = zip(q.tolist(), lower.tolist(), upper.tolist(), centre, strict=True)
     for unit, (value, low, high, mid) in zip(robot.joint_units, joints, strict=True):
@@ -149,6 +151,14 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
         i = max(range(len(choices)), key=lambda k: len(choices[k]))
         choices[i].remove(max(choices[i], key=lambda x: abs(x - centre[i])))
     return np.array(list(itertools.product(*choices))).reshape(-1, len(q))
+
+
+def _turns_fit(robot: Robot) -> bool:
+    """Whether any joint that turns has room for two of its positions a whole turn apart."""
+    lower, upper = limits_of(robot)
+    room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+    turns = np.array([unit == "rad" for unit in robot.joint_units])
+    return bool((turns & (room + 2.0 * AT_LIMIT >= FULL_TURN)).any())
 
 
 def starts(
