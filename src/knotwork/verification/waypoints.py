@@ -62,15 +62,19 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Compare joint values with those asked for, at waypoints and at the two ends."""
-    for waypoint, time, state in _reached(motion, scenario, space):
-        if state is not None:
-            for order, requested in enumerate((state.position, state.velocity)):
-                yield _joint_finding(waypoint.name, time, order, requested, motion, scenario, space)
+    asked = [one for one in _reached(motion, scenario, space) if one[2] is not None]
+    times = np.array([time for _, time, _ in asked])
+    achieved = [motion.curve(times, order) for order in (0, 1)]  # of all at once: that is faster
+    for i, (waypoint, at, state) in enumerate(asked):
+        for order, requested in enumerate((state.position, state.velocity) if state else ()):
+            found = achieved[order][i]
+            yield _joint_finding(waypoint.name, at, order, requested, found, scenario, space)
     if space.end_acceleration is not None:
         ends = (scenario.waypoints[0], scenario.waypoints[-1])
-        times = (motion.start_time, motion.end_time)
-        for end, time, requested in zip(ends, times, space.end_acceleration, strict=True):
-            yield _joint_finding(end.name, time, 2, requested, motion, scenario, space)
+        both = (motion.start_time, motion.end_time)
+        for end, time, requested in zip(ends, both, space.end_acceleration, strict=True):
+            reached = motion.curve(time, 2)
+            yield _joint_finding(end.name, time, 2, requested, reached, scenario, space)
 
 
 def _time_slack(motion: Motion) -> float:
@@ -120,7 +124,7 @@ def _joint_finding(
     time: float,
     order: int,
     requested: FloatArray,
-    motion: Motion,
+    achieved: FloatArray,
     scenario: Scenario,
     space: JointSpace,
 ) -> Finding:
@@ -128,7 +132,6 @@ def _joint_finding(
     quantity = f"joint_{DERIVATIVES[order]}"
     by_unit = getattr(scenario.tolerances, quantity)
     tolerances = np.array([by_unit[unit] for unit in space.joint_units])
-    achieved = motion.curve(time, order)
     errors = np.abs(achieved - requested)
     # A tolerance may be so small that it is zero in SI.
     with np.errstate(over="ignore"):
