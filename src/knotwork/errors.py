@@ -356,6 +356,19 @@ class RampError(PathError):
     lowest_acceleration: float = 0.0
 
 
+class StretchTimeError(PathError):
+    """A stretch of a tool path that can't take the time asked for.
+
+    Attributes:
+        stretch: Index of the stretch.
+        least, most: The times that it can take [s]; `most` may be infinite.
+    """
+
+    stretch: int = 0
+    least: float = 0.0
+    most: float = 0.0
+
+
 class TimingError(InputError):
     """A motion for which there are no durations that keep its limits.
 

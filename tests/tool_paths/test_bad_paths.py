@@ -9,7 +9,11 @@ from typing import Any
 import pytest
 import yaml
 
+import knotwork as kw
 from command_line import Command
+from knotwork.errors import InputError
+
+tp = kw.tool_paths
 
 ON = {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}}
 OFF = {"name": "off", "along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}}
@@ -61,6 +65,22 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         "turns back at the corner",
     ),
     "corner at speed": (task(ON, OFF, then(50, 500)), r"turns sharply by 90 deg.*blend"),
+    "time of a stretch in the middle": (
+        task(
+            ON,
+            changed(OFF, speed=20),
+            then(90, after=0.4, speed=NO),
+            {**then(130, speed=20), "name": "z"},
+            path={"acceleration": 100},
+        ),
+        r"waypoints\[2\]\.after: leaves 0\.4 s, .* takes at least 1\.\d+ s at 100 per s²",
+    ),
+    "corner into an arc": (
+        task(ON, OFF, then(50, 530, along={"arc": {"through": [490, 10, 60]}})),
+        r"sharply by 180 deg at 'off' \(stop: true\)",
+    ),
+    "one point that is short": (off(along={"points": [[460, 0]]}), r"has 2 values, fewer than 3 "),
+    "wait of next to no time": (off(wait=1e-9), r"\.wait: 1e-09: must be at least 0\.001"),
     "wait of no time": (off(wait=0), r"waypoints\[1\]\.wait: 0: must be greater"),
     "stop that is none": (off(stop=False), r"waypoints\[1\]\.stop: false: must be true"),
     "velocity": (off(velocity={"linear": [0, 60, 0]}), r"velocity: unknown key"),
@@ -85,7 +105,11 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
     "arc with its centre aside": (arc(centre=[450, 0, 60]), "both must be the radius"),
     "arc of two forms": (arc(centre=[450, 0, 60], radius=9), "gives centre and radius"),
     "arc of no form": (arc(), "gives no form of arc"),
-    "no kind of path": (off(along="spline"), "must be line"),
+    "no kind of path": (off(along="spline"), "must be one of line"),
+    "two kinds of path": (
+        off(along={"arc": {"through": [1, 2, 3]}, "points": "seam.csv"}),
+        r"\.along: .*must be one of line",
+    ),
     "points that repeat": (
         off(along={"points": [[460, 0, 60]] * 2}),
         "points 1 and 2 are the same",
@@ -146,6 +170,9 @@ FILES = {
     "x,y,z,qx,qy,qz,qw\n450,-100,60,1,0,0,0\n460,0,60,2,0,0,0\n": r"line 3: .*length 2 \(1\)",
     "x,y,z,qx,qy,qz,qw\n450,-100,60,0,0,0,1\n460,0,60,1,0,0,0\n": r"first point .* 180 degrees",
     "x,y,z,qx,qy,qz,qw\n450,-100,60,1,0,0,0\n460,0,60,0,1,0,0\n": r"turns by 180 deg",
+    "x;y;z\n450;-100;60\n": "line 1: columns are separated by ';' .a comma",
+    "x\ty\tz\n450\t-100\t60\n": r"line 1: columns are separated by '\\t' .a comma",
+    "X,y,z\n450,-100,60\n": "heading 'X' .did you mean 'x'",
     "": "holds no rows",
     "x,y,z\n450,50,60\n": "has one point",
 }
@@ -162,6 +189,27 @@ def test_a_wrong_file_of_points_is_named_with_its_line(
     assert ran.code == 2, ran.err
     assert re.search(FILES[text], " ".join(ran.err.split())), ran.err
     assert re.search(r"bad\.yaml: line \d+: waypoints\[1\]\.along", ran.err)
+
+
+def test_the_least_wait_is_one() -> None:
+    plan = kw.plan(off(wait=0.001))
+    assert plan.report.ok
+    end, after = (plan.scenario.waypoints[i].time for i in (2, 3))
+    assert after - end == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: tp.Arc.of_radius([0, 0, 0], [1, 0, 0], "x", [0, 0, 1]),
+        lambda: tp.Arc.about([0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 0, 1], turns="a"),
+        lambda: tp.Arc([1, 0, 0], [0, 0, 0], [0, 0, 1], "x"),
+        lambda: tp.Blend([0, 0, 0], [1, 0, 0], [1, 1, 0], distance="x"),
+    ],
+)
+def test_what_is_no_number_is_named(make: Any) -> None:
+    with pytest.raises(InputError, match=r"is '(x|a)'; it must be a"):
+        make()
 
 
 def test_orientations_beside_tangent_and_another_end_are_errors(

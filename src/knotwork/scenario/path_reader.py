@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork import tool_paths
 from knotwork.documents import Document
-from knotwork.errors import CornerError, PathError, RampError
+from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.waypoint_schema import AlongArc, AlongPoints, PathWaypoint
@@ -28,6 +28,9 @@ ACCELERATION = 1.0
 
 AGREE = 1e-6
 """Speeds and times, and orientations [rad], may differ by this much, relative to them."""
+
+HAIRPIN = 1e-3
+"""Corners so near to half a turn [rad] can't be rounded."""
 
 # Rounds in which speeds that follow from times, and those at junctions, come to agree.
 ROUNDS = 100
@@ -120,9 +123,14 @@ class PathReader:
             path = ToolPath(pieces, orientation)
         except CornerError as error:
             where = float(path_start(pieces, error.junction + 1))
-            corner = first + 1 + int(np.abs(ends - where).argmin())
+            k = int(np.abs(ends - where).argmin())
+            lines = all(kind_of(one) == "line" for one in given[k : k + 2])
+            back = error.angle > np.pi - HAIRPIN
+            name = given[k].name or str(first + 2 + k)
             raise self.document.error(
-                ("waypoints", corner), str(error), "blend: a length, or stop: true"
+                ("waypoints", first + 1 + k),
+                f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
+                "blend: a length, or stop: true" if lines and not back else "stop: true",
             ) from error
         except PathError as error:
             raise self.document.error(("waypoints", last, "along"), str(error)) from error
@@ -194,6 +202,15 @@ class PathReader:
                 (f"at most {fits / self.length:.6g}, or " if fits else "")
                 + f"path: {{acceleration: {error.lowest_acceleration / self.length:.6g}}} or more",
             ) from error
+        except StretchTimeError as error:
+            k, upper = error.stretch, f" and at most {error.most:.6g} s"
+            raise self.document.error(
+                ("waypoints", first + 1 + k, "after" if given[k].after else "time"),
+                f"leaves {durations[k]:.6g} s, but the path is {lengths[k] / self.length:.6g} long "
+                f"here, and with its changes of speed it takes at least {error.least:.6g} s"
+                f"{'' if error.most == np.inf else upper} at {limit / self.length:.6g} per s²",
+                "a time that it can take, or another path: {acceleration: …}",
+            ) from error
         except PathError as error:
             raise self.document.error(("waypoints", last), str(error)) from error
         for k, (one, taken) in enumerate(zip(given, np.diff(timing.times), strict=True)):
@@ -248,13 +265,19 @@ def timed(
                 continue
             left = ends[0] if k == 0 else found[k - 1]
             right = ends[1] if k == count - 1 else found[k + 1]
-            found[k] = tool_paths.speed_for_duration(
-                float(lengths[k]),
-                float(durations[k] or 0.0),
-                acceleration=acceleration,
-                start_speed=None if left is None or (k and left >= found[k]) else left,
-                end_speed=None if right is None or (k < count - 1 and right >= found[k]) else right,
-            )
+            try:
+                found[k] = tool_paths.speed_for_duration(
+                    float(lengths[k]),
+                    float(durations[k] or 0.0),
+                    acceleration=acceleration,
+                    start_speed=None if left is None or (k and left >= found[k]) else left,
+                    end_speed=None
+                    if right is None or (k < count - 1 and right >= found[k])
+                    else right,
+                )
+            except StretchTimeError as error:
+                error.stretch = k
+                raise
         if np.allclose(found, before, rtol=1e-12, atol=0.0):
             break
     timing = tool_paths.speed_profile(

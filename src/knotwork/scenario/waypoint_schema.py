@@ -99,6 +99,10 @@ class Velocity(StrictModel):
     )
 
 
+# Of shorter waits rounding of times would make motions.
+Wait = Annotated[Positive, Field(ge=1e-3)]
+
+
 class _Waypoint(StrictModel):
     name: Text | None = Field(
         None, description="For messages and reports; left out: its number. Each name once"
@@ -106,8 +110,8 @@ class _Waypoint(StrictModel):
     time: Number | None = Field(None, description="Time since the start [s]")
     after: Positive | None = Field(None, description="Time since the waypoint before [s]")
     stop: Literal[True] | None = Field(None, description="The arm stands still here")
-    wait: Positive | None = Field(
-        None, description="The arm stops here and stands still for so long [s]"
+    wait: Wait | None = Field(
+        None, description="The arm stops here and stands still for so long [s], 1 ms at least"
     )
 
 
@@ -201,14 +205,16 @@ class AlongPoints(StrictModel):
         | Annotated[Annotated[list[Vector3], Field(min_length=1)], Tag("list")],
         by_kind("the name of a CSV file, or a list of points x, y, z"),
     ] = Field(
-        description="A CSV file (columns x, y, z, and qx, qy, qz, qw for orientations; relative to "
-        "this file), or the points themselves, in the waypoint's frame [length]"
+        description="The points x, y, z in the waypoint's frame [length]; or a CSV file, relative "
+        "to this one, with the columns x, y, z, and qx, qy, qz, qw for orientations"
     )
 
 
 def _along_kind(value: Any) -> str | None:
     if value == "line":
         return "line"
+    if isinstance(value, dict) and len({"line", "arc", "points"} & value.keys()) > 1:
+        return None
     if isinstance(value, AlongArc) or (isinstance(value, dict) and "arc" in value):
         return "arc"
     if isinstance(value, AlongPoints) or (isinstance(value, dict) and "points" in value):
@@ -223,7 +229,8 @@ Along = Annotated[
     Discriminator(
         _along_kind,
         custom_error_type="along_kind",
-        custom_error_message="must be line, {arc: {through, centre or radius}} or {points: a file}",
+        custom_error_message="must be one of line, {arc: {through, centre or radius}}, "
+        "{points: a file}",
     ),
 ]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, shown, unit
+from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, number, shown, unit
 from knotwork.waypoints import FloatArray, read_only
 
 STRAIGHT = 1e-6
@@ -47,7 +47,7 @@ class Arc(Curve):
         self._outward: FloatArray = spoke / self.radius
         self.normal = _square(normal, self._outward, "the radius at the start")
         self._forward: FloatArray = np.cross(self.normal, self._outward)
-        self.angle = float(angle)
+        self.angle = number(angle, "the arc's angle")
         if not (math.isfinite(self.angle) and self.angle * self.radius > REPEATED):
             raise PathError(
                 f"the arc's angle is {angle!r} rad; it must be greater than 0 "
@@ -127,7 +127,8 @@ class Arc(Curve):
             read_only(point, (3,), name)
             for point, name in ((start, "start"), (centre, "centre"), (end, "end"))
         )
-        if turns != int(turns) or turns < 0:
+        whole = number(turns, "turns")
+        if not whole.is_integer() or whole < 0:
             raise PathError(f"turns is {turns!r}; it must be a whole number, 0 or greater")
         from_a, from_c = a - m, c - m
         radii = float(np.linalg.norm(from_a)), float(np.linalg.norm(from_c))
@@ -187,10 +188,10 @@ class Arc(Curve):
                 f"the arc starts and ends at {shown(a)}: its radius does not say which circle; "
                 "give its centre and normal"
             )
-        r = float(radius)
+        r = number(radius, "radius")
         if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADII)):
             raise PathError(
-                f"radius is {radius:.9g} m, but start and end are {distance:.9g} m apart; "
+                f"radius is {r:.9g} m, but start and end are {distance:.9g} m apart; "
                 f"it must be at least {0.5 * distance:.9g} m"
             )
         axis = _square(normal, chord / distance, "the way from start to end")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, shown
+from knotwork.tool_paths.curve import REPEATED, number, shown
 from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
 
@@ -53,7 +53,7 @@ class Blend(PolynomialCurve):
         self, before: ArrayLike, corner: ArrayLike, after: ArrayLike, distance: float
     ) -> None:
         self.corner = read_only(corner, (3,), "corner")
-        self.distance = float(distance)
+        self.distance = number(distance, "blend distance")
         if not (math.isfinite(self.distance) and self.distance > REPEATED):
             raise PathError(f"blend distance is {distance!r} m; it must be greater than 0")
         u = _way(self.corner, read_only(before, (3,), "before"), "before", self.distance)

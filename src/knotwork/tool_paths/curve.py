@@ -84,6 +84,18 @@ def checked_order(order: int, most: int = 3) -> int:
     return int(order)
 
 
+def number(value: object, what: str) -> float:
+    """Return a value as a number.
+
+    Raises:
+        PathError: It is none.
+    """
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise PathError(f"{what} is {value!r}; it must be a number") from None
+
+
 def unit(direction: ArrayLike, what: str) -> FloatArray:
     """Return a direction scaled to length one, shape (3,).
 

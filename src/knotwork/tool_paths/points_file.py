@@ -89,12 +89,16 @@ def _columns(path: Path, line: int, names: list[str]) -> list[str]:
     if all(_number(name) is not None for name in names):
         message = "has no headings above the numbers"
         raise DocumentError(path, [Problem(line, "", message, accepted)])
+    for mark in (";", "\t"):
+        if len(names) == 1 and mark in names[0]:
+            message = f"columns are separated by {mark!r}"
+            raise DocumentError(path, [Problem(line, "", message, "a comma")])
     known = (*POSITION, *QUATERNION)
     problems = []
     for i, name in enumerate(names):
         where = f"column {i + 1}"
         if name not in known:
-            hint = did_you_mean(name, known)
+            hint = did_you_mean(name.lower(), known)
             problems.append(Problem(line, where, f"unknown heading {name!r}", hint))
         elif name in names[:i]:
             problems.append(

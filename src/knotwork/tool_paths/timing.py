@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import PathError, RampError
+from knotwork.errors import PathError, RampError, StretchTimeError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, read_only
 
@@ -240,9 +240,11 @@ def speed_for_duration(
     least, most = time(highest), time(lowest) if lowest > 0.0 else math.inf
     if not least * (1.0 - ROUNDING) <= duration <= most * (1.0 + ROUNDING):
         upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
-        raise PathError(
+        raise StretchTimeError(
             f"{duration:.6g} s are asked for a stretch of {length:.6g} m; with its changes of "
-            f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}"
+            f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}",
+            least=least,
+            most=most,
         )
     return _bisect(lambda v: time(v) > duration, lowest, highest)
 
