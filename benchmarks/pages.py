@@ -13,6 +13,7 @@ from typing import Any
 import jinja2
 
 import ik_tables
+import paths
 import planner_tables
 import results
 
@@ -39,9 +40,17 @@ def planners() -> dict[str, Any]:
     return {"tasks": data["tasks"], "cases": kinds * ratios, "tables": tables, "f": figures}
 
 
+def path_benchmarks() -> dict[str, Any]:
+    """What the page on tool paths and other curves shows."""
+    data = results.load("paths")
+    proved, *curves, long = paths.tables(data)
+    return {"proved": proved, "curves": curves, "long": long, "last": data["long"][-1]}
+
+
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
     "ik_benchmarks": ik_benchmarks,
     "planners": planners,
+    "path_benchmarks": path_benchmarks,
 }
 
 
@@ -58,3 +67,4 @@ def render(page: str) -> str:
 if __name__ == "__main__":
     for name in PAGES:
         (DOCS / f"{name}.md").write_text(render(name), encoding="utf-8")
+    paths.figure(results.load("paths"), DOCS / "path_deviation.png")

@@ -4,13 +4,15 @@ Two paths: a UR5's line of 300 mm at 50 mm/s and an xArm7's circle of 80 mm diam
 curves go through the same points, spread evenly: the joints' positions, velocities and
 accelerations on the path. Each takes what it can: modified and quintic Hermite all three, cubic
 Hermite positions and velocities, and the B-spline positions, with the velocities at both ends.
-The deviation is the largest at 2000 times, by Pinocchio; those of `kw.follow` are proved.
+The deviation is the largest at 2000 times, by Pinocchio; those of `kw.follow` are proved. The UR5
+drives a circle of 80 mm many times round, too, to show what long paths cost.
 
 With `--save benchmarks/results` the results are saved there; `--figure FILE` draws them.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -37,7 +39,9 @@ CURVES: dict[str, Callable[[Arrays], Callable[[np.ndarray], np.ndarray]]] = {
     ),
 }
 POINTS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64)
-SAMPLES = 2000
+SAMPLES, TICKS = 2000, (3, 5, 10, 20, 40, 64)
+# How often the circle of a long path is driven round, and how near to it [m].
+TURNS, NEAR = (1, 4, 16, 64, 128), 1e-5
 # Deviations below this are not told from rounding [mm].
 ROUNDING = 1e-6
 
@@ -116,6 +120,28 @@ def proved(
     }
 
 
+def long_paths() -> list[Any]:
+    """What many turns of a circle cost: length [m], waypoints inserted and seconds of CPU."""
+    arm = kw.load_robot("ur5")
+    home = arm.configuration("home")
+    at = arm.forward(home).translation
+    centre, rows = at - np.array([0.04, 0.0, 0.0]), []
+    for turns in TURNS:
+        circle = kw.tool_paths.Arc.about(at, centre, at, [0, 0, 1], turns - 1)
+        begun = time.process_time()
+        motion = kw.follow(arm, circle, 0.05, NEAR, start=home)
+        taken = time.process_time() - begun
+        inserted = 0 if motion.waypoint_times is None else len(motion.waypoint_times) - 2
+        rows.append(
+            {
+                "length_m": float(f"{circle.length:.3g}"),
+                "inserted": inserted,
+                "cpu_s": float(f"{taken:.2g}"),
+            }
+        )
+    return rows
+
+
 def slope(rows: list[Any], curve: str) -> float:
     """How the deviation falls with the number of intervals: the last exponent above rounding."""
     known = [(r["points"] - 1, r["deviation_mm"][curve]) for r in rows]
@@ -145,6 +171,11 @@ def tables(data: dict[str, Any]) -> list[Table]:
         ]
         cells.append(["order", *(f"{slope(rows, name):.1f}" for name in CURVES)])
         made.append(Table(one["case"], ("points", *CURVES), cells, note="(deviation in mm)"))
+    cells = [[f"{r['length_m']:g}", str(r["inserted"]), f"{r['cpu_s']:g}"] for r in data["long"]]
+    note = f"(UR5, tolerance {1e3 * NEAR:g} mm)"
+    made.append(
+        Table("Many turns of a circle", ("length m", "inserted", "CPU s"), cells, note=note)
+    )
     return made
 
 
@@ -161,6 +192,8 @@ def figure(data: dict[str, Any], file: Path) -> None:
             panel.loglog(points, [r["deviation_mm"][name] for r in rows], ".-", label=name)
         panel.axhline(one["tolerance_mm"], color="0.6", linewidth=0.8)
         panel.set(title=one["case"], xlabel="points")
+        panel.set_xticks(TICKS, map(str, TICKS))
+        panel.set_xticks([], minor=True)
     panels[0].set_ylabel("deviation [mm]")
     panels[0].legend(frameon=False)
     made.savefig(file, dpi=120)
@@ -178,7 +211,7 @@ def main(save: Path | None, picture: Path | None) -> None:
     for case, (arm, start, motion, speed, tolerance) in cases().items():
         rows += compared(case, arm, start, motion)
         followed.append(proved(case, arm, start, motion, speed, tolerance))
-    data = {"followed": followed, "rows": rows}
+    data = {"followed": followed, "rows": rows, "long": long_paths()}
     for table in tables(data):
         table.show(Console(width=140))
     if picture is not None:
