@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from knotwork import recording as recording
     from knotwork import timing as timing
     from knotwork import tool_paths as tool_paths
     from knotwork import verification as verification

@@ -15,6 +15,7 @@ from knotwork import __version__
 from knotwork.cli.compare import compare, planners
 from knotwork.cli.export import export
 from knotwork.cli.listing import robots, scenarios, schema
+from knotwork.cli.logs import LogOptions, compared_log, log_options
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
@@ -253,10 +254,17 @@ def _plan_to_dict(
 
 @click.command(epilog=_EXIT_CODES)
 @click.argument("trajectory", type=click.Path(path_type=Path))
-@scenario_option("which it is checked against", required=True)
+@scenario_option("which it is checked against")
+@log_options
 @full_option
 @json_option
-def check(trajectory: Path, reference: str, full: bool, as_json: bool) -> int:
+def check(
+    trajectory: Path,
+    reference: str | None,
+    full: bool,
+    as_json: bool,
+    log: LogOptions | None,
+) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
     TRAJECTORY is a trajectory.json, a folder with one in it, or another tool's: CSV with headings,
@@ -264,15 +272,26 @@ def check(trajectory: Path, reference: str, full: bool, as_json: bool) -> int:
     matched by name. Between the points of another tool the motion is what a ROS 2 controller
     makes of them: quintics if they have velocities and accelerations, cubics if they have
     velocities, and straight lines otherwise.
+
+    With --log or --against it is the log of a robot: headings of PlotJuggler, ROS bags and RTDE are
+    understood, the noise is estimated, and what fails by less than the noise can make is undecided.
+    Its clock is set by the plan given with --against, or by planning the scenario. With --against
+    the scenario may be left out.
     """
-    checked = read_checked(trajectory, reference)
-    report = checked.report
+    scenario = None
+    if reference is not None:
+        checked = read_checked(trajectory, reference, log)
+        report, scenario = checked.report, checked.scenario
+    elif log is not None:
+        report = compared_log(trajectory, log)
+    else:
+        raise click.MissingParameter(param_hint="'--scenario' / '-s'", param_type="option")
     if as_json:
         echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
     else:
         from knotwork.cli import tables
 
-        tables.print_report(report, checked.scenario, full=full)
+        tables.print_report(report, scenario, full=full)
     return PASSED if report.ok else FAILED
 
 

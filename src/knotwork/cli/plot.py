@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import PASSED, Names, NewPath, motion_options
 from knotwork.cli.sources import read_motions, tell_failures
 from knotwork.cli.terminal import echo
@@ -66,6 +67,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 @click.option("--from", "start", type=float, metavar="S", help="Draw from this time on [s].")
 @click.option("--to", "end", type=float, metavar="S", help="Draw up to this time [s].")
 @click.option("--degrees", is_flag=True, help="Show angles in degrees instead of radians.")
+@log_options
 @motion_options("to mark waypoints and limits")
 def plot(
     source: str,
@@ -80,13 +82,15 @@ def plot(
     end: float | None,
     degrees: bool,
     reference: str | None,
+    log: LogOptions | None,
 ) -> int:
     """Draw a motion over time: position, velocity, acceleration and jerk of each joint.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
     TRAJECTORY is what `knotwork check` reads: a trajectory.json, or the path of a folder with one
     in it (./NAME where a shipped scenario has that name, too); or with --scenario another tool's
-    CSV, JSON or ROS 2 YAML.
+    CSV, JSON or ROS 2 YAML. With --log it is the log of a robot; with --against the plan is drawn
+    beside it.
 
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
@@ -99,7 +103,7 @@ def plot(
     if out is not None:
         checked_picture_path(out)
     chosen_quantities(quantities)
-    drawn = read_motions(source, reference, planner, knots, compare)
+    drawn = read_motions(source, reference, planner, knots, compare, log=log)
     tell_failures(drawn)
     if tool:
         figure = view.plot_tool(drawn, degrees=degrees, window=(start, end))

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import FAILED, PASSED, html_option, motion_options, package_path_option
 from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo
@@ -20,8 +21,16 @@ Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 
 @click.command(epilog=_EPILOG)
 @html_option(required=True)
 @package_path_option
+@log_options
 @motion_options("which it is checked against")
-def report(source: str, out: Path, planner: str | None, knots: Any, reference: str | None) -> int:
+def report(
+    source: str,
+    out: Path,
+    planner: str | None,
+    knots: Any,
+    reference: str | None,
+    log: LogOptions | None,
+) -> int:
     """Write a page about a motion to print or send: verdict, tables, plots, 3D view.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
@@ -33,7 +42,7 @@ def report(source: str, out: Path, planner: str | None, knots: Any, reference: s
     from knotwork.view.report_page import report_page
 
     checked_page_path(out)
-    motion = read_motions(source, reference, planner, knots)[0]
+    motion = read_motions(source, reference, planner, knots, log=log)[0]
     if isinstance(motion, JointTrajectory):
         raise InputError(f"give the scenario that {source} is for with --scenario")
     page = report_page(motion)

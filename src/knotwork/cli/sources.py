@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from knotwork.cli.logs import LogOptions, checked_log, smoothed_log, stored_plan
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
@@ -53,6 +54,7 @@ def read_motions(
     robot: Robot | None = None,
     strict: bool = False,
     instead: str = "",
+    log: LogOptions | None = None,
 ) -> list[Motion]:
     """Plan a scenario, or read a trajectory and check it if its scenario is given.
 
@@ -66,23 +68,30 @@ def read_motions(
         strict: Refuse a file that contradicts itself if it is not checked; by default that is only
             said on standard error.
         instead: What may be given in place of a trajectory's scenario, for errors.
+        log: The trajectory is a log, and this is said of it. The plan that it is compared with
+            follows it.
 
     Raises:
         InputError: An option belongs to the other of the two, or the motion can't be planned or
             read.
     """
     if not _is_trajectory(source, reference):
-        refuse({"--scenario": reference}, f"{source} is a scenario itself")
+        given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
+        refuse(given, f"{source} is a scenario itself")
         return list(_planned(source, planner, knots, compare or []))
     given = {"--compare": compare, "--planner": planner, "--knots": knots}
     refuse(given, f"{source} is a trajectory, which is planned already")
     if reference is not None:
-        return [read_checked(source, reference)]
+        checked = read_checked(source, reference, log)
+        against = log.against if log is not None else None
+        return [checked] if against is None else [checked, read_checked(against, reference)]
+    if log is not None:
+        return list(_unchecked_log(source, robot, log))
     return [_read_unchecked(source, robot, strict, instead)]
 
 
-def read_checked(path: str | Path, reference: str) -> CheckedFile:
-    """Read a trajectory of any tool and check it against its scenario.
+def read_checked(path: str | Path, reference: str, log: LogOptions | None = None) -> CheckedFile:
+    """Read a trajectory of any tool, or a log, and check it against its scenario.
 
     Raises:
         InputError: One of them can't be read, or the trajectory is of other joints.
@@ -94,6 +103,9 @@ def read_checked(path: str | Path, reference: str) -> CheckedFile:
 
     scenario = load_scenario(reference)
     space = joint_space(scenario)
+    if log is not None:
+        alignment, report = checked_log(path, reference, log, scenario, space)
+        return CheckedFile(alignment.trajectory, scenario, space, report)
     span = (float(scenario.times[0]), float(scenario.times[-1]))
     trajectory, defects = read_trajectory(path, space.joint_names, space.joint_units, span=span)
     _note_change(path)
@@ -135,6 +147,21 @@ def _note_change(path: str | Path) -> None:
     fault = set_disagreement(Path(path))
     if fault is not None:
         echo(f"note: {path} {fault}", err=True)
+
+
+def _unchecked_log(path: str, robot: Robot | None, log: LogOptions) -> Iterator[JointTrajectory]:
+    """A log without a scenario: in the time of the plan that it is compared with, if there is one.
+
+    The plan follows it.
+    """
+    from knotwork.recording import aligned
+
+    if robot is not None and log.against is None:
+        yield smoothed_log(path, robot.joint_names, robot.joint_units, log).trajectory
+        return
+    plan = stored_plan(path, log)
+    yield aligned(smoothed_log(path, plan.joint_names, plan.joint_units, log), plan).trajectory
+    yield plan
 
 
 def refuse(options: dict[str, Any], reason: str) -> None:

@@ -123,7 +123,7 @@ def print_plan(plan: Plan, *, full: bool = False) -> None:
 
 def print_report(
     report: Report,
-    scenario: Scenario,
+    scenario: Scenario | None,
     made: str = "",
     solution: TaskSolution | None = None,
     *,
@@ -133,7 +133,7 @@ def print_report(
 
     Args:
         report: What the check found.
-        scenario: What it was checked against.
+        scenario: What it was checked against, if anything.
         made: How the trajectory was made; by default what it says itself.
         solution: How the solutions of the poses were chosen, if that is known.
         full: Long tables are shown whole; by default of more than `MOST_ROWS` rows those that fail
@@ -141,7 +141,8 @@ def print_report(
     """
     out = console()
     most = sys.maxsize if full else MOST_ROWS
-    out.print(f"[bold]{cell(report.scenario)}[/]  {cell(scenario.description.strip(), lines=True)}")
+    description = scenario.description.strip() if scenario is not None else ""
+    out.print(f"[bold]{cell(report.scenario)}[/]  {cell(description, lines=True)}")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
     out.print(f"{cell(robot)}; {cell(made or report.planner)}")
     for group, findings in report.groups.items():

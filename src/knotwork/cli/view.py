@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from knotwork.cli.logs import LogOptions, log_options
 from knotwork.cli.parameters import PASSED, Names, html_option, motion_options, package_path_option
 from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
 from knotwork.cli.terminal import echo
@@ -36,6 +37,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 )
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
 @package_path_option
+@log_options
 @motion_options("to show waypoints and what fails")
 def view(
     source: str,
@@ -48,6 +50,7 @@ def view(
     port: int | None,
     reference: str | None,
     robot: str | None,
+    log: LogOptions | None,
 ) -> int:
     """Show the arm making its move, in a browser.
 
@@ -64,7 +67,7 @@ def view(
 
         checked_page_path(out)
         refuse({"--port": port, "--no-open": no_open or None}, "--html writes a file")
-    page = _page(source, reference, planner, knots, compare, robot, not no_ghosts)
+    page = _page(source, reference, planner, knots, compare, robot, not no_ghosts, log)
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)
     if out is not None:
@@ -81,6 +84,7 @@ def _page(
     compare: list[str] | None,
     robot_name: str | None,
     ghosts: bool,
+    log: LogOptions | None,
 ) -> Page:
     from knotwork.robot import load_robot
     from knotwork.trajectory import JointTrajectory
@@ -88,7 +92,9 @@ def _page(
 
     robot = load_robot(robot_name) if robot_name is not None else None
     instead = ", or its robot with --robot"
-    shown = read_motions(source, reference, planner, knots, compare, robot=robot, instead=instead)
+    shown = read_motions(
+        source, reference, planner, knots, compare, robot=robot, instead=instead, log=log
+    )
     tell_failures(shown)
     first, *others = shown
     if not isinstance(first, JointTrajectory):

@@ -27,6 +27,7 @@ from knotwork.waypoints import FloatArray
 DELIMITERS = (",", ";", "\t")
 MOST_BYTES = 500_000_000
 
+_DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d*),(\d+(?:[eE][+-]?\d+)?\s*)$")
 _QUOTED = re.compile('"[^"]*"')
 # Below comments and empty lines; line breaks in quotes are part of it.
 _FIRST_ROW = re.compile(r'(?:[^\S\n]*(?:#[^\n]*)?\n)*((?:"[^"]*"|[^"\n])*)')
@@ -42,8 +43,9 @@ def read_csv(
 ) -> PointTable:
     """Read a CSV file.
 
-    Columns are divided by commas, semicolons or tabs. Empty lines and lines that start with `#`
-    are left out; headings may stand in such a line directly above the numbers.
+    Columns are divided by commas, semicolons, tabs or, where there are none of these, by spaces.
+    Numbers may have decimal commas where commas divide nothing. Empty lines and lines that start
+    with `#` are left out; headings may stand in such a line directly above the numbers.
 
     Args:
         path: The file.
@@ -57,7 +59,7 @@ def read_csv(
         DocumentError: The file can't be read, has no headings, a column that is not understood, a
             joint missing or twice, a row of another length, or what is no number.
     """
-    rows = _rows(path)
+    rows = read_rows(path)
     if not rows:
         raise DocumentError(path, [Problem(None, "", "holds no rows")])
     head, cells = rows[0]
@@ -107,8 +109,14 @@ def _absolute(time: FloatArray, clock: str, start_time: float) -> FloatArray:
         return start_time + (np.cumsum(time) if clock == "step" else time)
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows of cells with the lines they begin in, the headings first."""
+def read_rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Rows of cells with the lines they begin in, the headings first.
+
+    Where commas do not divide the cells, a number may have a decimal comma.
+
+    Raises:
+        DocumentError: The file can't be read or is not valid CSV.
+    """
     text = read_text(path, most=MOST_BYTES).removeprefix("\ufeff")
     delimiter = _delimiter(text)
     lines = io.StringIO(text)
@@ -121,6 +129,8 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
             above = above if rows else (at, line)
         elif line.strip():
             cells, size = _cells(path, at, itertools.chain([line], lines), delimiter)
+            if delimiter != ",":
+                cells = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
             rows.append((at, cells))
         at += size
     if rows and above and all(_is_number(cell) for cell in rows[0][1]):
@@ -136,19 +146,22 @@ def _delimiter(text: str) -> str:
     """The character between the cells of the first row; those in quotes do not count."""
     first = _FIRST_ROW.match(text)
     head = _QUOTED.sub("", first[1]) if first else ""
-    return max(DELIMITERS, key=head.count)
+    # spaces are between the words of a heading, too: they count where there is nothing else
+    return max(
+        (*DELIMITERS, " "), key=lambda one: (head.count(one) > 0, one != " ", head.count(one))
+    )
 
 
 def _cells(path: Path, at: int, lines: Iterator[str], delimiter: str) -> tuple[list[str], int]:
     """Cells of the row that begins in line `at`, and how many lines it takes."""
-    reader = csv.reader(lines, delimiter=delimiter, strict=True)
+    reader = csv.reader(lines, delimiter=delimiter, strict=True, skipinitialspace=delimiter == " ")
     try:
         return next(reader), reader.line_num
     except csv.Error as error:
         raise DocumentError(path, [Problem(at, "", f"is not valid CSV: {error}")]) from error
 
 
-def _number(cell: str) -> float:
+def number(cell: str) -> float:
     """A number as data have it; Python would read `1_000` and figures of every script, too."""
     if "_" in cell or not cell.isascii():
         raise ValueError(cell)
@@ -157,7 +170,7 @@ def _number(cell: str) -> float:
 
 def _is_number(cell: str) -> bool:
     try:
-        _number(cell)
+        number(cell)
     except ValueError:
         return False
     return True
@@ -230,7 +243,7 @@ def _numbers(
             message = f"has {len(cells)} values"
             raise DocumentError(path, [Problem(line, "", message, f"{len(head)}, as headings")])
         try:
-            values[row] = [_number(cell) for cell in cells]
+            values[row] = [number(cell) for cell in cells]
         except ValueError:
             at = next(i for i, cell in enumerate(cells) if not _is_number(cell))
             field = f"column {at + 1} ({head[at].strip()})"

@@ -120,6 +120,11 @@ def own_column(heading: str, joint_names: Sequence[str], joint_units: Sequence[s
     return _joint_column(heading, joint, match[2], match[1], joint_units[joint])
 
 
+def quantity_named(word: str) -> str | None:
+    """The quantity that a word names, `"velocity"` for `qd`, or `None`."""
+    return _QUANTITY.get(word.lower())
+
+
 def _joint_column(heading: str, joint: int, beside: str, name: str, unit: str) -> Column:
     """The column of a joint, from what stands beside the joint's name."""
     quantity, factor = _content(heading, words(beside), name, unit)

@@ -1,0 +1,160 @@
+"""Logs of robots as input of the commands: their options, and how they are read and checked."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knotwork.cli.parameters import Command
+from knotwork.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from knotwork.joint_space import JointSpace
+    from knotwork.recording import Alignment, Smoothed
+    from knotwork.scenario import Scenario
+    from knotwork.trajectory import JointTrajectory
+    from knotwork.verification import Report
+
+
+@dataclass(frozen=True)
+class LogOptions:
+    """What is said of a log on the command line.
+
+    Attributes:
+        against: Path of the plan that it is compared with, if one is given.
+        noise: Standard deviation of its positions [rad or m]; by default it is estimated.
+        unit: `"rad"` or `"deg"`: the unit of rad joints whose headings name none.
+        topic: The topic whose columns count, where several have all joints.
+    """
+
+    against: str | None = None
+    noise: float | None = None
+    unit: str = "rad"
+    topic: str | None = None
+
+
+def log_options(function: Command) -> Command:
+    """Add the options for logs; the command gets them as `log`, `None` where there is none."""
+
+    @functools.wraps(function)
+    def bundled(
+        *arguments: Any,
+        is_log: bool,
+        against: str | None,
+        noise: float | None,
+        log_unit: str | None,
+        topic: str | None,
+        **others: Any,
+    ) -> Any:
+        log = None
+        if is_log or against is not None:
+            log = LogOptions(against, noise, log_unit or "rad", topic)
+        else:
+            given = {"--noise": noise, "--log-unit": log_unit, "--topic": topic}
+            named = [name for name, value in given.items() if value is not None]
+            if named:
+                raise InputError(f"{', '.join(named)} is for logs: give --log with it")
+        return function(*arguments, log=log, **others)
+
+    for option in (
+        click.option("--topic", metavar="NAME", help="For a log: the topic that counts, "
+                     "/joint_states for example, where several have all joints."),
+        click.option("--log-unit", type=click.Choice(["rad", "deg"]),
+                     help="For a log: the unit of turning joints where headings name none."),
+        click.option("--noise", type=float, metavar="SIGMA",
+                     help="For a log: standard deviation of its positions [rad or m]; by default "
+                     "it is estimated from the samples."),
+        click.option("--against", metavar="PLAN",
+                     help="TRAJECTORY is a log; say how far it is off this plan, a trajectory.json "
+                     "or the folder with one."),
+        click.option("--log", "is_log", is_flag=True,
+                     help="TRAJECTORY is the log of a robot, CSV with noise: look at the smooth "
+                     "motion behind it."),
+    ):  # fmt: skip
+        bundled = option(bundled)
+    return bundled  # type: ignore[return-value]
+
+
+def smoothed_log(
+    path: str | Path, names: Sequence[str], units: Sequence[str], log: LogOptions
+) -> Smoothed:
+    """Read a log and find the smooth motion behind it.
+
+    Raises:
+        InputError: It can't be read, or the noise is no positive number.
+    """
+    from knotwork.recording import read_log, smoothed
+
+    recorded = read_log(path, names, units, topic=log.topic, degrees=log.unit == "deg")
+    return smoothed(recorded, log.noise)
+
+
+def checked_log(
+    path: str | Path, reference: str, log: LogOptions, scenario: Scenario, space: JointSpace
+) -> tuple[Alignment, Report]:
+    """Read a log, put it into the time of a plan, and check it against its scenario.
+
+    Args:
+        path: The log.
+        reference: The scenario as the command line names it.
+        log: What is said of the log. Without a plan to compare with, the scenario is planned.
+        scenario: The scenario.
+        space: Its joints and robot.
+
+    Raises:
+        InputError: The log or the plan can't be read, or the scenario can't be planned.
+    """
+    from knotwork.foreign import read_trajectory
+    from knotwork.recording import aligned, check_log
+
+    curve = smoothed_log(path, space.joint_names, space.joint_units, log)
+    if log.against is not None:
+        span = (float(scenario.times[0]), float(scenario.times[-1]))
+        plan = read_trajectory(log.against, space.joint_names, space.joint_units, span=span)[0]
+    else:
+        plan = _planned(reference)
+    alignment = aligned(curve, plan)
+    return alignment, check_log(alignment, scenario, space)
+
+
+def compared_log(path: str | Path, log: LogOptions) -> Report:
+    """Compare a log with a plan that says its joints itself, without a scenario.
+
+    Raises:
+        InputError: No plan is given, it is another tool's, or one of the two can't be read.
+    """
+    from knotwork.recording import aligned, compare_log
+
+    plan = stored_plan(path, log)
+    return compare_log(aligned(smoothed_log(path, plan.joint_names, plan.joint_units, log), plan))
+
+
+def stored_plan(path: str | Path, log: LogOptions) -> JointTrajectory:
+    """The plan that a log is compared with, which says its joints itself."""
+    from knotwork.foreign import is_foreign
+    from knotwork.storage import load_trajectory
+
+    if log.against is None or is_foreign(log.against):
+        raise InputError(
+            f"{path} needs the scenario it is for: give it with --scenario, or with --against a "
+            "plan as `knotwork plan -o` stores it"
+        )
+    return load_trajectory(log.against)
+
+
+def _planned(reference: str) -> JointTrajectory:
+    from knotwork import pipeline
+
+    try:
+        return pipeline.plan(reference).trajectory
+    except InputError as error:
+        raise InputError(
+            f"the clock of a log is set by a plan, and {reference} can't be planned; give a plan "
+            f"with --against: {error}"
+        ) from error

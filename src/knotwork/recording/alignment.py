@@ -1,0 +1,265 @@
+"""A log beside the motion that was asked for: the shift of its clock, and how far it is off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.polynomial.refined import refined
+from knotwork.recording.smoothing import Smoothed
+from knotwork.trajectory import JointTrajectory
+from knotwork.verification import Finding
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+
+GROUP = "Against the plan"
+COARSE = 2000
+"""Steps a plan is divided into where the shift is looked for."""
+NEAR = 1e-4
+"""Breaks so near to an end of the plan [s] are left out."""
+ROUNDS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """A smoothed log in the time of a plan.
+
+    Attributes:
+        trajectory: The motion of the log, in the plan's order of joints, by the plan's clock and
+            within the plan's time as far as the log reaches.
+        shift: Time of the log's own clock at which the plan's is 0 [s].
+        shift_error: Standard error of the shift [s], from what is left between log and plan.
+        reference: The plan.
+        curve: The smoothed log, by its own clock.
+        start: The shift counted from the log's first sample [s].
+    """
+
+    trajectory: JointTrajectory
+    shift: float
+    shift_error: float
+    reference: JointTrajectory
+    curve: Smoothed
+    start: float
+
+    def errors(self, order: int, time: float | None) -> FloatArray:
+        """What the noise leaves unknown, as standard errors of each joint, shape (d,).
+
+        Args:
+            order: 0 for the position to 3 for the jerk.
+            time: When, by the plan's clock [s]; `None` for the largest over the plan's time.
+        """
+        grid = self.curve.grid - self.start
+        errors = self.curve.errors[order]
+        if time is not None:
+            return np.asarray(errors[int(np.abs(grid - time).argmin())])
+        start, end = self.trajectory.start_time, self.trajectory.end_time
+        return np.asarray(errors[(grid >= start - NEAR) & (grid <= end + NEAR)].max(axis=0))
+
+
+def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
+    """Find when a log's motion is that of a plan, and put it into the plan's time.
+
+    The log is compared with the plan at every shift, in steps of its sample period; then the best
+    shift is improved by least squares between all samples and the plan's polynomials. Before and
+    after its time the plan stands.
+
+    Args:
+        curve: The smoothed log.
+        reference: The plan; it has the log's joints, in any order.
+
+    Raises:
+        InputError: The plan has other joints or stands still all the time; or log and plan have
+            no time in common.
+    """
+    log = curve.log
+    reference = reference.reordered(log.joint_names, log.joint_units, owner=log.source)
+    start, end = reference.start_time, reference.end_time
+    if not np.abs(reference.extrema(1).peak).max() > 0.0:
+        raise InputError("the plan stands still, so the time shift of the log can't be found")
+    shift, error = _refined(curve, reference, _coarse(curve, reference))
+    polynomial = _within(curve.trajectory.polynomial, start + shift, end + shift, 3.0 * log.period)
+    if polynomial is None:
+        raise InputError(
+            f"{log.source} lasts {log.time[-1]:.6g} s and has no time in common with the plan"
+        )
+    moved = np.array(polynomial.x) - shift
+    # exact where both ends are the plan's
+    moved[0] = start if abs(moved[0] - start) < NEAR else moved[0]
+    moved[-1] = end if abs(moved[-1] - end) < NEAR else moved[-1]
+    trajectory = replace(
+        curve.trajectory, polynomial=PiecewisePolynomial(polynomial.c, moved), waypoint_times=None
+    )
+    return Alignment(trajectory, shift + log.origin, error, reference, curve, shift)
+
+
+def _held(reference: JointTrajectory, time: FloatArray, order: int = 0) -> FloatArray:
+    """The plan at any times; it stands before and after its own."""
+    inside = np.clip(time, reference.start_time, reference.end_time)
+    values = reference(inside, order)
+    if order:
+        values = np.where((inside == time)[:, None], values, 0.0)
+    return np.asarray(values)
+
+
+def _coarse(curve: Smoothed, reference: JointTrajectory) -> float:
+    """The shift with the smallest sum of squares, in steps."""
+    length = curve.log.time[-1]
+    step = max(curve.log.period, reference.duration / COARSE)
+    plan = _held(reference, np.arange(reference.start_time, reference.end_time + step, step))
+    own = curve.trajectory.position(np.clip(np.arange(0.0, length + step, step), 0.0, length))
+    margin = len(plan) - 1
+    own = np.concatenate((np.repeat(own[:1], margin, 0), own, np.repeat(own[-1:], margin, 0)))
+    middle = plan.mean(axis=0)
+    own, plan = own - middle, plan - middle
+    squares = np.concatenate(([0.0], np.cumsum((own**2).sum(axis=1))))
+    sums = squares[len(plan) :] - squares[: -len(plan)]
+    for j in range(plan.shape[1]):
+        sums = sums - 2.0 * np.correlate(own[:, j], plan[:, j], mode="valid")
+    return float((int(sums.argmin()) - margin) * step - reference.start_time)
+
+
+def _refined(curve: Smoothed, reference: JointTrajectory, shift: float) -> tuple[float, float]:
+    """The shift that least squares of all samples give, by Gauss and Newton, and its error."""
+    time, q = curve.log.time, curve.log.position
+    step = 0.0
+    for _ in range(ROUNDS):
+        at = time - shift
+        slopes = _held(reference, at, 1)
+        left = q - _held(reference, at)
+        weight = float((slopes**2).sum())
+        if weight == 0.0:
+            return shift, np.inf
+        step = float((slopes * left).sum()) / weight
+        shift -= step
+        if abs(step) < 1e-12 * max(1.0, abs(shift)):
+            break
+    moving = slopes.any(axis=1)
+    return shift, float(np.sqrt((left[moving] ** 2).mean() / weight))
+
+
+def _within(
+    curve: PiecewisePolynomial, start: float, end: float, slack: float
+) -> PiecewisePolynomial | None:
+    """A C1 curve of cubics from one time to another, or as much of that as there is.
+
+    Where as little as `slack` [s] lacks, the first or last piece is continued.
+    """
+    low = start if curve.x[0] - start <= slack else float(curve.x[0])
+    high = end if end - curve.x[-1] <= slack else float(curve.x[-1])
+    if not high > low:
+        return None
+    inner = curve.x[(curve.x > low + NEAR) & (curve.x < high - NEAR)]
+    breaks = np.concatenate(([low], inner, [high]))
+    ends = []
+    for order in range(2):
+        values = curve(np.clip(breaks, curve.x[0], curve.x[-1]), order)
+        for place, border in ((0, curve.x[0]), (-1, curve.x[-1])):
+            beyond = breaks[place] - border
+            if (beyond < 0.0) == (place == 0) and beyond:
+                series = [curve(border, order + k) * beyond**k for k in range(4 - order)]
+                factors = (1.0, 1.0, 0.5, 1.0 / 6.0)
+                values[place] = sum(f * term for f, term in zip(factors, series, strict=False))
+        ends.append(values)
+    return PiecewisePolynomial(two_point_coefficients(breaks, tuple(ends)), breaks)
+
+
+def deviation_findings(alignment: Alignment, robot: Robot | None = None) -> Iterator[Finding]:
+    """Say how far a log is off its plan: the shift, each joint over all time, and the tool.
+
+    Joint deviations are exact extrema between the smoothed log and the plan; the tool's are found
+    at the times of the samples.
+    """
+    said = (
+        f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
+        f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
+    )
+    yield _finding("motion", "", "time_shift", alignment.start, "s", None, said)
+    yield Finding(GROUP, "motion", "", "clock", "information", said)
+    own, plan = alignment.trajectory.polynomial, alignment.reference.polynomial
+    for order, quantity in enumerate(("joint_deviation", "joint_velocity_deviation")):
+        gap = _difference(own, plan).extrema(order)
+        for j, name in enumerate(alignment.trajectory.joint_names):
+            unit = alignment.trajectory.joint_units[j] + ("/s" if order else "")
+            value, time = float(gap.peak[j]), float(gap.peak_time[j])
+            word = "velocity " if order else ""
+            yield _finding(
+                "joint", name, quantity, value, unit, time,
+                f"joint {name!r}: {word}off the plan by up to {value:.3g} {unit}, at {time:.4f} s",
+            )  # fmt: skip
+    if robot is not None:
+        yield from _tool(alignment, robot)
+
+
+def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
+    """One curve minus another, in the time that they have in common."""
+    low, high = max(own.x[0], plan.x[0]), min(own.x[-1], plan.x[-1])
+    breaks = np.union1d(own.x, plan.x)
+    breaks = np.union1d(breaks[(breaks > low) & (breaks < high)], [low, high])
+    parts = []
+    for curve in (own, plan):
+        fine = refined(curve, breaks)
+        first = int(np.searchsorted(fine.x, low))
+        parts.append(fine.c[:, first : first + len(breaks) - 1])
+    c = np.zeros((max(len(part) for part in parts), *parts[0].shape[1:]))
+    for part, sign in zip(parts, (1.0, -1.0), strict=True):
+        c[len(c) - len(part) :] += sign * part
+    return PiecewisePolynomial(c, breaks)
+
+
+def _tool(alignment: Alignment, robot: Robot) -> Iterator[Finding]:
+    import pinocchio as pin
+
+    own = alignment.trajectory.reordered(robot.joint_names, robot.joint_units)
+    plan = alignment.reference.reordered(robot.joint_names, robot.joint_units)
+    time = alignment.curve.log.time - alignment.start
+    time = time[(time >= own.start_time) & (time <= own.end_time)]
+    off, turned = np.zeros(time.size), np.zeros(time.size)
+    for i, (q, asked) in enumerate(zip(own.position(time), plan.position(time), strict=True)):
+        pose, wanted = robot.forward(q), robot.forward(asked)
+        off[i] = np.linalg.norm(pose.translation - wanted.translation)
+        turned[i] = np.linalg.norm(pin.log3(wanted.rotation.T @ pose.rotation))
+    for quantity, values, unit in (
+        ("tool_deviation", off, "m"),
+        ("tool_orientation_deviation", turned, "rad"),
+    ):
+        worst = int(values.argmax())
+        value, at = float(values[worst]), float(time[worst])
+        word = "orientation " if unit == "rad" else ""
+        yield replace(
+            _finding(
+                "tool", "", quantity, value, unit, at,
+                f"the tool's {word or 'position '}is off the plan by up to {value:.3g} {unit}, at "
+                f"{at:.4f} s",
+            ),
+            proof="sampled",
+        )  # fmt: skip
+
+
+def _finding(
+    subject: str,
+    name: str,
+    quantity: str,
+    value: float,
+    unit: str,
+    time: float | None,
+    message: str,
+) -> Finding:
+    return Finding(
+        group=GROUP,
+        subject=subject,
+        name=name,
+        quantity=quantity,
+        verdict="information",
+        message=message,
+        value=value,
+        unit=unit,
+        time=time,
+    )

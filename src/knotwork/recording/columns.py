@@ -1,0 +1,231 @@
+"""Which columns of a log hold what: headings of PlotJuggler, ROS bags and loggers of robots.
+
+Columns of a log that are no joint's position or velocity and no time are left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from knotwork.foreign.header import HeadingError, column, quantity_named
+from knotwork.foreign.units import words
+
+USED = ("position", "velocity")
+STAMPS = (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec"))
+PREFERRED = "joint_states"
+
+_INDEXED = re.compile(r"(?P<word>[^\W\d]+?)_?\[?(?P<index>\d+)\]?")
+_MEASURED = ("actual", "measured", "state")
+_ASKED = ("target", "desired", "reference", "command", "commanded", "error")
+
+
+class LogHeadingError(Exception):
+    """Headings that don't tell where a log has time and positions; says what is accepted."""
+
+    def __init__(self, message: str, accepted: str) -> None:
+        self.accepted = accepted
+        super().__init__(message)
+
+
+@dataclass(frozen=True)
+class LogColumns:
+    """Where a log has what.
+
+    Attributes:
+        clock: The columns of the time and what each is multiplied with to be in s; 0 where only
+            the size of the values tells.
+        joints: By `"position"` and, if there is one for every joint, `"velocity"`: index of the
+            column and factor to SI, for each joint.
+    """
+
+    clock: tuple[tuple[int, float], ...]
+    joints: Mapping[str, tuple[tuple[int, float], ...]]
+
+
+@dataclass(frozen=True)
+class _Found:
+    topic: str
+    quantity: str
+    joint: int
+    index: int
+    factor: float
+    unit_said: bool
+
+
+def log_columns(
+    headings: Sequence[str],
+    first: Sequence[str],
+    joint_names: Sequence[str],
+    joint_units: Sequence[str],
+    *,
+    topic: str | None = None,
+    degrees: bool = False,
+) -> LogColumns:
+    """Find time, positions and velocities among the headings of a log.
+
+    Args:
+        headings: The headings.
+        first: The cells of the first row; names of joints may stand there (`name[0]`).
+        joint_names: The joints there are.
+        joint_units: `"rad"` or `"m"` for each.
+        topic: Use columns whose heading has this before the joint's name.
+        degrees: Columns of rad joints that say no unit are in degrees.
+
+    Raises:
+        LogHeadingError: No time, or not exactly one position of each joint.
+    """
+    found = list(_named(headings, joint_names, joint_units))
+    if not any(one.quantity == "position" for one in found):
+        found = list(_numbered(headings, first, joint_names))
+    positions = [one for one in found if one.quantity == "position"]
+    chosen = _topic(positions, joint_names, topic)
+    joints: dict[str, tuple[tuple[int, float], ...]] = {}
+    for quantity in USED:
+        of = {one.joint: one for one in found if (one.topic, one.quantity) == (chosen, quantity)}
+        if len(of) < len(joint_names):
+            continue
+        joints[quantity] = tuple(
+            (of[i].index, _factor(of[i], joint_units[i], degrees=degrees))
+            for i in range(len(joint_names))
+        )
+    return LogColumns(_clock(headings, chosen), joints)
+
+
+def _factor(one: _Found, unit: str, *, degrees: bool) -> float:
+    plain = degrees and unit == "rad" and not one.unit_said
+    return 0.017453292519943295 if plain else one.factor
+
+
+def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) -> Iterable[_Found]:
+    """Columns whose heading has the name of a joint."""
+    for index, heading in enumerate(headings):
+        topic, rest = _split(heading, names)
+        try:
+            content = column(rest, names, units)
+        except HeadingError:
+            continue
+        if content.joint is None or content.quantity not in USED:
+            continue
+        said = any(word in ("rad", "deg", "m", "mm", "degrees", "°") for word in words(rest))
+        yield _Found(topic, content.quantity, content.joint, index, content.factor, said)
+
+
+def _split(heading: str, names: Sequence[str]) -> tuple[str, str]:
+    """The topic of a heading, and the rest: the joint with what else says the quantity."""
+    at = [heading.find(name) for name in names if name in heading]
+    before = heading[: min(at)] if at else heading
+    topic, divider, _ = before.rpartition("/") if "/" in before else before.rpartition(":")
+    rest = heading[len(topic) + len(divider) :]
+    last = topic.rpartition("/")[2]
+    if quantity_named(last) is not None:  # as in /joint_states/position/elbow
+        topic, rest = topic.rpartition("/")[0], f"{last} {rest}"
+    return topic, rest
+
+
+def _numbered(
+    headings: Sequence[str], first: Sequence[str], names: Sequence[str]
+) -> Iterable[_Found]:
+    """Columns that count the joints, from 0 or 1: `position[0]`, `actual_q_0`, `field.position0`.
+
+    Columns of names, if there are any, say in which order; otherwise it is that of the robot.
+    """
+    told: dict[tuple[str, int], str] = {}
+    counted: list[tuple[str, str, int, int]] = []
+    for index, heading in enumerate(headings):
+        topic, _, last = re.sub(r"[./:]", "/", heading.strip()).rpartition("/")
+        match = _INDEXED.fullmatch(last)
+        if match is None:
+            continue
+        word, number = match["word"], int(match["index"])
+        if word in ("name", "joint_names"):
+            told[topic, number] = first[index].strip()
+            continue
+        *kind, word = words(word)
+        quantity = quantity_named(word)
+        if quantity in USED and not set(kind) & set(_ASKED):
+            counted.append(("/".join([topic, *kind]), str(quantity), number, index))
+            told.update({("/".join([topic, *kind]), n): name for (t, n), name in told.items()
+                         if t == topic})  # fmt: skip
+    for group, quantity, number, index in counted:
+        ours = [n for g, q, n, _ in counted if (g, q) == (group, quantity)]
+        if any(g == group for g, _ in told):
+            name = told.get((group, number), "")
+            if name in names:
+                yield _Found(group, quantity, list(names).index(name), index, 1.0, False)
+        elif len(ours) == len(names):
+            yield _Found(group, quantity, number - min(ours), index, 1.0, False)
+
+
+def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None) -> str:
+    """The topic that has a position of every joint, each once."""
+    topics: dict[str, list[int]] = {}
+    for one in positions:
+        topics.setdefault(one.topic, []).append(one.joint)
+    if wanted is not None:
+        topics = {name: joints for name, joints in topics.items() if _same(name, wanted)}
+    whole = [name for name, joints in topics.items() if sorted(set(joints)) == [*range(len(names))]]
+    if not whole:
+        best = max(topics.values(), key=lambda joints: len(set(joints)), default=[])
+        missing = [name for i, name in enumerate(names) if i not in best]
+        where = f" of the topic {wanted!r}" if wanted is not None else ""
+        raise LogHeadingError(
+            f"no column{where} is the position of joint {', '.join(map(repr, missing))}",
+            "headings with the joint's name, such as /joint_states/NAME/position, NAME.position "
+            "or NAME [deg]; or position[0], actual_q_0 and so on for every joint in the robot's "
+            "order",
+        )
+    preferred = [name for name in whole if name.rpartition("/")[2] == PREFERRED]
+    preferred = preferred or [n for n in whole if set(words(n)) & set(_MEASURED)] or whole
+    if len(preferred) > 1:
+        raise LogHeadingError(
+            f"{len(preferred)} topics have positions of all joints: {', '.join(preferred)}",
+            "--topic with one of them",
+        )
+    (chosen,) = preferred
+    for joint, name in enumerate(names):
+        if topics[chosen].count(joint) > 1:
+            raise LogHeadingError(
+                f"{topics[chosen].count(joint)} columns are the position of joint {name!r}", "one"
+            )
+    return chosen
+
+
+def _same(topic: str, wanted: str) -> bool:
+    return topic.strip("/") == wanted.strip("/")
+
+
+def _path(heading: str) -> str:
+    """A heading in small letters, divided by slashes whatever it was divided by."""
+    return re.sub(r"[./:]", "/", heading.strip()).lower()
+
+
+def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]:
+    """Columns of the time: the stamp of the messages, or else when they were received."""
+    paths = [_path(heading) for heading in headings]
+    own = f"{_path(topic)}/header/stamp".lstrip("/")
+    stamps = {path[: path.index("header/stamp") + 12] for path in paths if "header/stamp" in path}
+    if own in stamps or len(stamps) == 1:
+        stamp = own if own in stamps else stamps.pop()
+        for whole, part in STAMPS:
+            if f"{stamp}/{whole}" in paths and f"{stamp}/{part}" in paths:
+                seconds, rest = paths.index(f"{stamp}/{whole}"), paths.index(f"{stamp}/{part}")
+                return (seconds, 1.0), (rest, 1e-9)
+        if stamp in paths:
+            return ((paths.index(stamp), 0.0),)
+    times = []
+    for index, heading in enumerate(headings):
+        try:
+            content = column(heading.strip().lstrip("%"), (), ())
+        except HeadingError:
+            continue
+        if content.quantity == "time" and content.clock != "step":
+            said = words(heading)[-1] in ("s", "sec", "seconds", "ms", "us", "ns")
+            times.append((index, content.factor if said else 0.0))
+    if len(times) == 1:
+        return (times[0],)
+    which = f"{len(times)} columns are times" if times else "no column is the time"
+    raise LogHeadingError(
+        which, "one column named time, timestamp or __time, or header.stamp.sec and .nanosec"
+    )

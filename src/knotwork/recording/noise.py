@@ -1,0 +1,140 @@
+"""The noise of a log, estimated from the log itself.
+
+Each sample is compared with the cubic through its four neighbours, two on each side, at the times
+as they were recorded. A smooth motion leaves nothing there; what is left comes from the noise of
+the five values and from errors of their times. With independent errors the variance left is
+
+    (1 + sum w²) (σ² + v² τ²)
+
+for the weights w of the neighbours, the noise σ of the joint, its velocity v and the jitter τ of
+the time stamps, which all joints share. σ and τ are found by non-negative least squares from the
+median sizes over the samples of each joint, in groups of like speed, so that jumps and wrong
+samples hardly count. σ is at least what rounding makes, the last digit divided by √12.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.arguments import finite_number
+from knotwork.recording.reading import Recording
+from knotwork.waypoints import FloatArray
+
+GROUPS = 8
+NORMAL = 1.4826
+"""Standard deviation of normal numbers over the median of their sizes."""
+ROUNDING = 12.0**-0.5
+SMALLEST = 1e-12
+"""No log is better than this [rad or m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """What a sample may be off by, as standard deviations.
+
+    Attributes:
+        position: Of each joint's positions [rad or m], shape (d,).
+        velocity: Of its recorded velocities [rad/s or m/s], shape (d,), or `None`.
+        jitter: Of the time stamps [s].
+        stated: The noise was given, not estimated.
+    """
+
+    position: FloatArray
+    velocity: FloatArray | None
+    jitter: float
+    stated: bool
+
+    def of_samples(self, slopes: FloatArray) -> FloatArray:
+        """Standard deviation of each sample, from the largest velocity beside it, shape (n, d)."""
+        fast = np.abs(slopes)
+        # where it starts and stops, a slope between samples is known from those beside it alone
+        for k in (1, 2):
+            fast[k:] = np.maximum(fast[k:], np.abs(slopes[:-k]))
+            fast[:-k] = np.maximum(fast[:-k], np.abs(slopes[k:]))
+        return np.sqrt(self.position**2 + (fast * self.jitter) ** 2)
+
+
+def noise_of(log: Recording, stated: float | None = None) -> Noise:
+    """Estimate the noise of a log, or take that of the positions as given.
+
+    Args:
+        log: The log.
+        stated: Standard deviation of all positions [rad or m], jitter included.
+
+    Raises:
+        InputError: The stated noise is no positive number.
+    """
+    floor = np.maximum(log.resolution * ROUNDING, SMALLEST)
+    left, slopes = _left_over(log.time, log.position)
+    if stated is not None:
+        given = finite_number(stated, "noise", "rad or m", positive=True)
+        position, jitter = np.full(floor.size, given), 0.0
+    else:
+        sigma, jitter = _by_speed(left, slopes)
+        position = np.maximum(sigma, floor)
+    velocity = None
+    if log.velocity is not None and log.velocity_resolution is not None:
+        left, slopes = _left_over(log.time, log.velocity)
+        sigma, _ = _by_speed(left, slopes)
+        velocity = np.maximum(sigma, np.maximum(log.velocity_resolution * ROUNDING, SMALLEST))
+    return Noise(position, velocity, jitter, stated is not None)
+
+
+def slopes_of(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Rough velocities of samples, from the neighbours two before and two behind, shape (n, d)."""
+    n = len(time)
+    low, high = np.maximum(np.arange(n) - 2, 0), np.minimum(np.arange(n) + 2, n - 1)
+    return np.asarray((values[high] - values[low]) / (time[high] - time[low])[:, None])
+
+
+def _left_over(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What is left of each inner sample, scaled to its own noise, and its velocity, (n - 4, d)."""
+    places = [0, 1, 3, 4]
+    n = len(time) - 4
+    at = np.stack([time[k : k + n] for k in places]) - time[2 : 2 + n]
+    weights = np.ones((4, n))
+    for i in range(4):
+        for j in range(4):
+            if i != j:
+                weights[i] *= -at[j] / (at[i] - at[j])
+    guessed = sum(weights[i][:, None] * values[k : k + n] for i, k in enumerate(places))
+    left = (values[2 : 2 + n] - guessed) / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
+    # Beside a gap a neighbour is far away, and a cubic tells little.
+    far = np.abs(at).max(axis=0) > 4.0 * np.median(np.diff(time))
+    left[far] = np.nan
+    return np.asarray(left), slopes_of(time, values)[2 : 2 + n]
+
+
+def _by_speed(left: FloatArray, slopes: FloatArray) -> tuple[FloatArray, float]:
+    """Noise of each joint and the jitter that they share."""
+    from scipy.optimize import nnls
+
+    count = left.shape[1]
+    rows: list[FloatArray] = []
+    values: list[float] = []
+    for j in range(count):
+        # where nothing changes at all, the values are rounded and say nothing of their noise
+        moving = np.flatnonzero(np.isfinite(left[:, j]) & (left[:, j] != 0.0))
+        by_speed = moving[np.argsort(np.abs(slopes[moving, j]), kind="stable")]
+        for group in _groups(by_speed):
+            variance = float((NORMAL * np.median(np.abs(left[group, j]))) ** 2)
+            row = np.zeros(count + 1)
+            row[j], row[count] = 1.0, float(np.mean(slopes[group, j] ** 2))
+            # relative errors of all groups count alike
+            rows.append(row / variance)
+            values.append(1.0)
+    if not rows:
+        return np.zeros(count), 0.0
+    matrix = np.array(rows)
+    scale = np.maximum(np.abs(matrix).max(axis=0), np.finfo(float).tiny)
+    found, _ = nnls(matrix / scale, np.array(values))
+    found = np.sqrt(found / scale)
+    return np.asarray(found[:count]), float(found[count])
+
+
+def _groups(order: Sequence[int] | np.ndarray) -> list[np.ndarray]:
+    parts = min(GROUPS, len(order) // 8)
+    return [part for part in np.array_split(np.asarray(order), parts) if part.size] if parts else []

@@ -1,0 +1,242 @@
+"""Logs of robots as CSV: read as samples of joints, with what their digits can tell."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import DocumentError, Problem
+from knotwork.foreign.csv_file import number, read_rows
+from knotwork.recording.columns import LogColumns, LogHeadingError, log_columns
+from knotwork.waypoints import FloatArray
+
+FEWEST = 16
+"""Fewer samples than this say nothing of their noise."""
+
+EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
+"""Times larger than these count ns, µs and ms since 1970, if their heading names no unit."""
+
+WHOLE_TURNS = 4.0 * np.pi * 1.001
+"""Joints recorded beyond this [rad], two whole turns, are probably in degrees."""
+
+_DIGITS = re.compile(r"[+-]?\d*\.?(?P<decimals>\d*)(?:[eE](?P<power>[+-]?\d+))?")
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Samples of joints as they were recorded, in SI.
+
+    Attributes:
+        joint_names: Names, length d.
+        joint_units: `"rad"` or `"m"` for each.
+        time: Times since the first sample [s], shape (n,), increasing.
+        position: Joint positions [rad or m], shape (n, d).
+        velocity: Joint velocities [rad/s or m/s], shape (n, d), or `None`.
+        resolution: What the last digit of each joint's positions counts [rad or m], shape (d,).
+        velocity_resolution: The same of velocities, or `None`.
+        origin: Time of the first sample by the log's own clock [s].
+        source: Name of the file.
+        notes: What was left out or mended, in words.
+    """
+
+    joint_names: tuple[str, ...]
+    joint_units: tuple[str, ...]
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray | None
+    resolution: FloatArray
+    velocity_resolution: FloatArray | None
+    origin: float
+    source: str
+    notes: tuple[str, ...]
+
+    @property
+    def period(self) -> float:
+        """Usual time between two samples [s]."""
+        return float(np.median(np.diff(self.time)))
+
+
+def read_log(
+    path: Path | str,
+    joint_names: Sequence[str],
+    joint_units: Sequence[str],
+    *,
+    topic: str | None = None,
+    degrees: bool = False,
+) -> Recording:
+    r"""Read the log of a robot from CSV.
+
+    Understood are headings of PlotJuggler (`__time`, `/joint_states/elbow_joint/position`), of
+    flattened ROS messages (`header.stamp.sec`, `header.stamp.nanosec`, `name[0]`, `position[0]`;
+    `%time`, `field.position0`), of Universal Robots' RTDE (`timestamp`, `actual_q_0`), and those
+    that `knotwork check` reads. Columns are divided by commas, semicolons, tabs or spaces; beside
+    semicolons and tabs, numbers may have decimal commas. Other columns are left out, and so are
+    rows without a position of each joint. Rows are put in the order of their times; of those at
+    one time the mean counts.
+
+    >>> lines = [f"{i / 100},{i / 50 - 0.09 * (i % 2) * 1e-3:.4f}" for i in range(20)]
+    >>> characters = Path("log.csv").write_text("\n".join(["__time,/arm/lift/position", *lines]))
+    >>> log = read_log("log.csv", ["lift"], ["m"])
+    >>> log.position.shape, log.resolution
+    ((20, 1), array([0.0001]))
+
+    Args:
+        path: The file.
+        joint_names: The joints that the log must have, in any order.
+        joint_units: `"rad"` or `"m"` for each.
+        topic: The topic whose columns count, where several have positions of all joints.
+        degrees: Positions and velocities of rad joints whose headings name no unit are in degrees.
+
+    Raises:
+        DocumentError: The file can't be read, lacks the time or a joint, has fewer than 16 samples
+            or what is no number; says which line or column.
+    """
+    path = Path(path)
+    rows = read_rows(path)
+    if len(rows) < 2:
+        raise DocumentError(path, [Problem(None, "", "holds no rows of samples")])
+    line, headings = rows[0]
+    for at, cells in rows[1:]:
+        if len(cells) != len(headings):
+            said = Problem(at, "", f"has {len(cells)} values", f"{len(headings)}, as headings")
+            raise DocumentError(path, [said])
+    try:
+        columns = log_columns(
+            headings, rows[1][1], joint_names, joint_units, topic=topic, degrees=degrees
+        )
+    except LogHeadingError as error:
+        raise DocumentError(path, [Problem(line, "", str(error), error.accepted)]) from error
+    return _recording(path, rows, columns, joint_names, joint_units)
+
+
+def _recording(
+    path: Path,
+    rows: list[tuple[int, list[str]]],
+    columns: LogColumns,
+    names: Sequence[str],
+    units: Sequence[str],
+) -> Recording:
+    position, resolution = _values(path, rows, columns.joints["position"])
+    clock = np.column_stack([_values(path, rows, ((index, 1.0),))[0] for index, _ in columns.clock])
+    notes: list[str] = []
+    whole = np.isfinite(position).all(axis=1) & np.isfinite(clock).all(axis=1)
+    if not whole.all():
+        notes.append(f"{int((~whole).sum())} rows without time and position of every joint")
+    if whole.sum() < FEWEST:
+        raise DocumentError(
+            path,
+            [
+                Problem(
+                    None,
+                    "",
+                    f"has {int(whole.sum())} rows with the time and a position of every joint",
+                    f"at least {FEWEST}",
+                )
+            ],
+        )
+    clock, position = clock[whole], position[whole]
+    velocity = velocity_resolution = None
+    if "velocity" in columns.joints:
+        velocity, velocity_resolution = _values(path, rows, columns.joints["velocity"])
+        velocity = velocity[whole]
+        if not np.isfinite(velocity).all():
+            velocity = velocity_resolution = None
+            notes.append("velocities, which some rows lack")
+    time, origin = _seconds(clock, [factor for _, factor in columns.clock])
+    _refuse_degrees(path, rows[0], columns, position, names, units)
+    time, order, merged = _in_order(time)
+    if merged:
+        notes.append(merged)
+    position = _mean(position, order, time.size)
+    velocity = None if velocity is None else _mean(velocity, order, time.size)
+    if time.size < FEWEST:
+        said = Problem(None, "", f"has samples at {time.size} times", f"at least {FEWEST}")
+        raise DocumentError(path, [said])
+    return Recording(
+        tuple(names), tuple(units), time, position, velocity, resolution, velocity_resolution,
+        origin, path.name, tuple(notes),
+    )  # fmt: skip
+
+
+def _values(
+    path: Path, rows: list[tuple[int, list[str]]], columns: Sequence[tuple[int, float]]
+) -> tuple[FloatArray, FloatArray]:
+    """Numbers of columns in SI, NaN where there are none, and what their last digits count."""
+    values = np.full((len(rows) - 1, len(columns)), np.nan)
+    last = np.full(len(columns), 17)
+    for j, (index, factor) in enumerate(columns):
+        decimals = -17
+        for i, (line, cells) in enumerate(rows[1:]):
+            cell = cells[index].strip()
+            if not cell or cell.lower() == "nan":
+                continue
+            try:
+                values[i, j] = number(cell) * factor
+            except ValueError:
+                field = f"column {index + 1} ({rows[0][1][index].strip()})"
+                problem = Problem(line, field, f"{cells[index]!r} is no number")
+                raise DocumentError(path, [problem]) from None
+            match = _DIGITS.fullmatch(cell)
+            if match is not None:
+                decimals = max(decimals, len(match["decimals"]) - int(match["power"] or 0))
+        last[j] = decimals
+    values[~np.isfinite(values)] = np.nan
+    return values, 10.0 ** -last.astype(float) * np.array([factor for _, factor in columns])
+
+
+def _seconds(clock: FloatArray, factors: Sequence[float]) -> tuple[FloatArray, float]:
+    """Times since the first row [s], and when that was by the log's clock."""
+    largest = float(np.abs(clock[:, 0]).max())
+    guessed = next((factor for most, factor in EPOCHS if largest > most), 1.0)
+    sizes = [factor or guessed for factor in factors]
+    since = sum((clock[:, i] - clock[0, i]) * size for i, size in enumerate(sizes))
+    origin = sum(float(clock[0, i]) * size for i, size in enumerate(sizes))
+    return np.asarray(since), float(origin)
+
+
+def _in_order(time: FloatArray) -> tuple[FloatArray, NDArray[np.intp], str]:
+    """Different times in order, to which of them each row belongs, and what that took."""
+    unique, order = np.unique(time, return_inverse=True)
+    said = []
+    if (np.diff(time) < 0.0).any():
+        said.append(f"{int((np.diff(time) < 0.0).sum())} rows were out of the order of time")
+    if unique.size < time.size:
+        said.append(f"{time.size - unique.size} rows had the time of another")
+    return unique - unique[0], order.ravel(), " and ".join(said)
+
+
+def _mean(values: FloatArray, order: NDArray[np.intp], count: int) -> FloatArray:
+    sums = np.zeros((count, values.shape[1]))
+    np.add.at(sums, order, values)
+    return np.asarray(sums / np.bincount(order, minlength=count)[:, None])
+
+
+def _refuse_degrees(
+    path: Path,
+    head: tuple[int, list[str]],
+    columns: LogColumns,
+    position: FloatArray,
+    names: Sequence[str],
+    units: Sequence[str],
+) -> None:
+    for j, (index, factor) in enumerate(columns.joints["position"]):
+        largest = float(np.abs(position[:, j]).max())
+        if units[j] == "rad" and factor == 1.0 and largest > WHOLE_TURNS:
+            field = f"column {index + 1} ({head[1][index].strip()})"
+            raise DocumentError(
+                path,
+                [
+                    Problem(
+                        head[0],
+                        field,
+                        f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
+                        "rad; if these are degrees, say so with --log-unit deg or with [deg] in "
+                        "the headings",
+                    )
+                ],
+            )

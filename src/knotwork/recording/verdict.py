@@ -1,0 +1,242 @@
+"""The check of a log: what it shows beyond its noise.
+
+The smoothed motion is checked as any other. But a log knows its motion only up to its noise: what
+fails by less than `CERTAIN` standard errors of the curve is undecided and fails nothing. And the
+curve is smooth because it was made so: whether the motion jumps is judged by how far the samples
+are off it, against their noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.recording.alignment import Alignment, deviation_findings
+from knotwork.verification import Finding, Report, check
+
+if TYPE_CHECKING:
+    from knotwork.joint_space import JointSpace
+    from knotwork.robot import Robot
+    from knotwork.scenario import Scenario
+    from knotwork.waypoints import FloatArray
+
+GROUP = "Log"
+CERTAIN = 4.0
+"""A fault counts if it is larger than so many standard errors."""
+JUMP = 6.0
+"""A sample further off the curve than so many standard deviations is a jump or wrong."""
+GAP = 5.0
+"""A gap is longer than so many sample periods."""
+_ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
+_TURNING = ("rad", "rad/s", "rad/s²")
+
+
+def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Report:
+    """Check a log against a scenario.
+
+    `"passed"` then means that nothing in the log contradicts the scenario beyond the log's noise.
+    What is undecided is said in the findings.
+
+    Args:
+        alignment: The smoothed log, by the clock of a plan of this scenario.
+        scenario: What is asked for.
+        space: The scenario's joints and robot.
+    """
+    report = check(alignment.trajectory, scenario, space=space)
+    compared = compare_log(alignment, space.robot, required=scenario.continuity >= 0)
+    judged: list[Finding] = []
+    undecided = 0
+    for found in report.findings:
+        if found.group == "Continuity" or found.quantity.endswith("_rounding"):
+            continue
+        known = _known_to(found, alignment, space)
+        if found.verdict == "failed" and known is not None and -(found.margin or 0.0) <= known:
+            undecided += 1
+            said = f"{found.message}; undecided, for the log tells it to {known:.2g} {found.unit}"
+            found = replace(found, verdict="information", message=said)
+        judged.append(found)
+    if undecided:
+        judged.append(
+            _said(
+                "undecided",
+                f"{undecided} requirements are undecided: what they are off by is less than "
+                f"{CERTAIN:g} standard errors of the log",
+            )
+        )
+    return replace(report, findings=(*judged, *compared.findings))
+
+
+def compare_log(
+    alignment: Alignment, robot: Robot | None = None, *, required: bool = True
+) -> Report:
+    """Say how far a log is off its plan, what is assumed of it, and whether it jumps.
+
+    Args:
+        alignment: The smoothed log, by the plan's clock.
+        robot: Gives the deviation of the tool.
+        required: A jump of the position fails.
+    """
+    return Report(
+        scenario=alignment.curve.log.source,
+        robot=robot.name if robot is not None else None,
+        planner=alignment.trajectory.planner,
+        start_time=alignment.trajectory.start_time,
+        end_time=alignment.trajectory.end_time,
+        findings=(
+            *deviation_findings(alignment, robot),
+            *_about(alignment),
+            *_smooth(alignment, required=required),
+        ),
+    )
+
+
+def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float | None:
+    """What the log's noise may make of a value, or `None` where that is not known."""
+    if found.value is None or not np.isfinite(found.value) or found.margin is None:
+        return None
+    own = list(alignment.trajectory.joint_names)
+    order = [own.index(name) for name in space.joint_names]
+
+    def errors(nu: int) -> FloatArray:
+        return CERTAIN * alignment.errors(nu, found.at)[order]
+
+    if found.subject == "joint" and found.quantity in DERIVATIVES:
+        return float(errors(DERIVATIVES.index(found.quantity))[space.joint_names.index(found.name)])
+    named = found.quantity.removeprefix("joint_")
+    if found.group == "Joints at the waypoints" and named in DERIVATIVES:
+        return float(errors(DERIVATIVES.index(named)).max())
+    if space.robot is None:
+        return None
+    time = alignment.trajectory.start_time if found.at is None else found.at
+    q = _at(alignment, space, time)
+    if found.quantity == "effort":
+        errors_of = _inertia(space.robot, q) * errors(2)
+        return float(np.linalg.norm(errors_of[space.joint_names.index(found.name)]))
+    if found.unit in _ORDERS:
+        jacobian = space.robot.jacobian(q)
+        half = slice(3, 6) if found.unit in _TURNING else slice(0, 3)
+        known = float(np.linalg.norm(jacobian[half] * errors(_ORDERS[found.unit])))
+        if found.unit == "rad" and found.subject != "waypoint":
+            # on a path the tool turns: where it is along it is known to its position only
+            v, w = np.split(jacobian @ _at(alignment, space, time, 1), 2)
+            turn = np.linalg.norm(w) / max(np.linalg.norm(v), np.finfo(float).tiny)
+            known += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
+        return known
+    return None
+
+
+def _at(alignment: Alignment, space: JointSpace, time: float, order: int = 0) -> FloatArray:
+    motion = alignment.trajectory.reordered(space.joint_names, space.joint_units)
+    return motion(min(max(time, motion.start_time), motion.end_time), order)
+
+
+def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
+    """The mass matrix, from the torques of unit accelerations."""
+    still = np.zeros(q.size)
+    rest = robot.torque(q, still, still)
+    return np.column_stack([robot.torque(q, still, one) - rest for one in np.eye(q.size)])
+
+
+def _smooth(alignment: Alignment, *, required: bool) -> Iterator[Finding]:
+    """Say how far the samples of each joint are off the smooth curve, against their noise."""
+    curve = alignment.curve
+    shares = np.abs(curve.residuals) / curve.sigma
+    for j, name in enumerate(curve.log.joint_names):
+        worst = int(shares[:, j].argmax())
+        value, limit = float(abs(curve.residuals[worst, j])), float(JUMP * curve.sigma[worst, j])
+        time = float(curve.log.time[worst] - alignment.start)
+        unit = curve.log.joint_units[j]
+        said = f"a sample is off the smooth curve by {value:.3g} {unit} at {time:.4f} s"
+        if value > limit:
+            said += (
+                f", {shares[worst, j]:.3g} times the noise: the motion jumps, or the sample is "
+                "wrong"
+            )
+        ok = value <= limit
+        yield Finding(
+            group="Continuity",
+            subject="joint",
+            name=name,
+            quantity="sample_off_the_curve",
+            verdict=("met" if ok else "failed") if required else "information",
+            message=f"joint {name!r}: {said}",
+            value=value,
+            limit=limit,
+            margin=limit - value,
+            unit=unit,
+            time=time,
+            proof="sampled",
+        )
+
+
+def _about(alignment: Alignment) -> Iterator[Finding]:
+    """What is assumed of the log, and what it can tell."""
+    curve, log = alignment.curve, alignment.curve.log
+    origin = "as given" if curve.noise.stated else "estimated from the samples and their digits"
+    for j, name in enumerate(log.joint_names):
+        value, unit = float(curve.noise.position[j]), log.joint_units[j]
+        yield _number(
+            name, "noise", value, unit,
+            f"joint {name!r}: samples are off by {value:.2g} {unit} (standard deviation), {origin}",
+        )  # fmt: skip
+    for order, quantity in enumerate(DERIVATIVES[:3]):
+        errors = CERTAIN * alignment.errors(order, None)
+        for j, name in enumerate(log.joint_names):
+            unit = rate_unit(log.joint_units[j], order)
+            yield _number(
+                name, f"{quantity}_known_to", float(errors[j]), unit,
+                f"joint {name!r}: the log tells {quantity} to {errors[j]:.2g} {unit} at worst",
+            )  # fmt: skip
+    noise = ", ".join(f"{s:.2g} {u}" for s, u in _ranges(alignment))
+    yield _said(
+        "log",
+        f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "
+        f"{curve.trajectory.breaks.size - 1} cubics; noise {noise} and jitter "
+        f"of time stamps {1e3 * curve.noise.jitter:.2g} ms, {origin}; recorded velocities: "
+        f"{curve.velocities}",
+    )
+    if log.notes:
+        yield _said("left_out", f"left out or mended: {'; '.join(log.notes)}")
+    if curve.missed:
+        start, end = (time - alignment.start for time in curve.missed[0])
+        yield Finding(
+            "Warnings", "motion", "", "too_coarse", "warning",
+            f"the motion changes faster than the log shows, {len(curve.missed)} times, first from "
+            f"{start:.4f} s to {end:.4f} s: there it is known badly",
+            time=float(start),
+        )  # fmt: skip
+    gaps = np.diff(log.time)
+    i = int(gaps.argmax())
+    if gaps[i] > GAP * log.period:
+        start = log.time[i] - alignment.start
+        yield Finding(
+            "Warnings", "motion", "", "gap", "warning",
+            f"the log has no sample from {start:.4f} s to {start + gaps[i]:.4f} s; the motion "
+            "there is a guess",
+            time=float(start),
+        )  # fmt: skip
+
+
+def _ranges(alignment: Alignment) -> Iterator[tuple[float, str]]:
+    """The largest noise of the joints of each unit."""
+    log, noise = alignment.curve.log, alignment.curve.noise.position
+    for unit in dict.fromkeys(log.joint_units):
+        yield (
+            float(max(s for s, own in zip(noise, log.joint_units, strict=True) if own == unit)),
+            unit,
+        )
+
+
+def _said(quantity: str, message: str) -> Finding:
+    return Finding(GROUP, "motion", "", quantity, "information", message)
+
+
+def _number(name: str, quantity: str, value: float, unit: str, message: str) -> Finding:
+    return Finding(
+        GROUP, "joint", name, quantity, "information", message, value=value, unit=unit,
+        proof="sampled",
+    )  # fmt: skip

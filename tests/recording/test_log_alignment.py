@@ -1,0 +1,96 @@
+"""A log beside its plan: the shift of the clock, and how far it is off."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robot_logs import START, Samples, record, write
+
+import knotwork as kw
+from knotwork.errors import InputError
+from knotwork.pipeline import Plan
+from knotwork.recording import Alignment, aligned, deviation_findings, read_log, smoothed
+
+
+def align(path: Path, plan: Plan, samples: Samples) -> Alignment:
+    motion = plan.trajectory
+    log = read_log(write(path / "log.csv", samples), motion.joint_names, motion.joint_units)
+    return aligned(smoothed(log), motion)
+
+
+@pytest.mark.parametrize("before", [0.0, 0.123456, 2.0041])
+@pytest.mark.parametrize("noise", [1e-5, 1e-3])
+def test_the_shift_is_found_to_a_fraction_of_the_period(
+    tmp_path: Path, deburring: Plan, before: float, noise: float
+) -> None:
+    samples = record(deburring.trajectory, rate=100.0, noise=noise, before=before)
+    found = align(tmp_path, deburring, samples)
+    assert found.start == pytest.approx(before, abs=5.0 * found.shift_error + 1e-7)
+    assert found.shift_error < 0.02 / 100.0
+    assert found.shift == pytest.approx(START + before, abs=1e-3)
+    assert found.trajectory.start_time == deburring.trajectory.start_time
+    assert found.trajectory.end_time == deburring.trajectory.end_time
+
+
+def test_a_log_that_starts_in_the_middle_is_found(tmp_path: Path, deburring: Plan) -> None:
+    whole = record(deburring.trajectory, noise=1e-4)
+    late = Samples(whole.names, whole.time[400:] - whole.time[400], *(
+        values[400:] for values in (whole.position, whole.velocity)
+    ))  # fmt: skip
+    found = align(tmp_path, deburring, late)
+    assert found.start == pytest.approx(0.5 - whole.time[400], abs=1e-3)
+    assert found.trajectory.start_time == pytest.approx(whole.time[400] - 0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize("joint", [0, 4])
+def test_the_worst_deviation_and_its_time_are_found(
+    tmp_path: Path, deburring: Plan, joint: int
+) -> None:
+    samples = record(deburring.trajectory, noise=1e-6)
+    bump = 0.02 * np.exp(-(((samples.time - 0.5 - 6.2) / 0.2) ** 2))
+    samples.position[:, joint] += bump
+    found = align(tmp_path, deburring, samples)
+    robot = deburring.space.robot
+    assert robot is not None
+    findings = list(deviation_findings(found, robot))
+    joints = [one for one in findings if one.quantity == "joint_deviation"]
+    assert [one.name for one in joints] == list(deburring.trajectory.joint_names)
+    worst = max(joints, key=lambda one: one.value or 0.0)
+    assert worst.name == deburring.trajectory.joint_names[joint]
+    assert worst.value == pytest.approx(0.02, rel=0.02)
+    assert worst.time == pytest.approx(6.2, abs=0.02)
+    (tool,) = [one for one in findings if one.quantity == "tool_deviation"]
+    q = deburring.trajectory.position(6.2)
+    turned = q + 0.02 * np.eye(6)[joint]
+    off = np.linalg.norm(robot.forward(turned).translation - robot.forward(q).translation)
+    assert tool.value == pytest.approx(off, rel=0.05)
+    assert tool.time == pytest.approx(6.2, abs=0.1)
+
+
+def test_deviations_are_those_of_dense_samples(tmp_path: Path, deburring: Plan) -> None:
+    found = align(tmp_path, deburring, record(deburring.trajectory, noise=1e-4))
+    time = np.linspace(deburring.trajectory.start_time, deburring.trajectory.end_time, 50001)
+    for order, quantity in enumerate(("joint_deviation", "joint_velocity_deviation")):
+        dense = np.abs(found.trajectory(time, order) - deburring.trajectory(time, order)).max(
+            axis=0
+        )
+        exact = [f.value for f in deviation_findings(found) if f.quantity == quantity]
+        assert exact == pytest.approx(dense, rel=1e-3)
+        assert (np.array(exact, dtype=float) >= dense - 1e-12).all()
+
+
+def test_a_plan_that_stands_has_no_shift(tmp_path: Path, deburring: Plan) -> None:
+    motion = deburring.trajectory
+    q = motion.position(np.zeros(2))
+    still = kw.JointTrajectory.from_knots(motion.joint_names, [0.0, 1.0], q, 0.0 * q)
+    log = read_log(
+        write(tmp_path / "log.csv", record(motion)), motion.joint_names, motion.joint_units
+    )
+    with pytest.raises(InputError, match="stands still"):
+        aligned(smoothed(log), still)
+    other = dataclasses.replace(motion, joint_names=("a", "b", "c", "d", "e", "f"))
+    with pytest.raises(InputError, match="joint"):
+        aligned(smoothed(log), other)

@@ -1,0 +1,140 @@
+"""`knotwork check`, `plot`, `view` and `report` with the log of a robot."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from robot_logs import record, write
+
+from command_line import Command
+from knotwork.pipeline import Plan
+
+
+@pytest.fixture
+def log(tmp_path: Path, deburring: Plan) -> Path:
+    return write(tmp_path / "log.csv", record(deburring.trajectory, rate=100.0, noise=1e-4))
+
+
+@pytest.fixture
+def result(tmp_path: Path, deburring: Plan) -> Path:
+    deburring.save(tmp_path / "result")
+    return tmp_path / "result"
+
+
+def test_a_log_is_checked_and_its_clock_set_by_planning(knotwork: Command, log: Path) -> None:
+    ran = knotwork("check", log, "--log", "--scenario", "ur5_deburring")
+    assert ran.code == 0
+    assert "PASSED ur5_deburring" in ran.out
+    assert "time shift [s]" in ran.out
+    assert "after the log's first sample" in ran.out
+    assert "estimated from the samples" in ran.out
+
+
+def test_without_log_the_same_file_is_taken_at_its_word(knotwork: Command, log: Path) -> None:
+    ran = knotwork("check", log, "--scenario", "ur5_deburring")
+    assert ran.code != 0
+
+
+def test_a_log_against_a_plan_needs_no_scenario(knotwork: Command, log: Path, result: Path) -> None:
+    ran = knotwork("check", log, "--against", result)
+    assert ran.code == 0
+    assert "joint deviation [rad]" in ran.out
+    assert "tool deviation" not in ran.out
+    assert "PASSED log.csv" in ran.out
+
+
+def test_all_of_it_is_in_json(knotwork: Command, log: Path, result: Path) -> None:
+    line = ("check", log, "--against", result, "-s", "ur5_deburring", "--json")
+    ran = knotwork(*line)
+    assert ran.code == 0
+    found = {one["quantity"]: one for one in json.loads(ran.out)["findings"]}
+    assert found["time_shift"]["value"] == pytest.approx(0.5, abs=1e-3)
+    assert 0.0 < found["tool_deviation"]["value"] < 1e-3
+    assert found["noise"]["value"] == pytest.approx(1e-4, rel=0.2)
+    stated = json.loads(knotwork(*line, "--noise", "3e-4").out)
+    noise = [one for one in stated["findings"] if one["quantity"] == "noise"]
+    assert all(one["value"] == 3e-4 and "as given" in one["message"] for one in noise)
+
+
+def test_a_log_of_another_motion_fails(knotwork: Command, tmp_path: Path, deburring: Plan) -> None:
+    samples = record(deburring.trajectory, rate=100.0, noise=1e-5)
+    samples.position[:, 2] *= 1.01
+    file = write(tmp_path / "log.csv", samples)
+    ran = knotwork("check", file, "--log", "--scenario", "ur5_deburring")
+    assert ran.code == 1
+    assert "position is off by" in ran.out
+
+
+def test_a_topic_and_a_unit_can_be_said(
+    knotwork: Command, tmp_path: Path, deburring: Plan, result: Path
+) -> None:
+    samples = record(deburring.trajectory, rate=50.0, noise=1e-4)
+    samples.position[:] *= 57.29577951308232
+    file = write(tmp_path / "log.csv", samples, 4, topic="/arm/state")
+    ran = knotwork("check", file, "--against", result)
+    assert ran.code == 2
+    assert "--log-unit deg" in ran.err
+    line = ("check", file, "--against", result, "--log-unit", "deg")
+    assert knotwork(*line, "--topic", "/arm/state").code == 0
+    other = knotwork(*line, "--topic", "/other")
+    assert other.code == 2
+    assert "'/other'" in other.err
+
+
+def test_plots_show_the_log_beside_its_plan(
+    knotwork: Command, log: Path, result: Path, tmp_path: Path
+) -> None:
+    for i, line in enumerate(
+        (
+            ("--against", result, "-s", "ur5_deburring"),
+            ("--against", result, "--joints", "elbow_joint", "--quantities", "position"),
+        )
+    ):
+        file = tmp_path / f"{i}.svg"
+        assert knotwork("plot", log, *line, "-o", file).code == 0
+        assert "log.csv" in file.read_text()
+
+
+def test_pages_show_a_log(knotwork: Command, log: Path, result: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    for line in (
+        ("view", log, "--log", "--robot", "ur5"),
+        ("report", log, "--against", result, "-s", "ur5_deburring"),
+    ):
+        ran = knotwork(*line, "--html", page)
+        assert ran.code == 0, ran.err
+        assert page.stat().st_size > 10_000
+        page.unlink()
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (("check", "LOG"), "--scenario"),
+        (("check", "LOG", "--log"), "--scenario"),
+        (("check", "LOG", "--noise", "1e-4", "-s", "ur5_deburring"), "give --log"),
+        (("check", "LOG", "--log", "--noise", "0", "-s", "ur5_deburring"), "noise"),
+        (("check", "LOG", "--log", "-s", "panda_pick_place"), "'panda_joint1'"),
+        (("check", "LOG", "--against", "nowhere"), "nowhere"),
+        (("check", "LOG", "--against", "LOG"), "--scenario"),
+        (("plot", "LOG", "--log"), "--scenario"),
+        (("plot", "ur5_deburring", "--log"), "is a scenario itself"),
+        (("report", "LOG", "--log", "--html", "page.html"), "--scenario"),
+    ],
+)
+def test_what_can_not_be_is_said(
+    knotwork: Command, log: Path, line: tuple[str, ...], said: str
+) -> None:
+    ran = knotwork(*(str(log) if word == "LOG" else word for word in line))
+    assert ran.code == 2
+    assert said in ran.err
+    assert "Traceback" not in ran.err
+
+
+def test_a_scenario_that_can_not_be_planned_asks_for_a_plan(knotwork: Command, log: Path) -> None:
+    scenario = Path(__file__).parents[1] / "failing" / "unreachable_far.yaml"
+    text = knotwork("check", log, "--log", "-s", scenario)
+    assert text.code == 2
+    assert "--against" in text.err or "joint" in text.err

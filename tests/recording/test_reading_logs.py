@@ -1,0 +1,228 @@
+"""Logs as PlotJuggler, ROS bags, RTDE and spreadsheets write them are read as samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robot_logs import START, write_rows
+
+from knotwork.errors import InputError
+from knotwork.recording import Recording, read_log
+
+NAMES = ("pan", "lift_joint")
+UNITS = ("rad", "rad")
+TIME = np.arange(40) / 50.0
+Q = np.column_stack((np.sin(TIME), 0.5 * np.cos(TIME)))
+V = np.column_stack((np.cos(TIME), -0.5 * np.sin(TIME)))
+
+
+def cells(values: np.ndarray, digits: int = 5) -> list[list[str]]:
+    return [[f"{value:.{digits}f}" for value in row] for row in values]
+
+
+def ros_stamp(t: float) -> list[str]:
+    nanoseconds = round(t * 1e9) + round(START) * 1_000_000_000
+    return [str(nanoseconds // 1_000_000_000), str(nanoseconds % 1_000_000_000)]
+
+
+def rows(kind: str) -> tuple[list[str], list[list[str]], str]:
+    """Headings, rows and delimiter of one kind of log."""
+    q, v, n = cells(Q), cells(V), range(len(TIME))
+    stamps = [f"{START + t:.9f}" for t in TIME]
+    whole = [f"{round((START + t) * 1e9)}" for t in TIME]
+    degrees = cells(np.degrees(Q), 4)
+    match kind:
+        case "PlotJuggler":
+            head = [
+                "__time", "/joint_states/header/stamp/nanosec", "/joint_states/header/stamp/sec",
+                "/joint_states/lift_joint/position", "/joint_states/lift_joint/velocity",
+                "/joint_states/pan/effort", "/joint_states/pan/position",
+                "/joint_states/pan/velocity", "/tf/base/translation/x",
+            ]  # fmt: skip
+            body = [
+                [f"{START + TIME[i] + 0.003:.6f}", *ros_stamp(TIME[i])[::-1],
+                 q[i][1], v[i][1], "1.5", q[i][0], v[i][0], ""] for i in n
+            ]  # fmt: skip
+            other = [f"{START + 0.1:.6f}", *[""] * 7, "0.25"]
+            return head, [*body[:7], other, *body[7:]], ","
+        case "flattened message":
+            head = ["header.stamp.sec", "header.stamp.nanosec", "header.frame_id"]
+            head += ["name[0]", "name[1]", "position[0]", "position[1]", "velocity[0]"]
+            head += ["velocity[1]", "effort[0]", "effort[1]"]
+            body = [
+                [*ros_stamp(TIME[i]), "base", "lift_joint", "pan", *q[i][::-1], *v[i][::-1], "", ""]
+                for i in n
+            ]
+            return head, body, ","
+        case "rostopic echo":
+            head = ["%time", "field.header.seq", "field.header.stamp", "field.header.frame_id"]
+            head += ["field.name0", "field.name1", "field.position0", "field.position1"]
+            head += ["field.velocity0", "field.velocity1"]
+            body = [
+                [str(int(whole[i]) + 999), str(i), whole[i], "", "pan", "lift_joint", *q[i], *v[i]]
+                for i in n
+            ]
+            return head, body, ","
+        case "RTDE":
+            head = ["timestamp", "target_q_0", "target_q_1", "actual_q_0", "actual_q_1"]
+            head += ["actual_qd_0", "actual_qd_1", "robot_mode"]
+            body = [[f"{TIME[i]:.4f}", "9", "9", *q[i], *v[i], "7"] for i in n]
+            return head, body, " "
+        case "spreadsheet":
+            head = ["Time [ms]", "pan [deg]", "lift_joint [deg]", "pan [deg/s]"]
+            head += ["lift_joint [deg/s]"]
+            speeds = cells(np.degrees(V), 4)
+            body = [
+                [
+                    cell.replace(".", ",")
+                    for cell in (f"{1e3 * TIME[i]:.1f}", *degrees[i], *speeds[i])
+                ]
+                for i in n
+            ]
+            return head, body, ";"
+        case "counted from one":
+            return (
+                ["t", "q1", "q2", "qd1", "qd2"],
+                [[f"{TIME[i]:.3f}", *q[i], *v[i]] for i in n],
+                ",",
+            )
+        case _:
+            head = ["timestamp", "position/pan", "position/lift_joint", "velocity/pan"]
+            head += ["velocity/lift_joint"]
+            return head, [[stamps[i], *q[i], *v[i]] for i in n], "\t"
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "PlotJuggler",
+        "flattened message",
+        "rostopic echo",
+        "RTDE",
+        "spreadsheet",
+        "counted from one",
+        "quantity first",
+    ],
+)
+def test_every_kind_of_log_gives_its_samples(tmp_path: Path, kind: str) -> None:
+    head, body, delimiter = rows(kind)
+    log = read_log(write_rows(tmp_path / "log.csv", head, body, delimiter), NAMES, UNITS)
+    assert log.time == pytest.approx(TIME, abs=3e-7)
+    assert log.position == pytest.approx(Q, abs=6e-6)
+    assert log.velocity == pytest.approx(V, abs=6e-6)
+    assert log.period == pytest.approx(0.02)
+    last = np.radians(1e-4) if kind == "spreadsheet" else 1e-5
+    assert log.resolution == pytest.approx([last, last])
+
+
+def test_the_stamp_of_the_message_counts_and_not_when_it_came(tmp_path: Path) -> None:
+    head, body, _ = rows("PlotJuggler")
+    log = read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
+    assert log.origin == pytest.approx(START, abs=1e-6)
+    assert log.notes == ("1 rows without time and position of every joint",)
+
+
+def plain(tmp_path: Path, positions: np.ndarray, times: np.ndarray = TIME) -> Path:
+    body = [[f"{t:.6f}", *row] for t, row in zip(times, cells(positions), strict=True)]
+    return write_rows(tmp_path / "log.csv", ["time", *NAMES], body)
+
+
+def test_degrees_may_be_said_or_are_noticed(tmp_path: Path) -> None:
+    file = plain(tmp_path, np.degrees(Q))
+    log = read_log(file, NAMES, UNITS, degrees=True)
+    assert log.position == pytest.approx(Q, abs=1e-6)
+    with pytest.raises(InputError) as error:
+        read_log(file, NAMES, UNITS)
+    assert "joint 'pan' reaches" in str(error.value)
+    assert "--log-unit deg" in str(error.value)
+    assert "column 2 (pan)" in str(error.value)
+
+
+def test_rows_are_put_in_order_and_rows_at_one_time_are_one(tmp_path: Path) -> None:
+    order = [1, 0, *range(2, 40)]
+    times = TIME.copy()
+    times[7] = times[8]
+    log = read_log(plain(tmp_path, Q[order], times[order]), NAMES, UNITS)
+    assert log.time.size == 39
+    assert (np.diff(log.time) > 0).all()
+    assert log.position[7] == pytest.approx(Q[7:9].mean(axis=0), abs=6e-6)
+    assert log.notes == ("1 rows were out of the order of time and 1 rows had the time of another",)
+
+
+def test_velocities_with_holes_are_left_out(tmp_path: Path) -> None:
+    head, body, _ = rows("counted from one")
+    body[3][4] = "nan"
+    log = read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
+    assert log.velocity is None
+    assert log.notes == ("velocities, which some rows lack",)
+
+
+def two_topics() -> tuple[list[str], list[list[str]]]:
+    head = ["time"]
+    for topic in ("/left/state", "/right/state"):
+        head += [f"{topic}/{name}/position" for name in NAMES]
+    return head, [[f"{t:.3f}", *q, "0.1", "0.2"] for t, q in zip(TIME, cells(Q), strict=True)]
+
+
+def test_one_of_several_topics_can_be_chosen(tmp_path: Path) -> None:
+    file = write_rows(tmp_path / "log.csv", *two_topics())
+    log = read_log(file, NAMES, UNITS, topic="right/state")
+    assert (log.position == [0.1, 0.2]).all()
+
+
+def read_changed(tmp_path: Path, change: str) -> Recording:
+    head, body, _ = rows("counted from one")
+    match change:
+        case "few":
+            body = body[:9]
+        case "no number":
+            body[4][1] = "1.2.3"
+        case "short row":
+            body[4] = body[4][:3]
+        case "no time":
+            head[0] = "counter"
+        case "two times":
+            head = ["time", "timestamp", "q1", "q2", "qd1"]
+        case "joint missing":
+            head[1] = "elbow.position"
+            head[2] = "pan.position"
+        case "topics":
+            head, body = two_topics()
+        case "topic unknown":
+            head, body = two_topics()
+            return read_log(write_rows(tmp_path / "l.csv", head, body), NAMES, UNITS, topic="/x")
+        case "twice":
+            head = ["time", "pan", "pan [rad]", "lift_joint", "x"]
+        case "headings only":
+            body = []
+        case "empty":
+            head, body = [], []
+        case "one time":
+            body = [["1.0", *row[1:]] for row in body]
+    return read_log(write_rows(tmp_path / "log.csv", head, body), NAMES, UNITS)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("few", ["9 rows", "at least 16"]),
+        ("no number", ["line 6", "column 2 (q1)", "'1.2.3' is no number"]),
+        ("short row", ["line 6", "has 3 values", "5, as headings"]),
+        ("no time", ["line 1", "no column is the time", "header.stamp.sec"]),
+        ("two times", ["2 columns are times", "one column named time"]),
+        ("joint missing", ["position of joint 'lift_joint'", "/joint_states/NAME/position"]),
+        ("topics", ["2 topics have positions", "/left/state, /right/state", "--topic"]),
+        ("topic unknown", ["of the topic '/x'", "'pan', 'lift_joint'"]),
+        ("twice", ["2 columns are the position of joint 'pan'"]),
+        ("headings only", ["holds no rows"]),
+        ("empty", ["holds no rows"]),
+        ("one time", ["samples at 1 times", "at least 16"]),
+    ],
+)
+def test_what_a_log_lacks_is_said(tmp_path: Path, change: str, said: list[str]) -> None:
+    with pytest.raises(InputError) as error:
+        read_changed(tmp_path, change)
+    for words in said:
+        assert words in str(error.value)

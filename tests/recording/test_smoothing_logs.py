@@ -1,0 +1,141 @@
+"""The motion behind a log: its noise, the curve, and what the curve is known to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robot_logs import Samples, record, write
+from scipy.interpolate import make_lsq_spline
+
+from knotwork.errors import InputError
+from knotwork.pipeline import Plan
+from knotwork.recording import Smoothed, read_log, smoothed
+
+BEFORE = 0.5
+
+
+def smooth(
+    path: Path,
+    plan: Plan,
+    samples: Samples,
+    digits: int = 6,
+    *,
+    velocity: bool = False,
+    noise: float | None = None,
+) -> Smoothed:
+    motion = plan.trajectory
+    file = write(path / "log.csv", samples, digits, velocity=velocity)
+    return smoothed(read_log(file, motion.joint_names, motion.joint_units), noise)
+
+
+def gaps(curve: Smoothed, plan: Plan, order: int) -> np.ndarray:
+    """Errors of the curve in standard errors, within the motion's time."""
+    inside = (curve.grid > BEFORE + 0.01) & (curve.grid < BEFORE + plan.trajectory.duration - 0.01)
+    time = curve.grid[inside]
+    error = curve.trajectory(time, order) - plan.trajectory(time - BEFORE, order)
+    return np.asarray(error / curve.errors[order][inside])
+
+
+@pytest.mark.parametrize("noise", [1e-3, 1e-5])
+def test_the_noise_is_found(tmp_path: Path, deburring: Plan, noise: float) -> None:
+    curve = smooth(tmp_path, deburring, record(deburring.trajectory, noise=noise))
+    assert curve.noise.position == pytest.approx(np.full(6, noise), rel=0.2)
+    assert not curve.noise.stated
+
+
+@pytest.mark.parametrize("digits", [4, 5, 6])
+def test_rounding_is_noise(tmp_path: Path, deburring: Plan, digits: int) -> None:
+    curve = smooth(tmp_path, deburring, record(deburring.trajectory), digits)
+    rounding = 10.0**-digits / np.sqrt(12.0)
+    assert (curve.noise.position >= 0.999 * rounding).all()
+    assert (curve.noise.position <= 1.5 * rounding).all()
+
+
+@pytest.mark.parametrize("jitter", [2e-4, 1e-3])
+def test_the_jitter_of_time_stamps_is_found(tmp_path: Path, deburring: Plan, jitter: float) -> None:
+    samples = record(deburring.trajectory, noise=1e-5, jitter=jitter, rate=100.0)
+    curve = smooth(tmp_path, deburring, samples)
+    assert curve.noise.jitter == pytest.approx(jitter, rel=0.25)
+
+
+def test_the_noise_may_be_stated(tmp_path: Path, deburring: Plan) -> None:
+    samples = record(deburring.trajectory, noise=1e-4)
+    curve = smooth(tmp_path, deburring, samples, noise=5e-4)
+    assert (curve.noise.position == 5e-4).all()
+    assert curve.noise.stated
+    finer = smooth(tmp_path, deburring, samples)
+    assert curve.trajectory.breaks.size < finer.trajectory.breaks.size
+    for bad in (0.0, -1.0, np.nan):
+        with pytest.raises(InputError, match="noise"):
+            smooth(tmp_path, deburring, samples, noise=bad)
+
+
+@pytest.mark.parametrize(
+    ("rate", "noise", "jitter", "velocity"),
+    [(125.0, 1e-4, 0.0, False), (500.0, 1e-5, 0.0, True), (100.0, 1e-5, 5e-4, False)],
+)
+def test_the_curve_is_the_motion_as_far_as_it_is_known(
+    tmp_path: Path, deburring: Plan, rate: float, noise: float, jitter: float, velocity: bool
+) -> None:
+    samples = record(deburring.trajectory, rate=rate, noise=noise, jitter=jitter)
+    curve = smooth(tmp_path, deburring, samples, velocity=velocity)
+    for order, most in ((0, 4.0), (1, 4.0), (2, 5.0)):
+        off = gaps(curve, deburring, order)
+        assert np.sqrt((off**2).mean()) < 1.2
+        assert np.abs(off).max() < most
+    share = curve.residuals / curve.sigma
+    assert np.sqrt((share**2).mean()) == pytest.approx(1.0, abs=0.1)
+
+
+def test_recorded_velocities_make_the_curves_better(tmp_path: Path, deburring: Plan) -> None:
+    samples = record(deburring.trajectory, rate=125.0, noise=1e-4)
+    without = smooth(tmp_path, deburring, samples)
+    beside = smooth(tmp_path, deburring, samples, velocity=True)
+    assert "used" in beside.velocities
+    assert np.median(beside.errors[1]) < 0.95 * np.median(without.errors[1])
+
+
+def test_velocities_that_contradict_the_positions_are_left_out(
+    tmp_path: Path, deburring: Plan
+) -> None:
+    samples = record(deburring.trajectory, noise=1e-4)
+    late = Samples(
+        samples.names, samples.time, samples.position, np.roll(samples.velocity, 20, axis=0)
+    )
+    curve = smooth(tmp_path, deburring, late, velocity=True)
+    assert "left out" in curve.velocities
+    without = smooth(tmp_path, deburring, late)
+    assert (curve.trajectory.polynomial.c == without.trajectory.polynomial.c).all()
+
+
+def test_the_curve_is_scipys_least_squares_spline(tmp_path: Path, deburring: Plan) -> None:
+    curve = smooth(tmp_path, deburring, record(deburring.trajectory, noise=1e-4), noise=1e-4)
+    breaks = curve.trajectory.breaks
+    knots = np.concatenate(([breaks[0]] * 3, breaks, [breaks[-1]] * 3))
+    spline = make_lsq_spline(curve.log.time, curve.log.position, knots, k=3)
+    for order in range(3):
+        at = np.linspace(breaks[0], breaks[-1], 999)
+        assert curve.trajectory(at, order) == pytest.approx(spline(at, order), abs=1e-8)
+    assert curve.trajectory.continuity.order >= 2
+
+
+def test_its_standard_errors_are_those_of_dense_least_squares(
+    tmp_path: Path, deburring: Plan
+) -> None:
+    """The change by the last halving comes on top."""
+    samples = record(deburring.trajectory, rate=50.0, noise=1e-4)
+    curve = smooth(tmp_path, deburring, samples, noise=1e-4)
+    breaks = curve.trajectory.breaks
+    knots = np.concatenate(([breaks[0]] * 3, breaks, [breaks[-1]] * 3))
+    unit = np.eye(len(knots) - 4)
+    from scipy.interpolate import BSpline
+
+    rows = BSpline(knots, unit, 3)(curve.log.time)
+    inverse = np.linalg.inv(rows.T @ rows)
+    for order in range(3):
+        at = BSpline(knots, unit, 3)(curve.grid, order)
+        dense = 1e-4 * np.sqrt(np.einsum("gi,ij,gj->g", at, inverse, at))
+        assert (curve.errors[order] >= 0.999 * dense[:, None]).all()
+        assert np.median(curve.errors[order] / dense[:, None]) < 2.0
