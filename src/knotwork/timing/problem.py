@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -247,3 +247,16 @@ def _flags(values: Sequence[bool] | BoolArray | None, n: int) -> BoolArray:
         raise WaypointDataError(f"along must have shape ({n},), not {flags.shape}")
     flags.setflags(write=False)
     return flags
+
+
+def part_of(problem: TimingProblem, first: int, last: int) -> TimingProblem:
+    """The same problem from one waypoint to another."""
+    points, between = slice(first, last + 1), slice(first, last)
+    return replace(
+        problem,
+        **{
+            name: getattr(problem, name)[points]
+            for name in ("position", "velocity", "names", "along", "most", "acceleration")
+        },
+        **{name: getattr(problem, name)[between] for name in ("duration", "at_least")},
+    )

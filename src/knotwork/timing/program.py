@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.timing.watch import OnStep, casadi_callback
 from knotwork.waypoints import FloatArray
 
 IndexArray = NDArray[np.intp]
@@ -26,6 +27,7 @@ OPTIONS: dict[str, Any] = {
     "ipopt.tol": 1e-8,
     "ipopt.constr_viol_tol": 1e-8,
     "ipopt.acceptable_iter": 0,
+    "ipopt.max_iter": 300,
     "ipopt.bound_relax_factor": 0.0,
     "ipopt.honor_original_bounds": "yes",
 }
@@ -95,7 +97,6 @@ class Solution:
 
     Attributes:
         x: Variables.
-        multipliers: Of the bounds and of the constraints.
         objective: Its value.
         status: As IPOPT calls it.
         solved: Whether IPOPT converged.
@@ -103,7 +104,6 @@ class Solution:
     """
 
     x: FloatArray
-    multipliers: tuple[FloatArray, FloatArray]
     objective: float
     status: str
     solved: bool
@@ -117,7 +117,8 @@ class Program:
         size: Number of variables.
         blocks: Its blocks. Constraints are numbered block by block, and in a block repetition by
             repetition.
-        callback: A CasADi callback for every step, or `None`.
+        steps: Called at every step with the variables, the objective and the constraints; if it
+            returns true the solver stops.
         options: Options of IPOPT beside `OPTIONS`.
     """
 
@@ -126,14 +127,14 @@ class Program:
         size: int,
         blocks: Sequence[Block],
         *,
-        callback: Any = None,
+        steps: OnStep | None = None,
         options: dict[str, Any] | None = None,
     ) -> None:
         self.size, self.blocks = size, tuple(b for b in blocks if b.times)
         self.constraints = sum(b.kernel.constraints * b.times for b in self.blocks)
-        self._set_up(callback, OPTIONS | (options or {}))
+        self._set_up(steps, OPTIONS | (options or {}))
 
-    def _set_up(self, callback: Any, options: dict[str, Any]) -> None:
+    def _set_up(self, steps: OnStep | None, options: dict[str, Any]) -> None:
         import casadi as ca
 
         x = ca.MX.sym("x", self.size)
@@ -161,8 +162,9 @@ class Program:
                 ["triu_hess_gamma_x_x"],
             ),
         }
-        if callback is not None:
-            options = options | {"iteration_callback": callback}
+        if steps is not None:
+            self._callback = casadi_callback(self.size, self.constraints, p.numel(), steps)
+            options = options | {"iteration_callback": self._callback}
         self._solver = ca.nlpsol(
             "least", "ipopt", {"x": x, "p": p, "f": cost, "g": g}, derivatives | options
         )
@@ -240,7 +242,6 @@ class Program:
         bounds: tuple[FloatArray, FloatArray],
         parameters: Sequence[FloatArray],
         limits: Sequence[tuple[FloatArray, FloatArray]],
-        multipliers: tuple[FloatArray, FloatArray] | None = None,
     ) -> Solution:
         """Solve from a start.
 
@@ -250,27 +251,33 @@ class Program:
             parameters: Of each block, shape (parameters, times).
             limits: Least and greatest values of each block's constraints, shape
                 (constraints, times) each.
-            multipliers: Of the bounds and constraints, to start from.
         """
-        given = {} if multipliers is None else {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
+        low, high = joined_limits(limits)
         found = self._solver(
             x0=start,
             lbx=bounds[0],
             ubx=bounds[1],
             p=np.concatenate([np.ravel(p, order="F") for p in parameters]),
-            lbg=np.concatenate([np.ravel(low, order="F") for low, _ in limits]),
-            ubg=np.concatenate([np.ravel(high, order="F") for _, high in limits]),
-            **given,
+            lbg=low,
+            ubg=high,
         )
         stats = self._solver.stats()
         return Solution(
             np.array(found["x"]).ravel(),
-            (np.array(found["lam_x"]).ravel(), np.array(found["lam_g"]).ravel()),
             float(found["f"]),
             str(stats["return_status"]),
             bool(stats["success"]),
             int(stats["iter_count"]),
         )
+
+
+def joined_limits(limits: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest values of all constraints, in the program's order."""
+    low, high = zip(*limits, strict=True)
+    return (
+        np.concatenate([np.ravel(one, order="F") for one in low]),
+        np.concatenate([np.ravel(one, order="F") for one in high]),
+    )
 
 
 def _mapped(function: Any, times: int) -> Any:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Program, Solution
 from knotwork.timing.rebuild import Knots, rebuilt
 from knotwork.timing.spline import PIECES, Form, Scale, blocks, layout, unpacked
-from knotwork.timing.start import first_durations, first_velocities, plain_cubic
+from knotwork.timing.start import first_durations, first_velocities, plain_cubic, short_durations
+from knotwork.timing.watch import OnStep
 from knotwork.waypoints import FloatArray
 
 MARGIN = 1e-6
@@ -23,8 +23,14 @@ MARGIN = 1e-6
 SLACK = 1e-10
 """A limit counts as kept if it is exceeded by no more than this part of it: rounding."""
 
+EVEN = 3e-4
+"""Weight of the unevenness of the pieces of an interval, where nothing else decides it."""
+
 SHORTEST = 1e-3
 """No piece is shorter than this part of its first guess."""
+
+WARM = {"ipopt.mu_init": 1e-4}
+"""Options of IPOPT for a start that is near to the solution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,32 +42,37 @@ class Guess:
         share: Part of each interval that each piece takes, shape (n-1, PIECES).
         curve: Joint positions over time from 0 to the sum of the durations.
         velocity: At the waypoints, shape (n, d).
+        near: Whether it is likely to be near to the solution.
     """
 
     duration: FloatArray
     share: FloatArray
     curve: PiecewisePolynomial
     velocity: FloatArray
+    near: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A curve from the solver's result, rebuilt.
+    """A curve from the solver's variables, rebuilt.
 
     Attributes:
         knots: What the curve is made from.
         curve: The curve.
-        solution: What the solver gave.
     """
 
     knots: Knots
     curve: PiecewisePolynomial
-    solution: Solution
+
+
+def _new_program(form: Form, warm: bool, steps: OnStep | None = None) -> Program:
+    options = WARM if warm else None
+    return Program(layout(form).size, blocks(form), steps=steps, options=options)
 
 
 @lru_cache(maxsize=16)
-def _program(form: Form) -> Program:
-    return Program(layout(form).size, blocks(form))
+def _program(form: Form, warm: bool) -> Program:
+    return _new_program(form, warm)
 
 
 def form_of(problem: TimingProblem, *, position: bool = False) -> Form:
@@ -79,16 +90,40 @@ def form_of(problem: TimingProblem, *, position: bool = False) -> Form:
     )
 
 
-def plain_guess(problem: TimingProblem, stretch: float = 1.0) -> Guess:
-    """Start from plain cubics, the free durations multiplied by a factor."""
+def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool = False) -> Guess:
+    """Start from plain cubics.
+
+    Args:
+        problem: The problem.
+        stretch: What the free durations are multiplied by.
+        hurried: Whether joints that may not stop are taken not to.
+    """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
     duration = np.where(problem.free, np.maximum(stretch * duration, problem.at_least), duration)
+    if hurried:
+        short = short_durations(problem)
+        duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
     time = np.concatenate(([0.0], np.cumsum(duration)))
     share = np.full((duration.size, PIECES), 1.0 / PIECES)
     return Guess(duration, share, plain_cubic(time, problem.position, velocity), velocity)
+
+
+def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
+    """Start from a part of a motion that was found before."""
+    time = motion.time[first : last + 1]
+    curve = motion.trajectory.polynomial
+    here = (curve.x >= time[0]) & (curve.x <= time[-1])
+    spans = np.diff(curve.x[here])
+    duration = np.diff(time)
+    if spans.size == PIECES * duration.size:
+        share = spans.reshape(-1, PIECES) / duration[:, None]
+    else:
+        share = np.full((duration.size, PIECES), 1.0 / PIECES)
+    part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
+    return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
 
 
 class Section:
@@ -99,7 +134,6 @@ class Section:
         guess: Where to start; it also sets the units.
         margin: Part of each limit that is left.
         position: Whether positions between the breaks are limited.
-        program: Makes the program of a form.
     """
 
     def __init__(
@@ -109,21 +143,23 @@ class Section:
         *,
         margin: float = MARGIN,
         position: bool = False,
-        program: Callable[[Form], Program] = _program,
     ) -> None:
         self.problem, self.guess, self.margin = problem, guess, margin
         self.form = form_of(problem, position=position)
         self.scale = _scale(problem, guess)
-        self.program = program(self.form)
 
-    def solve(self, start: FloatArray | None = None, multipliers: Any = None) -> Solution:
-        """Run the solver."""
-        return self.program.solve(
+    def solve(self, start: FloatArray | None = None, steps: OnStep | None = None) -> Solution:
+        """Run the solver, from variables given or from the guess."""
+        warm = start is not None or self.guess.near
+        if steps is None:
+            program = _program(self.form, warm)
+        else:
+            program = _new_program(self.form, warm, steps)
+        return program.solve(
             self.start() if start is None else start,
             self.bounds(),
             self.parameters(),
             self.limits(),
-            multipliers,
         )
 
     def start(self) -> FloatArray:
@@ -188,14 +224,16 @@ class Section:
         if form.jerk:
             jerk = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
             rows.append(np.repeat((1.0 / jerk)[:, None], form.pieces, axis=1))
-        rows.append(np.repeat(self._weights()[:, None], form.pieces, axis=1))
+        weights = np.repeat(self._weights()[:, None], form.pieces, axis=1)
+        weights[1] = EVEN * PIECES / h / (self.guess.duration.sum() / scale.time)
+        rows.append(weights)
         directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
         return [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
 
     def _weights(self) -> FloatArray:
         objective, scale = self.problem.objective, self.scale
-        weights = [np.array([objective.time * scale.time])]
+        weights = [np.array([objective.time * scale.time, 0.0])]
         if self.form.smooth:
             weights.append(objective.jerk * scale.unit(3) ** 2 * scale.time)
             weights.append(objective.acceleration * scale.unit(2) ** 2 * scale.time)
@@ -247,10 +285,10 @@ class Section:
         V[:, -1] = np.maximum(V[:, -1], given[1:])
         return (V.reshape(self.form.pieces, -1) / self.scale.unit(1)).T
 
-    def rebuild(self, solution: Solution) -> Found:
-        """Make the exact curve of a solution; it starts at time 0."""
+    def rebuild(self, x: FloatArray) -> Found:
+        """Make the exact curve of the variables; it starts at time 0."""
         problem, form = self.problem, self.form
-        tau, _, v, a = unpacked(form, solution.x, self.scale)
+        tau, _, v, a = unpacked(form, x, self.scale)
         parts = tau.reshape(form.intervals, PIECES)
         duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
         if problem.total is not None:
@@ -260,7 +298,7 @@ class Section:
         duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
         velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[::PIECES])
         for place, i in zip(layout(form).factor, form.along, strict=True):
-            velocity[i] = max(float(solution.x[place]), 0.0) * problem.velocity[i]
+            velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
         known = problem.acceleration_known
         a[::PIECES][known] = problem.acceleration[known]
         ends = np.arange(form.intervals)[:, None] * PIECES + np.arange(PIECES + 1)
@@ -271,7 +309,7 @@ class Section:
             velocity,
             a[ends],
         )
-        return Found(knots, rebuilt(knots), solution)
+        return Found(knots, rebuilt(knots))
 
 
 def _scale(problem: TimingProblem, guess: Guess) -> Scale:

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable
 from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 
+from knotwork.arguments import finite_number
 from knotwork.errors import TimingError
+from knotwork.timing.attempts import Attempt, solved_section
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
+from knotwork.timing.costs import terms
+from knotwork.timing.explain import explained
+from knotwork.timing.feasible import check_feasible
 from knotwork.timing.motion import Progress, TimedMotion
-from knotwork.timing.problem import TimingProblem
+from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import Knots, rebuilt
-from knotwork.timing.section import MARGIN, Found, Section, excess, plain_guess
+from knotwork.timing.section import guess_from
+from knotwork.timing.watch import Watch
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
-
-STARTS = (1.0, 2.0, 0.7, 4.0, 1.4)
-"""Factors of the first durations that are tried until one leads to a solution."""
-
-WIDEST_MARGIN = 1e-3
-"""If limits are exceeded with this margin, too, there is no answer."""
 
 
 def solve(
@@ -58,9 +57,26 @@ def solve(
     >>> motion.status, motion.lower_bound < motion.duration < 1.3
     ('optimal', True)
     """
-    begun = clock.perf_counter()
-    found = [_solved(part) for part in sections(problem)]
-    knots = _joined([one.knots for one in found])
+    watch = Watch(progress)
+    if budget is not None:
+        watch.deadline = watch.begun + finite_number(budget, "budget", "s", positive=True)
+    check_feasible(problem)
+    found: list[Attempt] = []
+    for first, last in sections(problem):
+        part = part_of(problem, first, last)
+        attempt = solved_section(
+            part, watch, None if start is None else guess_from(start, first, last)
+        )
+        if attempt is None:
+            raise _failure(part, watch, budget)
+        found.append(attempt)
+        watch.done = last / (len(problem.position) - 1)
+    return _motion(problem, found, watch)
+
+
+def _motion(problem: TimingProblem, found: list[Attempt], watch: Watch) -> TimedMotion:
+    """Put sections together."""
+    knots = _joined([one.found.knots for one in found])
     curve = rebuilt(knots)
     return TimedMotion(
         JointTrajectory(
@@ -74,56 +90,31 @@ def solve(
         knots.velocity,
         np.concatenate((knots.acceleration[:, 0], knots.acceleration[-1:, -1])),
         lower_bound(problem),
+        status="optimal" if all(one.optimal for one in found) else "stopped",
         binding=binding_limits(problem, knots.time, curve),
-        objective=MappingProxyType({"time": float(knots.time[-1])}),
-        iterations=sum(one.solution.iterations for one in found),
-        seconds=clock.perf_counter() - begun,
+        objective=MappingProxyType(terms(problem, curve)),
+        iterations=watch.iterations,
+        seconds=clock.perf_counter() - watch.begun,
     )
 
 
-def sections(problem: TimingProblem) -> Iterator[TimingProblem]:
-    """Divide a problem where position, velocity and acceleration are known."""
+def _failure(problem: TimingProblem, watch: Watch, budget: float | None) -> TimingError:
+    if watch.late():
+        return TimingError(
+            f"no motion that keeps every limit was found in the {budget:g} s given; allow more time"
+        )
+    return explained(problem)
+
+
+def sections(problem: TimingProblem) -> list[tuple[int, int]]:
+    """First and last waypoints of what can be solved alone.
+
+    A motion is divided where position, velocity and acceleration are known, unless its total
+    duration ties its intervals together.
+    """
     known = problem.velocity_known & problem.acceleration_known
-    cuts = [0, *(np.flatnonzero(known[1:-1]) + 1).tolist(), len(known) - 1]
-    if problem.total is not None or len(cuts) == 2:
-        yield problem
-        return
-    for first, last in pairwise(cuts):
-        yield part_of(problem, first, last)
-
-
-def part_of(problem: TimingProblem, first: int, last: int) -> TimingProblem:
-    """The same problem from one waypoint to another."""
-    points, between = slice(first, last + 1), slice(first, last)
-    return replace(
-        problem,
-        **{
-            name: getattr(problem, name)[points]
-            for name in ("position", "velocity", "names", "along", "most", "acceleration")
-        },
-        **{name: getattr(problem, name)[between] for name in ("duration", "at_least")},
-    )
-
-
-def _solved(problem: TimingProblem) -> Found:
-    for stretch in STARTS:
-        section = Section(problem, plain_guess(problem, stretch))
-        solution = section.solve()
-        margin, position = MARGIN, False
-        while solution.solved:
-            found = section.rebuild(solution)
-            over = excess(problem, found.curve)
-            if not over:
-                return found
-            if "position" in over and not position:
-                position = True
-            elif margin < WIDEST_MARGIN:
-                margin *= 10.0
-            else:
-                break
-            section = Section(problem, section.guess, margin=margin, position=position)
-            solution = section.solve(solution.x)
-    raise TimingError("no durations keep all limits")
+    known &= problem.total is None
+    return list(pairwise([0, *(np.flatnonzero(known[1:-1]) + 1).tolist(), len(known) - 1]))
 
 
 def _joined(parts: list[Knots]) -> Knots:

@@ -133,7 +133,7 @@ def _piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
     tau, state = ca.SX.sym("tau"), ca.SX.sym("state", 6 * d)
     q0, v0, a0, q1, v1, a1 = ca.vertsplit(state, d)
     scale, inverse_jerk = ca.SX.sym("scale", 2), ca.SX.sym("jerk", d if jerk else 0)
-    weight = ca.SX.sym("weight", 1 + (2 * d if smooth else 0))
+    weight = ca.SX.sym("weight", 2 + (2 * d if smooth else 0))
     middle = v0 + tau * (3 * a0 + a1) / 8
     rows = [
         (v1 - v0 - tau * (a0 + a1) / 2) * scale[0],
@@ -149,9 +149,9 @@ def _piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
         half = q0 + tau * v0 / 2 + tau**2 * (5 * a0 + a1) / 48
         bend = tau * middle / 6
         rows += [q0 + tau * v0 / 6, half - bend, half, half + bend, q1 - tau * v1 / 6]
-    cost = weight[0] * tau
+    cost = weight[0] * tau + weight[1] * tau**2
     if smooth:
-        rough, strong = ca.vertsplit(weight[1:], d)
+        rough, strong = ca.vertsplit(weight[2:], d)
         cost += ca.dot(rough, (a1 - a0) ** 2) / tau
         cost += ca.dot(strong, a0**2 + a0 * a1 + a1**2) * tau / 3
     return Kernel(

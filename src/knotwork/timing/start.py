@@ -6,6 +6,7 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.timing.bounds import feasible_durations
 from knotwork.timing.problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
@@ -26,6 +27,27 @@ def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
     typical = np.maximum(typical, problem.at_least)
     typical = np.where(typical > 0.0, typical, 1.0)
     return np.where(problem.free, 1.3 * typical, problem.duration)
+
+
+def short_durations(problem: TimingProblem) -> FloatArray:
+    """Durations after which a joint that may not stop would have to go back [s], shape (n-1,).
+
+    They lie in the middle of what every joint can take without stopping; NaN where no joint is
+    hurried so, or where they don't agree.
+    """
+    found = np.full(problem.duration.shape, np.nan)
+    known = problem.velocity_known
+    for i in np.flatnonzero(known[:-1] & known[1:] & problem.free):
+        first, last, _ = feasible_durations(
+            problem.position[i + 1] - problem.position[i],
+            problem.velocity[i],
+            problem.velocity[i + 1],
+            problem.limits.velocity,
+            problem.limits.acceleration,
+        )
+        if first.max() <= last.min() < np.inf and last.min() >= problem.at_least[i]:
+            found[i] = 0.5 * (first.max() + last.min())
+    return found
 
 
 def first_velocities(problem: TimingProblem, duration: FloatArray | None = None) -> FloatArray:

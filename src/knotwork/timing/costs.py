@@ -1,0 +1,31 @@
+"""The terms of the objective, of a finished curve."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.timing.problem import TimingProblem
+
+
+def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
+    """Value of each term by name, before it is weighted; of the integrals those with a weight.
+
+    The integrals run over the motion and are summed over the joints.
+    """
+    objective, span = problem.objective, np.diff(curve.x)[:, None]
+    found = {"time": float(curve.x[-1] - curve.x[0])}
+    if objective.jerk:
+        found["jerk"] = float(np.sum((6.0 * curve.c[0]) ** 2 * span))
+    if objective.acceleration:
+        left = 2.0 * curve.c[1]
+        right = left + 6.0 * curve.c[0] * span
+        found["acceleration"] = float(
+            np.sum((left * left + left * right + right * right) * span) / 3.0
+        )
+    return found
+
+
+def weighted(problem: TimingProblem, values: dict[str, float]) -> float:
+    """The objective that is minimised."""
+    return float(sum(getattr(problem.objective, name) * value for name, value in values.items()))

@@ -1,0 +1,158 @@
+"""Why a problem has no solution: the interval at fault, and the least change that would do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from knotwork.errors import TimingError
+from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.timing.attempts import Attempt, solved_section
+from knotwork.timing.problem import TimingProblem, part_of
+from knotwork.timing.watch import Watch
+
+LARGEST = 16.0
+"""Limits are tried up to this many times what they are."""
+
+PRECISION = 0.01
+"""How well the least change is known, relative to it."""
+
+
+def explained(problem: TimingProblem) -> TimingError:
+    """Find out why no motion was found.
+
+    An interval that can't be solved alone, its velocities being given, is the cause. Given
+    durations are then let go, and after that each kind of limit is raised, to see what would do.
+    """
+    for i in range(len(problem.position) - 1) if len(problem.position) > 2 else ():
+        part = replace(part_of(problem, i, i + 1), total=None)
+        if part.velocity_known.all() and _solved(part) is None:
+            return _of_part(part, i)
+    return _of_part(problem, 0)
+
+
+def _solved(problem: TimingProblem) -> Attempt | None:
+    return solved_section(problem, Watch(), starts=2)
+
+
+def _of_part(problem: TimingProblem, first: int) -> TimingError:
+    found = _too_short(problem, first)
+    if found is not None:
+        return found
+    limits = problem.limits
+    for name in (*MAGNITUDES[1:], MAGNITUDES[0], "position"):
+        if name != "position" and not np.isfinite(getattr(limits, name)).any():
+            continue
+        raised = _least_change(problem, name)
+        if raised is not None:
+            return _limit_error(problem, first, name, raised)
+    ends = f"{problem.names[0]!r} and {problem.names[-1]!r}"
+    return TimingError(
+        f"between {ends} no motion was found that keeps all limits, nor one with one kind of limit "
+        "raised",
+        waypoint=first,
+        interval=len(problem.position) == 2,
+    )
+
+
+def _too_short(problem: TimingProblem, first: int) -> TimingError | None:
+    """See whether longer durations than those given would do."""
+    if problem.free.all() and problem.total is None:
+        return None
+    longer = replace(
+        problem,
+        duration=np.full(problem.duration.shape, np.nan),
+        at_least=np.where(problem.free, problem.at_least, problem.duration),
+        total=None,
+        objective=replace(problem.objective, time=1.0, jerk=0.0, acceleration=0.0, effort=0.0),
+    )
+    found = _solved(longer)
+    if found is None:
+        return None
+    least = np.diff(found.found.knots.time)
+    if problem.total is not None and problem.free.any():
+        total = float(np.where(problem.free, least, problem.duration).sum())
+        return TimingError(
+            f"the motion is to last {problem.total:.6g} s; under the limits it takes at least "
+            f"{total:.6g} s",
+            limit="duration",
+            value=problem.total,
+            bound=total,
+        )
+    given = np.where(problem.free, np.inf, problem.duration)
+    i = int(np.argmax(least / given))
+    return TimingError(
+        f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {given[i]:.6g} s are given; under "
+        f"the limits it takes {least[i]:.6g} s",
+        waypoint=first + i,
+        interval=True,
+        limit="duration",
+        value=float(given[i]),
+        bound=float(least[i]),
+    )
+
+
+def _raised(problem: TimingProblem, name: str, factor: float) -> TimingProblem:
+    limits = problem.limits
+    if name == "position":
+        room = (factor - 1.0) * np.ptp(problem.position, axis=0).max()
+        return replace(
+            problem, limits=replace(limits, lower=limits.lower - room, upper=limits.upper + room)
+        )
+    return replace(problem, limits=replace(limits, **{name: factor * getattr(limits, name)}))
+
+
+def _least_change(problem: TimingProblem, name: str) -> PiecewisePolynomial | None:
+    """The motion for which a kind of limit must be raised least, or `None` if that does not do."""
+
+    def motion(factor: float) -> Attempt | None:
+        return _solved(_raised(problem, name, factor))
+
+    low, high = 1.0, LARGEST
+    best = motion(high)
+    if best is None:
+        return None
+    while high - low > PRECISION * low:
+        middle = float(np.sqrt(low * high))
+        found = motion(middle)
+        low, high = (low, middle) if found is not None else (middle, high)
+        best = found or best
+    return best.found.curve
+
+
+def _limit_error(
+    problem: TimingProblem, first: int, name: str, curve: PiecewisePolynomial
+) -> TimingError:
+    k, value, limit = _worst(problem, name, curve)
+    unit = JOINT_QUANTITIES[name].units[problem.joint_units[k]]
+    ends = f"{problem.names[0]!r} and {problem.names[-1]!r}"
+    return TimingError(
+        f"between {ends} no motion keeps all limits: joint {problem.joint_names[k]!r} needs "
+        f"a limit of {name} of about {value:.4g} {unit}; it is {limit:.6g} {unit}",
+        waypoint=first,
+        interval=len(problem.position) == 2,
+        joint=problem.joint_names[k],
+        limit=name,
+        value=limit,
+        bound=value,
+    )
+
+
+def _worst(
+    problem: TimingProblem, name: str, curve: PiecewisePolynomial
+) -> tuple[int, float, float]:
+    """The joint that is farthest beyond its limit: index, value and limit."""
+    limits = problem.limits
+    if name == "position":
+        found = curve.extrema(0)
+        below, above = limits.lower - found.minimum, found.maximum - limits.upper
+        k = int(np.argmax(np.maximum(below, above)))
+        if below[k] > above[k]:
+            return k, float(found.minimum[k]), float(limits.lower[k])
+        return k, float(found.maximum[k]), float(limits.upper[k])
+    limit = getattr(limits, name)
+    found = curve.extrema(DERIVATIVES.index(name))
+    k = int(np.argmax(found.peak / limit))
+    return k, float(found.peak[k]), float(limit[k])
