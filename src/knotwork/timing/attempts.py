@@ -112,12 +112,11 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch) -> _Run:
             if not over:
                 return _Run(Attempt(found, weighted(problem, terms(problem, found.curve)), True))
             if "position" in over and not position:
-                position = True
+                position, x = True, None
             elif margin < WIDEST_MARGIN:
-                margin *= 10.0
+                margin, x = 10.0 * margin, solution.x
             else:
                 return _Run(best)
-            x = solution.x
         elif x is None or watch.late():
             return _Run(best, solution.status == "Infeasible_Problem_Detected")
         else:  # what was near to a solution is none any more: start again

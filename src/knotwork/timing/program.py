@@ -28,8 +28,6 @@ OPTIONS: dict[str, Any] = {
     "ipopt.constr_viol_tol": 1e-8,
     "ipopt.acceptable_iter": 0,
     "ipopt.max_iter": 300,
-    "ipopt.bound_relax_factor": 0.0,
-    "ipopt.honor_original_bounds": "yes",
 }
 
 

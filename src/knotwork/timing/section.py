@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.motion import TimedMotion
-from knotwork.timing.problem import TimingProblem
+from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
 from knotwork.timing.rebuild import Knots, rebuilt
 from knotwork.timing.spline import PIECES, Form, Scale, blocks, layout, unpacked
@@ -26,7 +26,7 @@ SLACK = 1e-10
 EVEN = 3e-4
 """Weight of the unevenness of the pieces of an interval, where nothing else decides it."""
 
-SHORTEST = 1e-3
+SHORTEST = 2e-5
 """No piece is shorter than this part of its first guess."""
 
 WARM = {"ipopt.mu_init": 1e-4}
@@ -201,6 +201,8 @@ class Section:
         ):
             fixed = places[waypoints][known]
             low[fixed] = high[fixed] = values[known] / scale.unit(order)
+        cruising = at.a[waypoints][self._cruising() & ~problem.acceleration_known[:, None]]
+        low[cruising] = high[cruising] = 0.0
         low[at.factor] = 0.0
         high[at.factor] = problem.most[list(self.form.along)]
         return low, high
@@ -254,8 +256,9 @@ class Section:
         """Least and greatest values of each block's constraints."""
         problem, scale, form = self.problem, self.scale, self.form
         d, count = form.joints, form.pieces
-        high = [np.zeros((2 * d, count)), *[self._fastest()] * 3]
-        low = [np.zeros((2 * d, count)), *[-self._fastest()] * 3]
+        fastest = self._fastest()
+        high = [np.zeros((2 * d, count)), *fastest]
+        low = [np.zeros((2 * d, count)), *(-one for one in fastest)]
         if form.jerk:
             high.append(np.zeros((2 * d, count)))
             low.append(np.full((2 * d, count), -np.inf))
@@ -276,14 +279,23 @@ class Section:
             found.append((total, total))
         return found
 
-    def _fastest(self) -> FloatArray:
-        """Greatest velocities in each piece, scaled, shape (d, pieces)."""
+    def _fastest(self) -> list[FloatArray]:
+        """Greatest velocities at three points of each piece, scaled, shape (d, pieces) each."""
+        most = (1.0 - self.margin) * self.problem.limits.velocity
+        shape = (self.form.intervals, PIECES, self.form.joints)
+        start, middle, end = (np.broadcast_to(most, shape).copy() for _ in range(3))
+        # with no acceleration there, the point next to the waypoint has its velocity
+        given = np.where(self._cruising(), 1.001 * self.problem.limits.velocity, 0.0)
+        start[:, 0] = np.maximum(start[:, 0], given[:-1])
+        end[:, -1] = np.maximum(end[:, -1], given[1:])
+        unit = self.scale.unit(1)
+        return [(v.reshape(self.form.pieces, -1) / unit).T for v in (start, middle, end)]
+
+    def _cruising(self) -> BoolArray:
+        """Which joints pass which waypoints at their velocity limit, so without acceleration."""
         problem = self.problem
-        V = np.tile((1.0 - self.margin) * problem.limits.velocity, (self.form.intervals, PIECES, 1))
-        given = np.where(problem.velocity_known[:, None], np.abs(problem.velocity), 0.0)
-        V[:, 0] = np.maximum(V[:, 0], given[:-1])
-        V[:, -1] = np.maximum(V[:, -1], given[1:])
-        return (V.reshape(self.form.pieces, -1) / self.scale.unit(1)).T
+        most = (1.0 - 2.0 * self.margin) * problem.limits.velocity
+        return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= most)
 
     def rebuild(self, x: FloatArray) -> Found:
         """Make the exact curve of the variables; it starts at time 0."""
@@ -301,6 +313,7 @@ class Section:
             velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
         known = problem.acceleration_known
         a[::PIECES][known] = problem.acceleration[known]
+        a[::PIECES][self._cruising() & ~known[:, None]] = 0.0
         ends = np.arange(form.intervals)[:, None] * PIECES + np.arange(PIECES + 1)
         knots = Knots(
             np.concatenate(([0.0], np.cumsum(duration))),
