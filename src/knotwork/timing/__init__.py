@@ -17,6 +17,7 @@ from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
     from knotwork.timing.bounds import lower_bound as lower_bound
+    from knotwork.timing.dynamics import Dynamics as Dynamics
     from knotwork.timing.motion import Binding as Binding
     from knotwork.timing.motion import Progress as Progress
     from knotwork.timing.motion import TimedMotion as TimedMotion

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knotwork.timing.care import first_care, form_of_care, more_care
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import joined_limits
 from knotwork.timing.section import (
-    MARGIN,
     Found,
     Guess,
     Section,
-    excess,
     plain_guess,
 )
 from knotwork.timing.spline import PIECES
@@ -29,8 +28,8 @@ STARTS = (0.85, 0.5, 1.0, 2.0, 4.0, 1.4)
 SMALL = 100
 """Pieces times joints up to which a second start is tried for a better optimum: it costs little."""
 
-WIDEST_MARGIN = 1e-3
-"""If limits are exceeded with this margin, too, a start has failed."""
+MOST_TIMES = 12
+"""How often a start is solved again, with more care, before it has failed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,10 +95,10 @@ class _Run:
 
 def _run(guess: Guess, problem: TimingProblem, watch: Watch) -> _Run:
     """Solve from one start, with more care each time that the exact check finds an excess."""
-    margin, position, x = MARGIN, False, None
+    care, x = first_care(problem), None
     best: Attempt | None = None
-    while True:
-        section = Section(problem, guess, margin=margin, position=position)
+    for _ in range(MOST_TIMES):
+        section = Section(problem, guess, care)
         steps = _steps(section, watch)
         solution = section.solve(x, steps if watch.needed else None)
         if not watch.needed:
@@ -108,19 +107,17 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch) -> _Run:
             best = Attempt(steps.best[1], steps.best[0], optimal=False)
         if solution.solved:
             found = section.rebuild(solution.x)
-            over = excess(problem, found.curve)
-            if not over:
+            more = more_care(problem, care, found.curve)
+            if more is None:
                 return _Run(Attempt(found, weighted(problem, terms(problem, found.curve)), True))
-            if "position" in over and not position:
-                position, x = True, None
-            elif margin < WIDEST_MARGIN:
-                margin, x = 10.0 * margin, solution.x
-            else:
-                return _Run(best)
+            # with further equations the solution is no good start
+            same = form_of_care(more) == form_of_care(care)
+            care, x = more, solution.x if same else None
         elif x is None or watch.late():
             return _Run(best, solution.status == "Infeasible_Problem_Detected")
         else:  # what was near to a solution is none any more: start again
             x = None
+    return _Run(best)
 
 
 def _steps(section: Section, watch: Watch) -> Steps:
@@ -128,7 +125,7 @@ def _steps(section: Section, watch: Watch) -> Steps:
 
     def attempt(x: FloatArray) -> tuple[float, Found] | None:
         found = section.rebuild(x)
-        if excess(problem, found.curve):
+        if more_care(problem, section.care, found.curve) is not None:
             return None
         return weighted(problem, terms(problem, found.curve)), found
 

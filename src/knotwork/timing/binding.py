@@ -42,6 +42,13 @@ def binding_limits(
         np.isfinite(limits.upper - limits.lower), limits.upper - limits.lower, 0
     )
     shares["position"] = np.mean((q <= limits.lower + width) | (q >= limits.upper - width), axis=1)
+    if problem.dynamics is not None and np.isfinite(limits.effort).any():
+        efforts = problem.dynamics.effort(q, curve(times, 1), curve(times, 2))
+        shares["effort"] = _share(np.abs(efforts), limits.effort)
+    tool = np.zeros(len(q))
+    if problem.dynamics is not None and np.isfinite(limits.tool_speed):
+        speed = problem.dynamics.tool_speed(q, curve(times, 1))
+        tool = np.mean(speed >= (1.0 - NEAR) * limits.tool_speed, axis=1)
     for i in range(len(problem.position) - 1):
         ends = problem.names[i], problem.names[i + 1]
         here = [
@@ -50,6 +57,8 @@ def binding_limits(
             for k, joint in enumerate(problem.joint_names)
             if share[i, k] >= WORTH_SAYING
         ]
+        if tool[i] >= WORTH_SAYING:
+            here.append(Binding(*ends, "", "tool speed", round(float(tool[i]), 2)))
         found += sorted(here, key=lambda one: -one.share)
     return tuple(found)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.timing.efforts import effort_integral
 from knotwork.timing.problem import TimingProblem
 
 
@@ -23,6 +24,8 @@ def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float
         found["acceleration"] = float(
             np.sum((left * left + left * right + right * right) * span) / 3.0
         )
+    if objective.effort:
+        found["effort"] = effort_integral(problem, curve)
     return found
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import time as clock
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,13 +11,17 @@ from knotwork.errors import TimingError
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import Attempt, solved_section
+from knotwork.timing.efforts import effort_shares
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.watch import Watch
 
-LARGEST = 16.0
+LARGEST = 8.0
 """Limits are tried up to this many times what they are."""
 
-PRECISION = 0.01
+PATIENCE = 10.0
+"""Time that the search for a cause may take, about [s]."""
+
+PRECISION = 0.1
 """How well the least change is known, relative to it."""
 
 
@@ -26,38 +31,57 @@ def explained(problem: TimingProblem) -> TimingError:
     An interval that can't be solved alone, its velocities being given, is the cause. Given
     durations are then let go, and after that each kind of limit is raised, to see what would do.
     """
-    for i in range(len(problem.position) - 1) if len(problem.position) > 2 else ():
-        part = replace(part_of(problem, i, i + 1), total=None)
-        if part.velocity_known.all() and _solved(part) is None:
-            return _of_part(part, i)
-    return _of_part(problem, 0)
+    search = _Search(clock.perf_counter() + PATIENCE)
+    try:
+        for i in range(len(problem.position) - 1) if len(problem.position) > 2 else ():
+            part = replace(part_of(problem, i, i + 1), total=None)
+            if part.velocity_known.all() and search.solved(part) is None:
+                return _of_part(part, i, search)
+        return _of_part(problem, 0, search)
+    except _OutOfTimeError:
+        return _unexplained(problem, 0)
 
 
-def _solved(problem: TimingProblem) -> Attempt | None:
-    return solved_section(problem, Watch(), starts=2)
+class _OutOfTimeError(Exception):
+    """The search for a cause takes too long."""
 
 
-def _of_part(problem: TimingProblem, first: int) -> TimingError:
-    found = _too_short(problem, first)
+@dataclass(frozen=True)
+class _Search:
+    """Solves changed problems until its patience ends."""
+
+    deadline: float
+
+    def solved(self, problem: TimingProblem) -> Attempt | None:
+        if clock.perf_counter() > self.deadline:
+            raise _OutOfTimeError
+        return solved_section(problem, Watch(), starts=1)
+
+
+def _of_part(problem: TimingProblem, first: int, search: _Search) -> TimingError:
+    found = _too_short(problem, first, search)
     if found is not None:
         return found
     limits = problem.limits
     for name in (*MAGNITUDES[1:], MAGNITUDES[0], "position"):
         if name != "position" and not np.isfinite(getattr(limits, name)).any():
             continue
-        raised = _least_change(problem, name)
+        raised = _least_change(problem, name, search)
         if raised is not None:
             return _limit_error(problem, first, name, raised)
-    ends = f"{problem.names[0]!r} and {problem.names[-1]!r}"
+    return _unexplained(problem, first)
+
+
+def _unexplained(problem: TimingProblem, first: int) -> TimingError:
     return TimingError(
-        f"between {ends} no motion was found that keeps all limits, nor one with one kind of limit "
-        "raised",
+        f"between {problem.names[0]!r} and {problem.names[-1]!r} no motion was found that keeps "
+        "all limits, and no single cause: allow longer durations, lower speeds or higher limits",
         waypoint=first,
         interval=len(problem.position) == 2,
     )
 
 
-def _too_short(problem: TimingProblem, first: int) -> TimingError | None:
+def _too_short(problem: TimingProblem, first: int, search: _Search) -> TimingError | None:
     """See whether longer durations than those given would do."""
     if problem.free.all() and problem.total is None:
         return None
@@ -68,7 +92,7 @@ def _too_short(problem: TimingProblem, first: int) -> TimingError | None:
         total=None,
         objective=replace(problem.objective, time=1.0, jerk=0.0, acceleration=0.0, effort=0.0),
     )
-    found = _solved(longer)
+    found = search.solved(longer)
     if found is None:
         return None
     least = np.diff(found.found.knots.time)
@@ -104,11 +128,11 @@ def _raised(problem: TimingProblem, name: str, factor: float) -> TimingProblem:
     return replace(problem, limits=replace(limits, **{name: factor * getattr(limits, name)}))
 
 
-def _least_change(problem: TimingProblem, name: str) -> PiecewisePolynomial | None:
+def _least_change(problem: TimingProblem, name: str, search: _Search) -> PiecewisePolynomial | None:
     """The motion for which a kind of limit must be raised least, or `None` if that does not do."""
 
     def motion(factor: float) -> Attempt | None:
-        return _solved(_raised(problem, name, factor))
+        return search.solved(_raised(problem, name, factor))
 
     low, high = 1.0, LARGEST
     best = motion(high)
@@ -153,6 +177,10 @@ def _worst(
             return k, float(found.minimum[k]), float(limits.lower[k])
         return k, float(found.maximum[k]), float(limits.upper[k])
     limit = getattr(limits, name)
+    if name == "effort":
+        shares = effort_shares(problem, curve).max(axis=0)
+        k = int(np.argmax(shares))
+        return k, float(shares[k] * limit[k]), float(limit[k])
     found = curve.extrema(DERIVATIVES.index(name))
     k = int(np.argmax(found.peak / limit))
     return k, float(found.peak[k]), float(limit[k])

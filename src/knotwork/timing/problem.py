@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
+
+if TYPE_CHECKING:
+    from knotwork.timing.dynamics import Dynamics
 
 BoolArray = NDArray[np.bool_]
 
@@ -152,7 +155,7 @@ class TimingProblem(ReadOnlyArrays):
     at_least: FloatArray = field(default=_NOT_GIVEN, kw_only=True)
     total: float | None = field(default=None, kw_only=True)
     objective: Objective = field(default_factory=Objective, kw_only=True)
-    dynamics: Any = field(default=None, kw_only=True)
+    dynamics: Dynamics | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -178,9 +181,23 @@ class TimingProblem(ReadOnlyArrays):
             raise WaypointDataError(
                 f"limits are given for {self.limits.velocity.size} joints; there are {d}"
             )
+        self._check_dynamics()
         self._check_rows("velocity")
         self._check_rows("acceleration")
         self._check_times()
+
+    def _check_dynamics(self) -> None:
+        limits = self.limits
+        asked = np.isfinite(limits.effort).any() or np.isfinite(limits.tool_speed)
+        if self.dynamics is None and (asked or self.objective.effort):
+            raise InputError(
+                "limits of effort or tool speed, and effort to be least, need dynamics"
+            )
+        if self.dynamics is not None and len(self.dynamics.links) != len(self.joint_names):
+            raise InputError(
+                f"the dynamics are of {len(self.dynamics.links)} joints; "
+                f"there are {len(self.joint_names)}"
+            )
 
     def _check_rows(self, what: str) -> None:
         missing = np.isnan(getattr(self, what))
@@ -212,6 +229,13 @@ class TimingProblem(ReadOnlyArrays):
         if lost.any():
             i = int(np.argmax(lost))
             raise WaypointDataError(f"{self.names[i]!r} has no direction along which to move")
+
+    @property
+    def arm(self) -> Dynamics:
+        """The dynamics, where they are known to be given."""
+        if self.dynamics is None:
+            raise InputError("the problem has no dynamics")
+        return self.dynamics
 
     @property
     def free(self) -> BoolArray:

@@ -27,7 +27,7 @@ OPTIONS: dict[str, Any] = {
     "ipopt.tol": 1e-8,
     "ipopt.constr_viol_tol": 1e-8,
     "ipopt.acceptable_iter": 0,
-    "ipopt.max_iter": 300,
+    "ipopt.max_iter": 200,
 }
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.timing.efforts import likely_accelerations
 from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
@@ -26,7 +28,7 @@ SLACK = 1e-10
 EVEN = 3e-4
 """Weight of the unevenness of the pieces of an interval, where nothing else decides it."""
 
-SHORTEST = 2e-5
+SHORTEST = 1e-4
 """No piece is shorter than this part of its first guess."""
 
 WARM = {"ipopt.mu_init": 1e-4}
@@ -75,7 +77,9 @@ def _program(form: Form, warm: bool) -> Program:
     return _new_program(form, warm)
 
 
-def form_of(problem: TimingProblem, *, position: bool = False) -> Form:
+def form_of(
+    problem: TimingProblem, *, position: bool = False, effort: bool = False, tool: bool = False
+) -> Form:
     """Find which equations a problem has."""
     timed = ~problem.free | (problem.at_least > 0.0)
     return Form(
@@ -87,6 +91,10 @@ def form_of(problem: TimingProblem, *, position: bool = False) -> Form:
         jerk=bool(np.isfinite(problem.limits.jerk).any()),
         position=position,
         smooth=bool(problem.objective.jerk or problem.objective.acceleration),
+        dynamics=problem.dynamics if effort or tool or problem.objective.effort else None,
+        effort=effort,
+        tool=tool,
+        work=problem.objective.effort > 0.0,
     )
 
 
@@ -98,6 +106,8 @@ def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool =
         stretch: What the free durations are multiplied by.
         hurried: Whether joints that may not stop are taken not to.
     """
+    limits = replace(problem.limits, acceleration=likely_accelerations(problem))
+    problem = replace(problem, limits=limits)
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
     duration = np.where(problem.free, np.maximum(stretch * duration, problem.at_least), duration)
@@ -109,6 +119,24 @@ def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool =
     time = np.concatenate(([0.0], np.cumsum(duration)))
     share = np.full((duration.size, PIECES), 1.0 / PIECES)
     return Guess(duration, share, plain_cubic(time, problem.position, velocity), velocity)
+
+
+@dataclass(frozen=True, eq=False)
+class Care:
+    """What the solver is held to beside the limits at the breaks, and with what margin.
+
+    Attributes:
+        margin: Part of each limit that is left.
+        position: Whether positions between the breaks are limited.
+        effort: Part of the effort limits that is allowed at each break and in the middle of each
+            piece, by turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
+        tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
+    """
+
+    margin: float = MARGIN
+    position: bool = False
+    effort: FloatArray | None = None
+    tool: FloatArray | None = None
 
 
 def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
@@ -132,20 +160,23 @@ class Section:
     Args:
         problem: The problem.
         guess: Where to start; it also sets the units.
-        margin: Part of each limit that is left.
-        position: Whether positions between the breaks are limited.
+        care: What is limited how far.
     """
 
     def __init__(
         self,
         problem: TimingProblem,
         guess: Guess,
-        *,
-        margin: float = MARGIN,
-        position: bool = False,
+        care: Care,
     ) -> None:
-        self.problem, self.guess, self.margin = problem, guess, margin
-        self.form = form_of(problem, position=position)
+        self.problem, self.guess, self.care = problem, guess, care
+        self.margin = care.margin
+        self.form = form_of(
+            problem,
+            position=care.position,
+            effort=care.effort is not None,
+            tool=care.tool is not None,
+        )
         self.scale = _scale(problem, guess)
 
     def solve(self, start: FloatArray | None = None, steps: OnStep | None = None) -> Solution:
@@ -169,7 +200,7 @@ class Section:
         span = guess.share * guess.duration[:, None]
         x[at.tau] = span.ravel() / scale.time
         time = np.minimum(np.append(0.0, np.cumsum(span.ravel())), guess.curve.x[-1])
-        most = self.problem.limits.acceleration
+        most = likely_accelerations(self.problem)
         x[at.q] = guess.curve(time) / scale.unit(0)
         x[at.v] = guess.curve(time, 1) / scale.unit(1)
         x[at.a] = np.clip(guess.curve(time, 2), -most, most) / scale.unit(2)
@@ -231,7 +262,16 @@ class Section:
         rows.append(weights)
         directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
-        return [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
+        found = [np.vstack(rows), empty, directions, *([empty] if form.total else [])]
+        units = np.concatenate([scale.unit(order) for order in range(3)])[:, None]
+        for allowed, limit in self._held():
+            inverse = 1.0 / (allowed * limit).T
+            for part in (inverse[:, ::2], inverse[:, 1::2]):
+                found.append(np.vstack((np.repeat(units, part.shape[1], axis=1), part)))
+        if form.work:
+            weight = problem.objective.effort * scale.time / self.typical_cost()
+            found.append(np.repeat(np.vstack((units, [[weight]])), form.pieces, axis=1))
+        return found
 
     def _weights(self) -> FloatArray:
         objective, scale = self.problem.objective, self.scale
@@ -250,6 +290,11 @@ class Section:
         if self.form.smooth:
             for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
                 cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
+        if self.form.work:
+            q = self.problem.position
+            still = np.zeros_like(q)
+            squares = self.problem.arm.effort(q, still, still) ** 2
+            cost += objective.effort * float(squares.sum(axis=1).mean() * h.sum())
         return cost or 1.0
 
     def limits(self) -> list[tuple[FloatArray, FloatArray]]:
@@ -277,7 +322,19 @@ class Section:
         if problem.total is not None:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
+        for allowed, _ in self._held():
+            for part in (allowed[::2], allowed[1::2]):
+                most = np.full(part.T.shape, 1.0 - self.margin)
+                found.append((-most, most))
+        if form.work:
+            found.append((np.zeros((0, count)), np.zeros((0, count))))
         return found
+
+    def _held(self) -> list[tuple[FloatArray, Any]]:
+        """Parts that are allowed of the limits of effort and tool speed, and the limits."""
+        care, limits = self.care, self.problem.limits
+        pairs = ((care.effort, limits.effort), (care.tool, limits.tool_speed))
+        return [(allowed, limit) for allowed, limit in pairs if allowed is not None]
 
     def _fastest(self) -> list[FloatArray]:
         """Greatest velocities at three points of each piece, scaled, shape (d, pieces) each."""
@@ -327,7 +384,7 @@ class Section:
 
 def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     time = float(np.median(guess.duration))
-    limits = problem.limits
+    limits = replace(problem.limits, acceleration=likely_accelerations(problem))
     with np.errstate(invalid="ignore"):
         room = np.minimum(limits.velocity * time, limits.acceleration * time**2)
         room = np.minimum(room, limits.jerk * time**3)
@@ -338,7 +395,10 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
 
 
 def excess(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
-    """By how much a curve exceeds the limits, exactly, relative to each limit; only what does."""
+    """By how much a curve exceeds the limits of its joints' motion, relative to each limit.
+
+    By its exact extrema; only the limits that are exceeded.
+    """
     found = {}
     for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
         over = float((curve.extrema(order).peak / getattr(problem.limits, name)).max()) - 1.0

@@ -15,12 +15,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knotwork.timing.efforts import effort_kernel, tool_kernel, work_kernel
 from knotwork.timing.program import Block, IndexArray, Kernel
 from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.timing.dynamics import Dynamics
 
 PIECES = 5
 """Cubic pieces an interval. More gain less than 1 % of the duration."""
@@ -39,6 +43,10 @@ class Form:
         jerk: Whether jerk is limited.
         position: Whether positions between the breaks are limited.
         smooth: Whether jerk or acceleration count in the objective.
+        dynamics: Inertias, if efforts or the tool's speed matter.
+        effort: Whether efforts are limited.
+        tool: Whether the tool's speed is limited.
+        work: Whether efforts count in the objective.
     """
 
     intervals: int
@@ -49,6 +57,10 @@ class Form:
     jerk: bool = True
     position: bool = False
     smooth: bool = False
+    dynamics: Dynamics | None = None
+    effort: bool = False
+    tool: bool = False
+    work: bool = False
 
     @property
     def pieces(self) -> int:
@@ -98,7 +110,9 @@ def blocks(form: Form) -> tuple[Block, ...]:
     """Equations and costs of a motion, as repeated kernels.
 
     They are, in this order: one for each piece; one for each interval in `timed`; one for each
-    waypoint in `along`; and the total, if it is given.
+    waypoint in `along`; the total, if it is given; one for each break and one for each piece
+    where efforts are limited, and where the tool's speed is; one for each piece if efforts count in
+    the objective.
     """
     at, d = layout(form), form.joints
     left = np.concatenate((at.q[:-1], at.v[:-1], at.a[:-1]), axis=1)
@@ -117,6 +131,16 @@ def blocks(form: Form) -> tuple[Block, ...]:
     ]
     if form.total:
         found.append(Block(_sum_kernel(form.pieces), at.tau[:, None]))
+    if form.dynamics is not None:
+        state = np.concatenate((at.q, at.v, at.a), axis=1).T
+        if form.effort:
+            found.append(Block(effort_kernel(form.dynamics, middle=False), state))
+            found.append(Block(effort_kernel(form.dynamics, middle=True), piece))
+        if form.tool:
+            found.append(Block(tool_kernel(form.dynamics, middle=False), state))
+            found.append(Block(tool_kernel(form.dynamics, middle=True), piece))
+        if form.work:
+            found.append(Block(work_kernel(form.dynamics), piece))
     return tuple(found)
 
 
