@@ -78,8 +78,19 @@ def read_trajectory(
 def is_trajectory(path: Path | str) -> bool:
     """Whether a path names a trajectory: by its suffix, or else by what the file holds."""
     suffix = _suffix(Path(path))
+    if suffix == ".json" and _is_scenario(Path(path)):
+        return False
     kind = "points" if suffix in (".json", "folder") else _kind(Path(path))
     return kind in ("csv", "points") or (kind == "stored" and suffix not in YAML)
+
+
+def _is_scenario(path: Path) -> bool:
+    """Whether a file is a scenario written as JSON, which `plan` reads as YAML."""
+    try:
+        data = storage.read_trajectory_document(path).data
+    except DocumentError:
+        return False
+    return isinstance(data, dict) and "waypoints" in data and "format" not in data
 
 
 def is_foreign(path: Path | str) -> bool:

@@ -1,0 +1,236 @@
+"""Files from strangers through every command: it ends with 0, 1 or 2, soon, in little memory.
+
+Scenarios, trajectories, tables, URDFs and meshes are changed at random, the same way every time.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+import yaml
+
+import knotwork as kw
+from mutations import as_json, changed_bytes, changed_data, changed_xml
+from knotwork import resources
+from sweeps import first_of
+
+RUNNER = Path(__file__).parent / "runner.py"
+SECONDS = 60.0
+"""Of processor time that one command may take; those that are not changed take a few."""
+KILOBYTES = 2_500_000
+"""Of memory that a process may come to need, whatever it is given."""
+
+LINKS = (
+    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" '
+    'izz="1"/></inertial><visual><origin xyz="0 0 0.1" rpy="0 0 0"/><geometry>{1}</geometry>'
+    '<material name="m"><color rgba="0.5 0.5 0.5 1"/></material></visual>'
+    "<collision><geometry>{1}</geometry></collision></link>"
+)
+JOINTS = (
+    '<joint name="{0}" type="{1}"><origin xyz="0.3 0 0" rpy="0 0 0"/><parent link="{2}"/>'
+    '<child link="{3}"/><axis xyz="0 0 1"/>'
+    '<limit lower="-2" upper="2" velocity="3" effort="9"/></joint>'
+)
+URDF = (
+    '<robot name="r">'
+    + LINKS.format("a", '<box size="0.1 0.1 0.3"/>')
+    + LINKS.format("b", '<cylinder radius="0.05" length="0.3"/>')
+    + LINKS.format("c", '<mesh filename="part.{0}" scale="1 1 1"/>')
+    + LINKS.format("d", '<sphere radius="0.05"/>')
+    + JOINTS.format("i", "continuous", "a", "b")
+    + JOINTS.format("j", "revolute", "b", "c")
+    + JOINTS.format("k", "fixed", "c", "d")
+    + "</robot>"
+)
+TASK = {
+    "robot": {"urdf": "arm.urdf", "tool_frame": "d"},
+    "waypoints": [
+        {"joints": {"i": 0.1, "j": 0.4}, "stop": True},
+        {"joints": {"i": 0.6, "j": -0.4}, "stop": True, "after": 2},
+    ],
+}
+# Light ones, each with keys that others lack.
+SCENARIOS = ("planar2_closed_form", "paper_case", "paper_case_presets", "ur3_lid", "ur10_weld")
+
+
+def collada() -> str:
+    box = trimesh.creation.box()
+    points = " ".join(str(value) for value in np.asarray(box.vertices).ravel())
+    faces = " ".join(str(value) for value in np.asarray(box.faces).ravel())
+    return (
+        '<COLLADA version="1.4.1"><asset><unit meter="0.1"/></asset><library_geometries>'
+        f'<geometry id="g"><mesh><source id="p"><float_array id="f" count="24">{points}'
+        '</float_array><technique_common><accessor source="#f" count="8" stride="3">'
+        '<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" '
+        'type="float"/></accessor></technique_common></source><vertices id="v"><input '
+        'semantic="POSITION" source="#p"/></vertices><triangles count="12"><input '
+        f'semantic="VERTEX" source="#v" offset="0"/><p>{faces}</p></triangles></mesh></geometry>'
+        '</library_geometries><library_nodes><node id="n"><instance_geometry url="#g"/></node>'
+        '</library_nodes><library_visual_scenes><visual_scene id="s"><node><translate>1 0 0'
+        '</translate><instance_node url="#n"/></node></visual_scene></library_visual_scenes>'
+        '<scene><instance_visual_scene url="#s"/></scene></COLLADA>'
+    ).replace('<COLLADA ', '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" ')
+
+
+def meshes() -> dict[str, bytes]:
+    box = trimesh.creation.box()
+    made = {kind: box.export(file_type=kind) for kind in ("stl", "obj", "ply", "off", "glb")}
+    made["dae"] = collada()
+    return {kind: one.encode() if isinstance(one, str) else one for kind, one in made.items()}
+
+
+class Session:
+    """A process that runs commands, made anew when one has ended it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.process: subprocess.Popen[str] | None = None
+
+    def run(self, *arguments: object) -> int:
+        """The exit code of a command.
+
+        Raises:
+            AssertionError: It ended the process, was no exit code for a verdict or a wrong input,
+                or took too long or too much.
+        """
+        if self.process is None:
+            self.process = subprocess.Popen(
+                [sys.executable, "-W", "ignore", str(RUNNER)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+                cwd=self.folder,
+            )
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(json.dumps([str(one) for one in arguments]) + "\n")
+        self.process.stdin.flush()
+        line = self.process.stdout.readline()
+        if not line:
+            ended = self.process.wait()
+            raise AssertionError(f"the process ended with {ended}")
+        result = json.loads(line)
+        assert result["code"] in (0, 1, 2), result
+        assert not result["fault"], result
+        assert "Traceback" not in result["said"], result
+        assert "\x1b" not in result["said"], result
+        assert result["seconds"] < SECONDS, result
+        assert result["kilobytes"] < KILOBYTES, result
+        return int(result["code"])
+
+    def close(self) -> None:
+        if self.process is not None:
+            assert self.process.stdin is not None
+            assert self.process.stdout is not None
+            self.process.stdin.close()
+            self.process.stdout.close()
+            self.process.wait(10)
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Iterator[Session]:
+    session = Session(tmp_path)
+    yield session
+    session.close()
+
+
+# How often of a hundred each command is tried: those that draw take longest.
+COMMANDS: dict[str, tuple[int, Callable[[str], tuple[str, ...]]]] = {
+    "plan": (55, lambda task: ("plan", task, "--out", "out")),
+    "json": (15, lambda task: ("plan", task, "--json")),
+    "check": (8, lambda task: ("check", "kept", "--scenario", task)),
+    "export": (10, lambda task: ("export", task, "-f", "csv", "--allow-failed")),
+    "pvt": (4, lambda task: ("export", task, "-f", "pvt", "--allow-failed")),
+    "compare": (2, lambda task: ("compare", task, "--planners", "cubic,quintic:estimated")),
+    "plot": (2, lambda task: ("plot", task, "-o", "a.svg")),
+    "view": (2, lambda task: ("view", task, "--html", "a.html")),
+    "report": (2, lambda task: ("report", task, "--html", "a.html")),
+}
+
+
+def command(rng: random.Random, task: str) -> tuple[str, ...]:
+    (name,) = rng.choices(list(COMMANDS), [share for share, _ in COMMANDS.values()])
+    return COMMANDS[name][1](task)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("count", first_of(6, 60))
+def test_changed_scenarios(count: int, name: str, session: Session, tmp_path: Path) -> None:
+    rng = random.Random(f"{name} {count}")
+    source = resources.find("scenarios", name).read_text(encoding="utf-8")
+    data = yaml.safe_load(source)
+    kw.plan("paper_case").save(tmp_path / "kept")
+    codes = []
+    for i in range(count):
+        path = tmp_path / "task.yaml"
+        if i % 4:
+            path.write_text(as_json(changed_data(rng, data)), encoding="utf-8", errors="replace")
+        else:
+            path.write_bytes(changed_bytes(rng, source.encode()))
+        codes.append(session.run(*command(rng, "task.yaml")))
+    assert 2 in codes
+
+
+@pytest.mark.parametrize("count", first_of(20, 300))
+def test_changed_trajectories_and_tables(count: int, session: Session, tmp_path: Path) -> None:
+    rng = random.Random(count)
+    kw.plan("paper_case").save(tmp_path / "out")
+    stored = (tmp_path / "out" / "trajectory.json").read_text(encoding="utf-8")
+    table = (tmp_path / "out" / "samples.csv").read_bytes()[:2000]
+    ros2 = kw.plan("paper_case").trajectory.to_ros2()
+    for i in range(count):
+        if i % 3 == 0:
+            path = tmp_path / "changed.json"
+            path.write_text(as_json(changed_data(rng, json.loads(stored))), errors="replace")
+        else:
+            path = tmp_path / ("changed.csv" if i % 3 == 1 else "changed.yaml")
+            path.write_bytes(changed_bytes(rng, table if i % 3 == 1 else ros2.encode()))
+        run = rng.choices(
+            [("check", path, "-s", "paper_case"), ("export", path, "-f", "csv")], [5, 1]
+        )
+        session.run(*run[0])
+
+
+@pytest.mark.parametrize("count", first_of(12, 200))
+def test_changed_urdfs(count: int, session: Session, tmp_path: Path) -> None:
+    rng = random.Random(count)
+    (tmp_path / "part.stl").write_bytes(meshes()["stl"])
+    (tmp_path / "task.json").write_text(json.dumps(TASK))
+    text = URDF.format("stl")
+    codes = []
+    for i in range(count):
+        changed = changed_xml(rng, text).encode() if i % 5 else changed_bytes(rng, text.encode())
+        (tmp_path / "arm.urdf").write_bytes(changed)
+        kind = rng.choices(("robots", "plan", "view", "report"), (3, 5, 5, 1))[0]
+        if kind == "robots":
+            codes.append(session.run("robots", "arm.urdf"))
+        elif kind == "plan":
+            codes.append(session.run("plan", "task.json"))
+        else:
+            codes.append(session.run(kind, "task.json", "--html", "a.html"))
+    assert set(codes) >= {0, 2}
+
+
+@pytest.mark.parametrize("kind", sorted(meshes()))
+@pytest.mark.parametrize("count", first_of(2, 40))
+def test_changed_meshes(count: int, kind: str, session: Session, tmp_path: Path) -> None:
+    rng = random.Random(f"{kind} {count}")
+    (tmp_path / "arm.urdf").write_text(URDF.format(kind))
+    (tmp_path / "task.json").write_text(json.dumps(TASK))
+    content = meshes()[kind]
+    for i in range(count):
+        if kind == "dae" and i % 2:
+            changed = changed_xml(rng, content.decode()).encode()
+        else:
+            changed = changed_bytes(rng, content)
+        (tmp_path / f"part.{kind}").write_bytes(changed)
+        shows = "report" if i % 10 == 9 else "view"
+        assert session.run(shows, "task.json", "--html", "a.html") == 0
