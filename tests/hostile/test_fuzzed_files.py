@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
+from mutations import as_json, changed_bytes, changed_data, changed_xml
 
 import knotwork as kw
-from mutations import as_json, changed_bytes, changed_data, changed_xml
 from knotwork import resources
 from sweeps import first_of
 
@@ -77,7 +77,7 @@ def collada() -> str:
         '</library_nodes><library_visual_scenes><visual_scene id="s"><node><translate>1 0 0'
         '</translate><instance_node url="#n"/></node></visual_scene></library_visual_scenes>'
         '<scene><instance_visual_scene url="#s"/></scene></COLLADA>'
-    ).replace('<COLLADA ', '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" ')
+    ).replace("<COLLADA ", '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" ')
 
 
 def meshes() -> dict[str, bytes]:
