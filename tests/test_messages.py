@@ -428,3 +428,20 @@ def test_lengths_in_the_wrong_unit_are_suspected_where_the_arm_does_not_reach(
         assert "units" not in ran.err
     else:
         assert hint in ran.err
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("waypoints: [{joints: home, time: 0}, {joints: {a: 1}, after: 1}]", "waypoints[0].joints"),
+        ("waypoints: [{joints: {a: 1}, time: 0}, {joints: home, after: 1}]", "waypoints[1].joints"),
+        ("{start: home, waypoints: [{joints: {a: 1}, after: 1}]}", "start"),
+    ],
+)
+def test_a_named_configuration_without_a_robot_is_an_error(
+    text: str, place: str, tmp_path, knotwork: Command
+) -> None:
+    (tmp_path / "task.yaml").write_text(text)
+    ran = knotwork("plan", tmp_path / "task.yaml")
+    assert ran.code == 2
+    assert f"{place}: configuration 'home' needs a robot" in ran.err

@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork import documents, resources
 from knotwork.documents import Document, Location
-from knotwork.errors import InputError
+from knotwork.errors import InputError, shown
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.model import (
@@ -26,7 +26,7 @@ from knotwork.scenario.model import (
 from knotwork.scenario.schema import Balanced, EndAcceleration, ScenarioFile
 from knotwork.scenario.tool_schema import Tool
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.scenario.waypoint_schema import PoseWaypoint
+from knotwork.scenario.waypoint_schema import JointWaypoint, PoseWaypoint
 from knotwork.waypoints import FloatArray
 
 
@@ -150,6 +150,19 @@ class _Resolver:
                     ("waypoints", i, "pose"),
                     "a pose needs a robot",
                     "robot: the name of one (`knotwork robots` lists them) or a path",
+                )
+        named: list[tuple[Location, Any]] = [(("start",), self.file.start)]
+        named += [
+            (("waypoints", i, "joints"), waypoint.joints)
+            for i, waypoint in enumerate(self.file.waypoints)
+            if isinstance(waypoint, JointWaypoint)
+        ]
+        for place, joints in named:
+            if isinstance(joints, str):
+                raise self.document.error(
+                    place,
+                    f"configuration {shown(joints)} needs a robot, and the file names none",
+                    "joint values, by joint name",
                 )
         places: list[Location] = [
             (key,)
