@@ -142,10 +142,14 @@ def test_bare_joints_have_logs_too(tmp_path: Path, paper_case: Plan) -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("scenario", ["ur10_spray", "ur10_weld", "xarm7_bead", "panda_pick_place"])
-@pytest.mark.parametrize(("rate", "noise"), [(500.0, 1e-5), (125.0, 1e-4)])
+@pytest.mark.parametrize(
+    ("rate", "noise", "jitter", "digits"),
+    [(500.0, 1e-5, 0.0, 6), (125.0, 1e-4, 0.0, 6), (100.0, 1e-5, 3e-4, 4)],
+)
 def test_logs_of_other_scenarios_pass(
-    tmp_path: Path, scenario: str, rate: float, noise: float
+    tmp_path: Path, scenario: str, rate: float, noise: float, jitter: float, digits: int
 ) -> None:
     made = plan(scenario)
-    report = judge(tmp_path, made, record(made.trajectory, rate=rate, noise=noise))
+    samples = record(made.trajectory, rate=rate, noise=noise, jitter=jitter, seed=2)
+    report = judge(tmp_path, made, samples, digits)
     assert report.ok, [str(one) for one in report.failures]

@@ -50,7 +50,7 @@ def test_rounding_is_noise(tmp_path: Path, deburring: Plan, digits: int) -> None
     curve = smooth(tmp_path, deburring, record(deburring.trajectory), digits)
     rounding = 10.0**-digits / np.sqrt(12.0)
     assert (curve.noise.position >= 0.999 * rounding).all()
-    assert (curve.noise.position <= 1.5 * rounding).all()
+    assert (curve.noise.position <= 1.6 * rounding).all()
 
 
 @pytest.mark.parametrize("jitter", [2e-4, 1e-3])
@@ -86,7 +86,7 @@ def test_the_curve_is_the_motion_as_far_as_it_is_known(
         assert np.sqrt((off**2).mean()) < 1.2
         assert np.abs(off).max() < most
     share = curve.residuals / curve.sigma
-    assert np.sqrt((share**2).mean()) == pytest.approx(1.0, abs=0.1)
+    assert np.sqrt((share**2).mean()) == pytest.approx(1.0, abs=0.15)
 
 
 def test_recorded_velocities_make_the_curves_better(tmp_path: Path, deburring: Plan) -> None:

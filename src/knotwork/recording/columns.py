@@ -5,6 +5,7 @@ Columns of a log that are no joint's position or velocity and no time are left o
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -95,7 +96,7 @@ def log_columns(
 
 def _factor(one: _Found, unit: str, *, degrees: bool) -> float:
     plain = degrees and unit == "rad" and not one.unit_said
-    return 0.017453292519943295 if plain else one.factor
+    return math.radians(1.0) if plain else one.factor
 
 
 def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) -> Iterable[_Found]:

@@ -24,6 +24,7 @@ from knotwork.recording.reading import Recording
 from knotwork.waypoints import FloatArray
 
 GROUPS = 8
+ROUNDS = 10
 NORMAL = 1.4826
 """Standard deviation of normal numbers over the median of their sizes."""
 ROUNDING = 12.0**-0.5
@@ -73,13 +74,13 @@ def noise_of(log: Recording, stated: float | None = None) -> Noise:
         given = finite_number(stated, "noise", "rad or m", positive=True)
         position, jitter = np.full(floor.size, given), 0.0
     else:
-        sigma, jitter = _by_speed(left, slopes)
+        sigma, jitter = _by_speed(left, slopes, floor)
         position = np.maximum(sigma, floor)
     velocity = None
     if log.velocity is not None and log.velocity_resolution is not None:
         left, slopes = _left_over(log.time, log.velocity)
-        sigma, _ = _by_speed(left, slopes)
-        velocity = np.maximum(sigma, np.maximum(log.velocity_resolution * ROUNDING, SMALLEST))
+        least = np.maximum(log.velocity_resolution * ROUNDING, SMALLEST)
+        velocity = np.maximum(_by_speed(left, slopes, least)[0], least)
     return Noise(position, velocity, jitter, stated is not None)
 
 
@@ -108,30 +109,37 @@ def _left_over(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatA
     return np.asarray(left), slopes_of(time, values)[2 : 2 + n]
 
 
-def _by_speed(left: FloatArray, slopes: FloatArray) -> tuple[FloatArray, float]:
-    """Noise of each joint and the jitter that they share."""
+def _by_speed(left: FloatArray, slopes: FloatArray, floor: FloatArray) -> tuple[FloatArray, float]:
+    """Noise of each joint and the jitter that they share, from the variances of groups.
+
+    A variance is known relative to itself, so each group weighs one over the square of what is
+    expected of it, which is found anew each time.
+    """
     from scipy.optimize import nnls
 
     count = left.shape[1]
     rows: list[FloatArray] = []
-    values: list[float] = []
+    variances: list[float] = []
     for j in range(count):
         # where nothing changes at all, the values are rounded and say nothing of their noise
         moving = np.flatnonzero(np.isfinite(left[:, j]) & (left[:, j] != 0.0))
         by_speed = moving[np.argsort(np.abs(slopes[moving, j]), kind="stable")]
         for group in _groups(by_speed):
-            variance = float((NORMAL * np.median(np.abs(left[group, j]))) ** 2)
             row = np.zeros(count + 1)
-            row[j], row[count] = 1.0, float(np.mean(slopes[group, j] ** 2))
-            # relative errors of all groups count alike
-            rows.append(row / variance)
-            values.append(1.0)
+            row[j], row[count] = 1.0, float(np.median(slopes[group, j] ** 2))
+            rows.append(row)
+            size = NORMAL * float(np.median(np.abs(left[group, j])))
+            variances.append(max(size, float(floor[j])) ** 2)
     if not rows:
         return np.zeros(count), 0.0
-    matrix = np.array(rows)
-    scale = np.maximum(np.abs(matrix).max(axis=0), np.finfo(float).tiny)
-    found, _ = nnls(matrix / scale, np.array(values))
-    found = np.sqrt(found / scale)
+    matrix, found = np.array(rows), np.zeros(count + 1)
+    expected = measured = np.array(variances)
+    for _ in range(ROUNDS):
+        weighted = matrix / expected[:, None]
+        scale = np.maximum(weighted.max(axis=0), np.finfo(float).tiny)
+        found = nnls(weighted / scale, measured / expected)[0] / scale
+        expected = np.maximum(matrix @ found, measured.min())
+    found = np.sqrt(found)
     return np.asarray(found[:count]), float(found[count])
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 GROUP = "Log"
 CERTAIN = 4.0
 """A fault counts if it is larger than so many standard errors."""
-JUMP = 6.0
+JUMP = 8.0
 """A sample further off the curve than so many standard deviations is a jump or wrong."""
 GAP = 5.0
 """A gap is longer than so many sample periods."""
