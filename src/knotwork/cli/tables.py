@@ -146,7 +146,7 @@ def print_report(
     robot = f"robot {report.robot}" if report.robot else "joints alone"
     out.print(f"{cell(robot)}; {cell(made or report.planner)}")
     for group, findings in report.groups.items():
-        numbers = [found for found in findings if found.value is not None]
+        numbers = [found for found in findings if found.value is not None and not found.detail]
         if numbers:
             # what is found of a waypoint at one time fits one row
             cells = {(found.name, found.when, found.quantity) for found in numbers}

@@ -25,6 +25,7 @@ from knotwork.meshes.bounds import (
 )
 from knotwork.meshes.collada_file import read_collada
 from knotwork.meshes.part import MeshPart
+from knotwork.waypoints import FloatArray
 
 SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 
@@ -58,6 +59,39 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
     except Exception as error:  # readers raise whatever comes of what they do not expect
         raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
     return parts
+
+
+def read_points(path: Path) -> FloatArray:
+    """Read the corners of a mesh file's triangles alone [m], shape (n, 3), as often as it has them.
+
+    Binary STL files, which most collision shapes are, are read without loading trimesh.
+
+    >>> meshes = kw.load_robot("ur5").urdf.parents[1] / "meshes"
+    >>> len(np.unique(read_points(meshes / "ur5/collision/base.stl"), axis=0))
+    283
+
+    Raises:
+        InputError: As for `read_mesh`.
+    """
+    try:
+        data = read_bounded(path) if path.suffix.lower() == ".stl" else b""
+        points = _binary_stl(data)
+        if points is not None:
+            check_triangles(len(points) // 3)
+            _check((MeshPart(points, np.arange(len(points)).reshape(-1, 3)),))
+            return points
+    except (InputError, OSError) as error:
+        raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
+    return np.concatenate([part.points[np.unique(part.triangles)] for part in read_mesh(path)])
+
+
+def _binary_stl(data: bytes) -> FloatArray | None:
+    """Corners of the triangles of a binary STL file; `None` for all others."""
+    if len(data) < 84 or len(data) != 84 + 50 * int.from_bytes(data[80:84], "little"):
+        return None
+    rows = np.frombuffer(data[84:], [("v", "<f4", (4, 3)), ("attribute", "<u2")])
+    with np.errstate(invalid="ignore"):
+        return np.asarray(rows["v"][:, 1:].reshape(-1, 3).astype(float))
 
 
 def _reason(error: Exception) -> str:

@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import Field
 
 from knotwork.documents import Number, StrictModel, Text
 from knotwork.documents.values import LimitsFile
+
+
+class CollisionFile(StrictModel):
+    """Which links are never checked against one another."""
+
+    ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = Field(
+        default_factory=list, description="Pairs of links that are not checked"
+    )
+    srdf: Text | None = Field(
+        default=None,
+        description="Path of an SRDF whose disabled pairs are not checked, as that of the URDF",
+    )
 
 
 class RobotFile(StrictModel):
@@ -36,6 +50,9 @@ class RobotFile(StrictModel):
     )
     configurations: dict[str, dict[str, Number]] = Field(
         default_factory=dict, description="Named configurations: joint to position [rad or m]"
+    )
+    collision: CollisionFile = Field(
+        CollisionFile(srdf=None), description="Which links are never checked for collisions"
     )
     limits: LimitsFile = Field(
         LimitsFile(), description="What the URDF lacks, or what replaces its own"

@@ -100,6 +100,8 @@ def _from_document(document: Document, folder: Path) -> Robot:
             configurations=content.configurations,
             limits=limit_tables(dict(content.limits), list(urdf.types), urdf, name),
             package_paths=tuple(folder / os.path.expanduser(p) for p in content.package_paths),
+            ignored_pairs=tuple((pair[0], pair[1]) for pair in content.collision.ignore),
+            srdf=_srdf_path(content.collision.srdf, folder, name),
         )
     )
     if robot.tool_frame is not None:
@@ -114,6 +116,11 @@ def _check_names(content: RobotFile, document: Document, urdf: Urdf) -> None:
         link = getattr(content, field)
         if link is not None and link not in urdf.links:
             raise UnknownNameError("frame", link, urdf.links, where=document.where((field,)))
+    for i, pair in enumerate(content.collision.ignore):
+        for link in pair:
+            if link not in urdf.links:
+                where = document.where(("collision", "ignore", i))
+                raise UnknownNameError("link", link, urdf.links, where=where)
     joints = [name for name in urdf.model.names if name != "universe"]
     places: list[tuple[tuple[str, ...], Mapping[str, Any]]] = [(("locked",), content.locked)]
     places += [(("configurations", k), v) for k, v in content.configurations.items()]
@@ -138,6 +145,18 @@ def _check_configuration(robot: Robot, name: str) -> None:
                 f"[{lower:g}, {upper:g}]",
                 joint=joint,
             )
+
+
+def _srdf_path(reference: str | None, folder: Path, robot: str) -> Path | None:
+    if reference is None:
+        return None
+    if reference.startswith(EXAMPLE_ROBOT_DATA):
+        path = example_robot_data(robot) / reference.removeprefix(EXAMPLE_ROBOT_DATA).lstrip("/")
+    else:
+        path = folder / os.path.expanduser(reference)
+    if not path.is_file():
+        raise RobotError(robot, f"there is no SRDF file {path}")
+    return path
 
 
 def _urdf_path(reference: str, folder: Path, robot: str) -> Path:

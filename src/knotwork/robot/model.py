@@ -41,6 +41,8 @@ class Description:
         configurations: Name to joint to position [rad or m].
         limits: Limits that replace the URDF's.
         package_paths: Folders that meshes are also looked for in.
+        ignored_pairs: Pairs of links that are not checked for collisions.
+        srdf: File that names more of them, or `None`.
     """
 
     name: str
@@ -56,6 +58,8 @@ class Description:
     configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: LimitTables = field(default_factory=dict)
     package_paths: tuple[Path, ...] = ()
+    ignored_pairs: tuple[tuple[str, str], ...] = ()
+    srdf: Path | None = None
 
 
 class Robot:
@@ -87,6 +91,8 @@ class Robot:
         tool_candidates: Links that carry no other, which a tool frame may be.
         configurations: Those named configurations that place every joint [rad or m].
         locked: Positions of the joints that do not move [rad or m].
+        ignored_pairs: Pairs of links that its file has not checked for collisions.
+        srdf: File that names more such pairs, or `None`.
         model: Pinocchio model of the chain, nq = nv = d.
         data: Its working memory, another for each thread.
 
@@ -105,6 +111,7 @@ class Robot:
         self.source, self.urdf = given.source, given.urdf.path
         self.package_paths = given.package_paths
         self.tool_frame = given.tool_frame
+        self.ignored_pairs, self.srdf = given.ignored_pairs, given.srdf
         self.tool_offset = given.tool_offset.copy()
         self.tool_candidates = given.urdf.leaves
         self.payload = given.payload

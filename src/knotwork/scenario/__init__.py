@@ -14,16 +14,22 @@ from knotwork.scenario.model import (
     ToolPlacement,
 )
 from knotwork.scenario.resolve import load_scenario
+from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
 
 __all__ = [
     "SMALLEST_PATH_TOLERANCE",
+    "CollisionRules",
     "FrameSpeed",
+    "HeldObject",
     "JointTarget",
     "JointValues",
     "MotionLimits",
     "Scenario",
     "ScenarioPath",
     "ScenarioWaypoint",
+    "Scene",
+    "SceneObject",
+    "Shape",
     "Stretch",
     "ToleranceSet",
     "ToolPlacement",

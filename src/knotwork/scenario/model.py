@@ -14,6 +14,7 @@ import numpy as np
 from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, InputError
 from knotwork.payload import Payload
+from knotwork.scenario.scene_model import Scene
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -234,6 +235,7 @@ class Scenario:
         limits: Limits that take the place of the robot's, by quantity; of position pairs of a
             lower and an upper one. Efforts are in SI whatever the file's units [N m or N].
         motion_limits: Limits on the motion of tool and links.
+        scene: What stands around the robot, what it carries, and what is checked for collisions.
         tolerances: For the check.
         continuity: Order of continuity that the check asks for.
         rate: Samples per second [Hz].
@@ -266,6 +268,7 @@ class Scenario:
     limits: Mapping[str, JointValues] = field(default_factory=dict)
     paths: tuple[ScenarioPath, ...] = ()
     motion_limits: MotionLimits = field(default_factory=MotionLimits)
+    scene: Scene = field(default_factory=Scene)
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)
     continuity: int = 2
     rate: float = 100.0

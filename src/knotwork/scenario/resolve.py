@@ -23,6 +23,7 @@ from knotwork.scenario.model import (
     ToleranceSet,
     ToolPlacement,
 )
+from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.schema import Balanced, EndAcceleration, ScenarioFile
 from knotwork.scenario.tool_schema import Tool
 from knotwork.scenario.waypoint_reader import WaypointReader
@@ -123,6 +124,7 @@ class _Resolver:
             presets=self._presets(),
             limits=self._limits(),
             motion_limits=self._motion_limits(),
+            scene=read_scene(self.reader, waypoints),
             tolerances=self._tolerances(),
             continuity=file.continuity,
             rate=file.rate,
@@ -169,6 +171,7 @@ class _Resolver:
             for key in ("tool", "gravity", "near", "branch", "pull_to_middle")
             if getattr(self.file, key) not in (None, "free")
         ]
+        places += [(key,) for key in ("scene", "collisions") if key in self.file.model_fields_set]
         places += [
             ("limits", key)
             for key in vars(MotionLimits())

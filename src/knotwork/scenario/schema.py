@@ -12,6 +12,7 @@ from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import StrictModel, Text
 from knotwork.documents.values import JointsOrName, Number, Positive, Vector3, by_kind
+from knotwork.scenario.scene_schema import Collisions, Scene
 from knotwork.scenario.tool_schema import ScenarioLimits, Tool
 from knotwork.scenario.waypoint_schema import Frame, Waypoint
 
@@ -182,6 +183,10 @@ class ScenarioFile(StrictModel):
         default_factory=dict, description="Named frames, in the base or in one another"
     )
     frame: Text | None = Field(None, description="Frame of poses that name none; left out: base")
+    scene: Scene = Field(default_factory=Scene, description="What stands around the robot")
+    collisions: Collisions = Field(
+        default_factory=Collisions, description="What is checked for collisions, and how closely"
+    )
     start: JointsOrName | None = Field(
         None,
         description="Where the motion starts, at rest, at time 0, before the waypoints: a "

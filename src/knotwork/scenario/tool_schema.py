@@ -8,6 +8,7 @@ from pydantic import Field, Tag, model_validator
 
 from knotwork.documents import StrictModel, Text
 from knotwork.documents.values import LARGEST, LimitsFile, Number, Positive, Vector3, by_kind
+from knotwork.scenario.scene_schema import HeldObject, Shapes
 from knotwork.scenario.waypoint_schema import Placement
 
 Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
@@ -37,6 +38,13 @@ class Tool(StrictModel):
     )
     inertia: Inertia | None = Field(
         None, description="In the axes of that frame; left out: a point mass"
+    )
+    shape: Shapes | None = Field(
+        None, description="What it looks like and is checked by, in the axes of that frame"
+    )
+    holds: dict[Text, HeldObject] = Field(
+        default_factory=dict,
+        description="Objects that it takes along between two waypoints, in the axes of the TCP",
     )
 
     @model_validator(mode="after")

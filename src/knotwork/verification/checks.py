@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.verification.collisions import collisions
 from knotwork.verification.continuity import continuity, resolution
 from knotwork.verification.dynamics import effort_limits
 from knotwork.verification.finding import Finding
@@ -29,6 +30,7 @@ CHECKS: dict[str, Check] = {
     "joint_limits": joint_limits,
     "effort_limits": effort_limits,
     "tool_limits": tool_limits,
+    "collisions": collisions,
     "continuity": continuity,
     "resolution": resolution,
     "singularity": singularity,

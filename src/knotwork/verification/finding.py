@@ -46,6 +46,8 @@ class Finding:
         requested: What was asked for, where that is a vector; an orientation as a quaternion
             x, y, z, w.
         achieved: What the motion does, in the same form.
+        points: Places that it is about, in the base frame [m].
+        detail: Tables leave it out, because another finding says more; reports as data have it.
         form: Unit of requested and achieved where it is not that of the value.
     """
 
@@ -66,6 +68,8 @@ class Finding:
     requested: tuple[float, ...] | None = None
     achieved: tuple[float, ...] | None = None
     form: str = ""
+    points: tuple[tuple[float, ...], ...] = ()
+    detail: bool = False
 
     @property
     def ok(self) -> bool:

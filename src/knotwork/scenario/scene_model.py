@@ -1,0 +1,106 @@
+"""What stands around the robot and what it carries, in SI: shapes, objects, rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A solid, placed in the frame that carries it.
+
+    Attributes:
+        kind: `"box"`, `"sphere"`, `"cylinder"`, `"capsule"`, `"cone"`, `"ellipsoid"`,
+            `"half_space"` or `"mesh"`.
+        size: Edges of a box; radius of a sphere; radius and length of a solid of revolution; half
+            axes of an ellipsoid; unit normal and offset of a half space [m].
+        placement: In the frame that carries it.
+        path: File of a mesh, or `None`.
+        scale: Factors from the file's numbers to m, along x, y and z.
+        exact: A mesh is checked as it is, not its convex hull.
+    """
+
+    kind: str
+    size: tuple[float, ...]
+    placement: pin.SE3
+    path: Path | None = None
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    exact: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class SceneObject:
+    """An object that stands still.
+
+    Attributes:
+        name: Its name.
+        shape: Placed in the base frame.
+        allow: Names of what may touch it.
+        visual: It is only shown, never checked.
+    """
+
+    name: str
+    shape: Shape
+    allow: tuple[str, ...] = ()
+    visual: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class HeldObject:
+    """An object that moves with the tool between two waypoints.
+
+    Attributes:
+        name: Its name.
+        shape: Placed in the axes of the TCP.
+        take, leave: Names of the waypoints where the tool takes it and leaves it.
+        allow: Names of what it may touch; the tool may touch it anyway.
+    """
+
+    name: str
+    shape: Shape
+    take: str
+    leave: str
+    allow: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CollisionRules:
+    """What is checked for collisions, and how closely.
+
+    Attributes:
+        itself: The robot is checked against itself and its tool.
+        ignore: Pairs of names that are not checked.
+        margin: Clearance to keep from the surroundings [m].
+        resolution: A clearance nearer than this to what must be kept counts as failed [m].
+    """
+
+    itself: bool = True
+    ignore: tuple[tuple[str, str], ...] = ()
+    margin: float = 0.0
+    resolution: float = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Surroundings of the robot and what it carries.
+
+    Attributes:
+        objects: What stands still.
+        tool: Shapes of the tool, in the axes of the frame that carries it.
+        held: What the tool takes along.
+        rules: What is checked, and how closely.
+    """
+
+    objects: tuple[SceneObject, ...] = ()
+    tool: tuple[Shape, ...] = ()
+    held: tuple[HeldObject, ...] = ()
+    rules: CollisionRules = CollisionRules()
+
+    def asks(self) -> bool:
+        """Whether anything of the scenario has to be checked beside the robot's own links."""
+        return bool(self.tool or self.held or any(not one.visual for one in self.objects))

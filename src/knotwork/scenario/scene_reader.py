@@ -1,0 +1,132 @@
+"""The scene of a scenario file: shapes, objects and rules in SI."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from knotwork.documents import Location
+from knotwork.errors import did_you_mean
+from knotwork.scenario.model import ScenarioWaypoint
+from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
+from knotwork.scenario.scene_schema import SHAPES, ShapeFile, Turned
+from knotwork.scenario.scene_schema import HeldObject as HeldObjectFile
+from knotwork.scenario.scene_schema import SceneObject as SceneObjectFile
+from knotwork.scenario.waypoint_reader import WaypointReader
+
+TOOL = "tool"
+"""What the tool's shapes are called together, beside links and objects."""
+
+
+def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) -> Scene:
+    """Read the scene of a scenario file.
+
+    Args:
+        reader: Of the same file.
+        waypoints: In order of time.
+
+    Raises:
+        DocumentError: A frame or a waypoint does not exist, or a name is given twice.
+    """
+    file = reader.file
+    scene, tool = file.scene, file.tool
+    objects = tuple(
+        SceneObject(
+            name,
+            _shape(reader, one, ("scene", "objects", name), one.parent),
+            tuple(one.allow),
+            one.visual,
+        )
+        for name, one in scene.objects.items()
+    )
+    if TOOL in scene.objects:
+        raise reader.document.error(
+            ("scene", "objects", TOOL), "is a reserved name", "any other name for an object"
+        )
+    shapes: list[ShapeFile] = []
+    if tool is not None and tool.shape is not None:
+        shapes = tool.shape if isinstance(tool.shape, list) else [tool.shape]
+    one = len(shapes) == 1 and not isinstance(getattr(tool, "shape", None), list)
+    rules = file.collisions
+    return Scene(
+        objects=objects,
+        tool=tuple(
+            _shape(reader, shape, ("tool", "shape", *(() if one else (i,))))
+            for i, shape in enumerate(shapes)
+        ),
+        held=tuple(
+            _held(reader, name, held, waypoints)
+            for name, held in (tool.holds if tool is not None else {}).items()
+        ),
+        rules=CollisionRules(
+            rules.itself,
+            tuple((pair[0], pair[1]) for pair in rules.ignore),
+            reader.length * scene.margin,
+            CollisionRules.resolution
+            if rules.resolution is None
+            else reader.length * rules.resolution,
+        ),
+    )
+
+
+def _held(
+    reader: WaypointReader,
+    name: str,
+    given: HeldObjectFile,
+    waypoints: Sequence[ScenarioWaypoint],
+) -> HeldObject:
+    place: Location = ("tool", "holds", name)
+    if name == TOOL or name in reader.file.scene.objects:
+        raise reader.document.error(
+            place, f"{name!r} is the name of something else", "a name of its own"
+        )
+    names = [waypoint.name for waypoint in waypoints]
+    for key, waypoint in (("from", given.take), ("to", given.leave)):
+        if waypoint not in names:
+            raise reader.document.error(
+                (*place, key), f"there is no waypoint {waypoint!r}", did_you_mean(waypoint, names)
+            )
+    if names.index(given.leave) <= names.index(given.take):
+        raise reader.document.error(
+            (*place, "to"), f"{given.leave!r} is not after {given.take!r}", "a waypoint after it"
+        )
+    shape = _shape(reader, given, place)
+    return HeldObject(name, shape, given.take, given.leave, tuple(given.allow))
+
+
+def _shape(
+    reader: WaypointReader,
+    given: ShapeFile | SceneObjectFile | HeldObjectFile,
+    place: Location,
+    frame: str | None = None,
+) -> Shape:
+    """A shape in SI, placed in the frame that carries it, or if one is named in the base."""
+    placement = reader.placement(given, place)
+    if frame is not None:
+        placement = reader.frames[reader.frames.find(frame, (*place, "in"))] * placement
+    kind = next(name for name in SHAPES if getattr(given, name) is not None)
+    path, scale = None, 1.0
+    if given.mesh is not None:
+        folder = reader.document.file.parent if reader.document.file is not None else Path()
+        path = folder / os.path.expanduser(given.mesh)
+        if not path.is_file():
+            raise reader.document.error((*place, "mesh"), f"there is no file {path}")
+        own_unit = path.suffix.lower() == ".dae"
+        scale = (given.scale or 1.0) * (1.0 if own_unit else reader.length)
+    scales = (scale, scale, scale)
+    return Shape(kind, _size(given, reader.length), placement, path, scales, bool(given.exact))
+
+
+def _size(given: ShapeFile | SceneObjectFile | HeldObjectFile, length: float) -> tuple[float, ...]:
+    if given.half_space is not None:
+        normal = np.array(given.half_space.normal)
+        normal /= np.abs(normal).max()
+        return (*(normal / np.linalg.norm(normal)).tolist(), length * given.half_space.offset)
+    for turned in (given.cylinder, given.capsule, given.cone):
+        if isinstance(turned, Turned):
+            return length * turned.radius, length * turned.length
+    edges = given.box or given.ellipsoid or ([given.sphere] if given.sphere is not None else [])
+    return tuple(length * edge for edge in edges)

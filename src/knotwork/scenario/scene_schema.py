@@ -1,0 +1,143 @@
+"""Contents of a scenario file: shapes of surroundings, tool and held objects; collision rules."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field, Tag, model_validator
+
+from knotwork.documents import StrictModel, Text
+from knotwork.documents.values import LARGEST, Number, Positive, Vector3, by_kind
+from knotwork.scenario.waypoint_schema import Placement
+
+Size3 = Annotated[list[Positive], Field(min_length=3, max_length=3)]
+Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
+
+SHAPES = (
+    *("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid"),
+    *("half_space", "mesh"),
+)
+"""Keys of which a shape gives exactly one."""
+
+
+class Turned(StrictModel):
+    """A solid of revolution about z, its middle at the origin."""
+
+    radius: Positive = Field(description="[length]")
+    length: Positive = Field(
+        description="Along z; of a capsule between the centres of its half spheres [length]"
+    )
+
+
+def _a_direction(vector: list[float]) -> list[float]:
+    if not any(vector):
+        raise ValueError("must not be zero: it says which way is out of the solid")
+    return vector
+
+
+class HalfSpace(StrictModel):
+    """Everything behind a plane: a floor, a wall."""
+
+    normal: Annotated[Vector3, AfterValidator(_a_direction)] = Field(
+        description="Out of the solid, of any length"
+    )
+    offset: Number = Field(0.0, description="Of the plane from the origin along it [length]")
+
+
+class _Shape(Placement):
+    position: Vector3 = Field(
+        default=[0.0, 0.0, 0.0], description="Of the shape's middle, a mesh's origin [length]"
+    )
+    box: Size3 | None = Field(None, description="Size along x, y and z [length]")
+    sphere: Positive | None = Field(None, description="Its radius [length]")
+    cylinder: Turned | None = Field(None, description="About z")
+    capsule: Turned | None = Field(None, description="About z: a cylinder with half spheres")
+    cone: Turned | None = Field(None, description="About z, its tip up")
+    ellipsoid: Size3 | None = Field(None, description="Half axes along x, y and z [length]")
+    half_space: HalfSpace | None = Field(None, description="A floor or a wall without end")
+    mesh: Text | None = Field(
+        None,
+        description="Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
+        "are in this file's unit of length (COLLADA says its own)",
+    )
+    scale: Positive | None = Field(None, description="Factor on a mesh; left out: 1")
+    exact: bool | None = Field(
+        None,
+        description="Check a mesh as it is, not its convex hull; it must be watertight. Left out: "
+        "false",
+    )
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> _Shape:
+        given = [name for name in SHAPES if getattr(self, name) is not None]
+        if len(given) != 1:
+            found = f"gives {' and '.join(given)}" if given else "gives no shape"
+            raise ValueError(f"{found}; give one of {', '.join(SHAPES)}")
+        for name in ("exact", "scale"):
+            if self.mesh is None and getattr(self, name) is not None:
+                raise ValueError(f"gives {name}, which is for a mesh")
+        return self
+
+
+class ShapeFile(_Shape):
+    """One shape, placed in the axes of the frame that carries it."""
+
+
+class SceneObject(_Shape):
+    """An object that stands still."""
+
+    parent: Text = Field("base", alias="in", description="base or the name of a frame")
+    allow: list[Text] = Field(
+        default_factory=list,
+        description="What may touch it: links of the robot, tool, or the name of a held object",
+    )
+    visual: bool = Field(False, description="Only shown, never checked")
+
+
+class Scene(StrictModel):
+    """What stands around the robot."""
+
+    margin: Distance = Field(
+        default=0.0, description="Clearance that robot, tool and held objects keep from it [length]"
+    )
+    objects: dict[Text, SceneObject] = Field(
+        default_factory=dict, description="By name, in the base or in frames"
+    )
+
+
+class HeldObject(_Shape):
+    """An object that the tool takes along; before and after it stands where it was and is left."""
+
+    take: Text = Field(alias="from", description="Name of the waypoint where the tool takes it")
+    leave: Text = Field(alias="to", description="Name of the waypoint where the tool leaves it")
+    allow: list[Text] = Field(
+        default_factory=list,
+        description="What it may touch: objects of the scene that it is taken from or put on, "
+        "links. The tool may touch it anyway",
+    )
+
+
+Shapes = Annotated[
+    Annotated[ShapeFile, Tag("mapping")]
+    | Annotated[Annotated[list[ShapeFile], Field(min_length=1)], Tag("list")],
+    by_kind("a mapping with a shape, or a list of them"),
+]
+
+
+class Collisions(StrictModel):
+    """What is checked for collisions, and how closely."""
+
+    itself: bool = Field(
+        default=True,
+        alias="self",
+        description="Whether the robot is checked against itself and its tool",
+    )
+    ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = Field(
+        default_factory=list,
+        description="Pairs that are not checked: names of links and objects, or tool",
+    )
+    resolution: Positive | None = Field(
+        default=None,
+        description="A clearance that is nearer than this to what must be kept counts as failed "
+        "[length]; left out: 0.1 mm",
+    )

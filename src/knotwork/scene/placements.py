@@ -1,0 +1,96 @@
+"""Where the joints of a chain are, for many configurations at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.waypoints import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class JointTree:
+    """The joints of a Pinocchio model, each of one degree of freedom.
+
+    Attributes:
+        parent: Index of each joint's parent, joint 0 is what stands still; length n + 1.
+        column: Index of each joint's position, -1 for joint 0.
+        rotation, translation: Placement in the parent at position 0, shapes (n + 1, 3, 3) and
+            (n + 1, 3).
+        axis: In the joint's own axes, of length 1, shape (n + 1, 3).
+        turns: Angle for one unit of the position: 1 or, if prismatic, 0.
+        slides: Distance along the axis for one unit: 1 if prismatic, the pitch if helical.
+        carriers: Whether joint j carries joint i, itself included; shape (n + 1, n + 1).
+    """
+
+    parent: tuple[int, ...]
+    column: tuple[int, ...]
+    rotation: FloatArray
+    translation: FloatArray
+    axis: FloatArray
+    turns: FloatArray
+    slides: FloatArray
+    carriers: Any
+
+
+def joint_tree(model: Any) -> JointTree:
+    """Read the joints of a model."""
+    data = model.createData()
+    pin.computeJointJacobians(model, data, pin.neutral(model))
+    n = model.njoints
+    axis, turns, slides = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
+    carriers = np.eye(n, dtype=bool)
+    for i in range(1, n):
+        local = pin.getJointJacobian(model, data, i, pin.LOCAL).reshape(6, -1)
+        column = local[:, model.joints[i].idx_v]
+        turns[i], slides[i] = np.linalg.norm(column[3:]), np.linalg.norm(column[:3])
+        axis[i] = column[3:] / turns[i] if turns[i] else column[:3] / slides[i]
+        slides[i] *= np.sign(axis[i] @ column[:3] or 1.0)
+        carriers[i] |= carriers[model.parents[i]]
+    carriers[:, 0] = False  # nothing moves it
+    return JointTree(
+        tuple(int(parent) for parent in model.parents),
+        (-1, *(int(model.joints[i].idx_q) for i in range(1, n))),
+        np.array([placement.rotation for placement in model.jointPlacements]),
+        np.array([placement.translation for placement in model.jointPlacements]),
+        axis,
+        turns,
+        slides,
+        carriers,
+    )
+
+
+def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rotations and origins of all joints, in the axes of the URDF's root.
+
+    Args:
+        joints: The joints.
+        q: Configurations [rad or m], shape (k, d).
+
+    Returns:
+        Shapes (k, n + 1, 3, 3) and (k, n + 1, 3) [m].
+    """
+    k, n = len(q), len(joints.parent)
+    rotation, origin = np.empty((k, n, 3, 3)), np.empty((k, n, 3))
+    rotation[:, 0], origin[:, 0] = np.eye(3), 0.0
+    for i in range(1, n):
+        up, value = joints.parent[i], q[:, joints.column[i]]
+        rotation[:, i] = rotation[:, up] @ joints.rotation[i]
+        origin[:, i] = origin[:, up] + rotation[:, up] @ joints.translation[i]
+        if joints.slides[i]:
+            along = rotation[:, i] @ joints.axis[i]
+            origin[:, i] += (joints.slides[i] * value)[:, None] * along
+        if joints.turns[i]:
+            rotation[:, i] = rotation[:, i] @ _turned(joints.axis[i], joints.turns[i] * value)
+    return rotation, origin
+
+
+def _turned(axis: FloatArray, angle: FloatArray) -> FloatArray:
+    """Rotation matrices about an axis, shape (k, 3, 3) (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))

@@ -1,0 +1,126 @@
+"""Pairs of solids of a collision model, as arrays: what is worked on for many times at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.scene.distances import DistanceMeter, world_axes
+from knotwork.scene.model import CollisionModel
+from knotwork.scene.placements import place_joints
+from knotwork.waypoints import FloatArray
+
+
+class SolidPairs:
+    """All pairs of solids of all pairs of bodies.
+
+    Attributes:
+        model: Bodies and pairs.
+        solids: Of all bodies.
+        joint: Index of the joint that carries each solid, shape (s,).
+        first, second: Solids of each pair of solids, shape (c,).
+        pair: Pair of bodies that it belongs to, shape (c,).
+        margin: Clearance to keep [m], shape (c,).
+        windows: From when to when [s] each pair of bodies is there, shape (p, 2).
+    """
+
+    def __init__(self, model: CollisionModel) -> None:
+        self.model = model
+        self.solids = [one for body in model.bodies for one in body.solids]
+        place = np.cumsum([0, *(len(body.solids) for body in model.bodies)])
+        self.joint = np.array([body.joint for body in model.bodies for _ in body.solids])
+        combos = [
+            (place[pair.first] + a, place[pair.second] + b, k)
+            for k, pair in enumerate(model.pairs)
+            for a in range(len(model.bodies[pair.first].solids))
+            for b in range(len(model.bodies[pair.second].solids))
+        ]
+        self.first, self.second, self.pair = np.array(combos).T
+        self.margin = np.array([model.pairs[k].margin for k in self.pair])
+        bodies = [(model.bodies[p.first], model.bodies[p.second]) for p in model.pairs]
+        self.windows = np.array([(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies])
+        corners = np.array([one.corners for one in self.solids])
+        corners[~np.isfinite(corners)] = 0.0  # half spaces stand still
+        self._corners = corners.swapaxes(1, 2)
+        self._centre = (corners[:, 0] + corners[:, -1]) / 2
+        self._radius = np.linalg.norm(corners[:, -1] - corners[:, 0], axis=1) / 2
+        self._planes = [
+            (np.flatnonzero(self.first == s), one.plane)
+            for s, one in enumerate(self.solids)
+            if one.plane is not None
+        ]
+        self._meter = DistanceMeter()
+
+    def corners(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
+        """Corners of boxes around the solids [m], shape (k, s, 3, 8).
+
+        Args:
+            rotation: Of all joints, shape (k, n + 1, 3, 3).
+            origin: Of all joints [m], shape (k, n + 1, 3).
+        """
+        turned = rotation[:, self.joint] @ self._corners
+        return np.asarray(turned + origin[:, self.joint, :, None])
+
+    def least(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
+        """Distances of spheres around solids, or of a sphere and a plane [m], shape (k, c).
+
+        No solids are nearer to one another than these.
+
+        Args:
+            rotation: Of all joints, shape (k, n + 1, 3, 3).
+            origin: Of all joints [m], shape (k, n + 1, 3).
+        """
+        centre = (rotation[:, self.joint] @ self._centre[:, :, None])[..., 0]
+        centre += origin[:, self.joint]
+        gap = centre[:, self.first] - centre[:, self.second]
+        least = np.linalg.norm(gap, axis=2) - self._radius[self.first] - self._radius[self.second]
+        for columns, plane in self._planes:
+            others = self.second[columns]
+            height = centre[:, others] @ plane[:3] - plane[3]
+            least[:, columns] = height - self._radius[others]
+        return np.asarray(least)
+
+    def measured(
+        self,
+        combo: int,
+        rotation: FloatArray,
+        origin: FloatArray,
+        axes: dict[int, tuple[FloatArray, FloatArray]],
+    ) -> float:
+        """Distance of a pair of solids [m]; not above 0 where they overlap.
+
+        Args:
+            combo: Which pair.
+            rotation: Of all joints, shape (n + 1, 3, 3).
+            origin: Of all joints [m], shape (n + 1, 3).
+            axes: Of the solids at these placements, filled in as they are needed.
+        """
+        a, b = int(self.first[combo]), int(self.second[combo])
+        for s in (a, b):
+            if s not in axes:
+                j = self.joint[s]
+                axes[s] = world_axes(self.solids[s], rotation[j], origin[j])
+        return self._meter.distance(self.solids[a], *axes[a], self.solids[b], *axes[b])
+
+    def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
+        """The least distance beyond what is to be kept at configurations [m], shape (m,).
+
+        Args:
+            q: Joint positions [rad or m], shape (m, d).
+            time: When [s]: bodies that are not there then are left out.
+            most: Nothing beyond this is of interest [m]: it is the largest value given. With 0 only
+                the sign counts.
+        """
+        result = np.full(len(q), most)
+        low, high = self.windows[self.pair].T
+        there = np.flatnonzero((low <= time) & (time <= high))
+        rotation, origin = place_joints(self.model.joints, np.asarray(q, dtype=float))
+        least = (self.least(rotation, origin) - self.margin)[:, there]
+        for i, row in enumerate(least):
+            axes: dict[int, tuple[FloatArray, FloatArray]] = {}
+            for k in np.argsort(row).tolist():
+                if row[k] > result[i] or (most == 0.0 and result[i] < 0.0):
+                    break
+                c = int(there[k])
+                apart = self.measured(c, rotation[i], origin[i], axes) - self.margin[c]
+                result[i] = min(result[i], apart if apart > 0.0 else min(apart, -1e-300))
+        return result

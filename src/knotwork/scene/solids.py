@@ -1,0 +1,153 @@
+"""Solids that Coal measures distances of, from shapes; convex hulls of meshes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.meshes.reading import read_mesh, read_points
+from knotwork.scenario import Shape
+from knotwork.waypoints import FloatArray
+
+THIN = 1e-6
+"""A mesh that is thinner than this part of its length is taken for a sheet."""
+
+THICKNESS = 1e-4
+"""By so much a sheet is thickened to both sides [m]."""
+
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A shape as Coal has it, placed in the axes of the joint that carries it.
+
+    Attributes:
+        geometry: Coal's.
+        rotation: Of its axes, shape (3, 3).
+        translation: Of its origin [m], shape (3,).
+        corners: Of a box around it, in the joint's axes [m], shape (8, 3); infinite for a half
+            space.
+        plane: Unit normal and offset of a half space in the joint's axes, shape (4,), or `None`.
+        triangles: Of a mesh that is not taken as its hull: corners in its own axes [m], shape
+            (n, 3, 3); `None` for all that is convex.
+    """
+
+    geometry: Any
+    rotation: FloatArray
+    translation: FloatArray
+    corners: FloatArray
+    plane: FloatArray | None = None
+    triangles: FloatArray | None = None
+
+    @property
+    def centre(self) -> FloatArray:
+        """Of a sphere around it, in the joint's axes [m], shape (3,)."""
+        return np.asarray((self.corners[0] + self.corners[-1]) / 2)
+
+    @property
+    def radius(self) -> float:
+        """Of that sphere [m]."""
+        return float(np.linalg.norm(self.corners[-1] - self.corners[0]) / 2)
+
+
+def solid(shape: Shape, carrier: Any) -> Solid:
+    """Make a solid.
+
+    Args:
+        shape: What it is.
+        carrier: `pin.SE3` of the frame that the shape is placed in, in the joint's axes.
+
+    Raises:
+        InputError: A mesh can't be read, is flat, or is to be exact and is not watertight.
+    """
+    placed = carrier * shape.placement
+    turn, shift = np.array(placed.rotation), np.array(placed.translation)
+    triangles = None
+    if shape.path is not None:
+        changed = shape.path.stat().st_mtime_ns
+        if shape.exact:
+            geometry, triangles = _exact(shape.path, changed, shape.scale)
+        else:
+            geometry = _hull(shape.path, changed, shape.scale)
+    elif shape.kind == "half_space":
+        normal = turn @ np.array(shape.size[:3])
+        plane = np.array([*normal, shape.size[3] + normal @ shift])
+        geometry = coal.Halfspace(np.array(shape.size[:3]), shape.size[3])
+        return Solid(geometry, turn, shift, np.full((8, 3), np.inf), plane)
+    else:
+        make = {
+            "box": coal.Box,
+            "sphere": coal.Sphere,
+            "cylinder": coal.Cylinder,
+            "capsule": coal.Capsule,
+            "cone": coal.Cone,
+            "ellipsoid": coal.Ellipsoid,
+        }
+        geometry = make[shape.kind](*shape.size)
+    geometry.computeLocalAABB()
+    low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
+    corners = low + _CORNERS * (high - low)
+    return Solid(geometry, turn, shift, corners @ turn.T + shift, triangles=triangles)
+
+
+@lru_cache(maxsize=256)
+def _hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
+    """Convex hull of a mesh file; `changed` is when it was written last."""
+    points = read_points(path) * np.array(scale)
+    points = points[np.lexsort(points.T)]
+    distinct = np.append(True, np.any(points[1:] != points[:-1], axis=1))
+    vectors = coal.StdVec_Vec3s()
+    vectors.extend(list(_thickened(points[distinct])))
+    return coal.ConvexBase.convexHull(vectors, True, "Qt")
+
+
+def _thickened(points: FloatArray) -> FloatArray:
+    """Points of a sheet, or of a wire, with some on both sides of it: a hull needs an inside."""
+    spread, axes = np.linalg.eigh(np.cov(points.T, bias=True))
+    for axis in axes.T[spread <= (THIN**2) * max(spread[-1], THICKNESS**2)]:
+        points = np.concatenate([points - THICKNESS * axis, points + THICKNESS * axis])
+    return points
+
+
+@lru_cache(maxsize=32)
+def _exact(path: Path, changed: int, scale: tuple[float, float, float]) -> tuple[Any, FloatArray]:
+    """A mesh as it is, and the corners of its triangles."""
+    parts = read_mesh(path)
+    corners = np.concatenate([part.points[part.triangles] for part in parts]) * np.array(scale)
+    points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    faces = index.reshape(-1, 3)
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    forward, count = np.unique(edges, axis=0, return_counts=True)
+    backward = np.unique(edges[:, ::-1], axis=0)
+    if (count > 1).any() or not np.array_equal(forward, backward):
+        raise InputError(
+            f"mesh {path} is not watertight, so that it has no inside; close it, or leave out "
+            "exact, then its convex hull is taken"
+        )
+    mesh = coal.BVHModelOBBRSS()
+    mesh.beginModel(len(faces), len(points))
+    mesh.addVertices(points)
+    mesh.addTriangles(faces)
+    mesh.endModel()
+    return mesh, points[faces]
+
+
+def winding_number(triangles: FloatArray, point: FloatArray) -> float:
+    """How often closed triangles, shape (n, 3, 3), wind around a point: 1 inside, 0 outside.
+
+    The sum of their solid angles (van Oosterom and Strackee, 1983) over 4π.
+    """
+    a, b, c = (triangles - point).transpose(1, 0, 2)
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    dots = [np.einsum("ij,ij->i", *pair) for pair in ((a, b), (b, c), (c, a))]
+    below = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
+    return float(np.arctan2(volume, below).sum() / (2 * np.pi))

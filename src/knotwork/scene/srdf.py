@@ -1,0 +1,39 @@
+"""Pairs of links that an SRDF takes out of collision checks."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from xml.dom import expatbuilder
+from xml.parsers.expat import ExpatError
+
+from knotwork.documents import read_text
+from knotwork.errors import InputError
+from knotwork.robot.urdf import child_elements
+
+
+@lru_cache(maxsize=32)
+def disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]:
+    """Read two links and the reason of each pair that is not to be checked.
+
+    Args:
+        path: The SRDF.
+        changed: When it was written last, so that what was read is not used for longer.
+
+    Raises:
+        InputError: The file can't be read, or is no SRDF.
+    """
+    try:
+        root = expatbuilder.parseString(read_text(path).encode(), namespaces=False).documentElement
+    except ExpatError as error:
+        raise InputError(f"{path} is not XML, so it is not an SRDF: {error}") from error
+    if root is None or root.tagName != "robot":
+        raise InputError(f"{path} is not an SRDF: its outermost element is not <robot>")
+    return tuple(
+        (
+            element.getAttribute("link1"),
+            element.getAttribute("link2"),
+            element.getAttribute("reason").lower(),
+        )
+        for element in child_elements(root, "disable_collisions")
+    )

@@ -1,0 +1,360 @@
+"""Clearances of pairs of bodies, proved over all time by bounds on how far bodies can move.
+
+Let d be the distance of two bodies at the middle of an interval of time. Bring the joints between
+them from where they are then to where they are at another time of the interval, one by one, those
+near the base first. Joint j turns its part by Δqⱼ at most, and moves no point of it farther than
+|Δqⱼ| ρⱼ, where ρⱼ is the largest distance of the body from axis j at the middle: joints farther out
+still stand as they did, and those nearer to the base move axis and body alike. So the distance is
+at least
+
+    d − Σⱼ |Δqⱼ| ρⱼ
+
+all over the interval. Where that leaves open how near the bodies come, the interval is divided in
+three, and the middle part has its distance already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import horner
+from knotwork.scene.bodies import Body
+from knotwork.scene.distances import (
+    ROUNDING,
+    Nearest,
+    nearest_of_bodies,
+    one_inside_the_other,
+    world_axes,
+)
+from knotwork.scene.model import CollisionModel
+from knotwork.scene.placements import place_joints
+from knotwork.scene.solid_pairs import SolidPairs
+from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.waypoints import FloatArray
+
+IndexArray = NDArray[np.intp]
+
+PARTS = 24
+"""The motion is first divided into about so many intervals, and at every break."""
+
+PRECISION = 1e-3
+AROUND_PRECISION = 0.1
+OWN_PRECISION = 0.5
+"""The least clearance of a pair is found to this [m], or to this part of it if that is more: of
+what stands around, and of links of the robot, which come near one another all the time."""
+
+BLOCK = 2000
+"""Intervals that are looked at together."""
+
+BUDGET = 100_000
+"""Distances that are measured at most. What is open then is undecided."""
+
+EDGE = 1e-4
+"""The ends of a contact are found to this [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Clearance:
+    """How near two bodies come over a motion.
+
+    Attributes:
+        first, second: The bodies.
+        distance: The smallest distance found [m]; minus the depth where they overlap.
+        bound: They are proved to be never nearer than this [m].
+        margin: Clearance to keep [m].
+        around: One of them stands around.
+        time: When the smallest distance was found [s].
+        nearest: The nearest points then, in the axes of the URDF's root.
+        verdict: `"clear"`, `"collides"` (or is nearer than the margin) or `"undecided"`.
+        interval: From when to when [s] they are too near, or it is undecided; else `None`.
+        evaluations: How often their distance was measured.
+    """
+
+    first: Body
+    second: Body
+    distance: float
+    bound: float
+    margin: float
+    around: bool
+    time: float
+    nearest: Nearest
+    verdict: str
+    interval: tuple[float, float] | None
+    evaluations: int
+
+
+def clearances(
+    model: CollisionModel, curve: PiecewisePolynomial, resolution: float
+) -> tuple[Clearance, ...]:
+    """Prove how near each pair of bodies comes over a motion.
+
+    Args:
+        model: Bodies and pairs.
+        curve: Joint positions, trailing shape (d,).
+        resolution: Intervals in which bodies move less than this [m] are not divided further.
+    """
+    if not model.pairs:
+        return ()
+    return _Search(model, curve, resolution).result()
+
+
+class _Search:
+    """The division of the time of a motion, for all pairs of solids together."""
+
+    def __init__(
+        self, model: CollisionModel, curve: PiecewisePolynomial, resolution: float
+    ) -> None:
+        self.model, self.curve, self.resolution = model, curve, resolution
+        self.table = SolidPairs(model)
+        self.first, self.second, self.pair = (
+            self.table.first,
+            self.table.second,
+            self.table.pair,
+        )
+        self.margin = self.table.margin
+        self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
+        carriers = model.joints.carriers[self.table.joint]
+        a, b = carriers[self.first], carriers[self.second]
+        self.between = (a & ~b).astype(float), (b & ~a).astype(float)
+        self.precision = np.where(
+            [model.pairs[k].around for k in self.pair], AROUND_PRECISION, OWN_PRECISION
+        )
+        self.distance = np.full(len(self.pair), np.inf)
+        self.time = np.full(len(self.pair), curve.x[0])
+        self.bound = np.full(len(self.pair), np.inf)
+        self.measurements = np.zeros(len(self.pair), dtype=int)
+        self.undecided: list[tuple[int, float, float]] = []
+
+    def result(self) -> tuple[Clearance, ...]:
+        first = self._intervals()
+        for low in range(0, len(first.piece), BLOCK):
+            intervals = first[low : low + BLOCK]
+            item, combo = self._there(intervals)
+            distance = np.full(len(item), np.nan)
+            while len(item):
+                intervals, item, combo, distance = self._level(intervals, item, combo, distance)
+        self._look_inside()
+        return self._clearances()
+
+    def _intervals(self) -> Intervals:
+        """The first intervals."""
+        x = self.curve.x
+        inner = self.windows[(self.windows > x[0]) & (self.windows < x[-1])]
+        edges = np.unique(np.concatenate([x, inner]))
+        span = np.diff(edges)
+        parts = np.maximum(1, np.ceil(PARTS * span / (x[-1] - x[0]))).astype(int)
+        index = np.repeat(np.arange(len(span)), parts)
+        step = np.arange(len(index)) - np.repeat(np.cumsum(parts) - parts, parts)
+        start = edges[index] + span[index] * (step / parts[index])
+        length = span[index] / parts[index]
+        piece = np.clip(np.searchsorted(x, start + length / 2) - 1, 0, len(x) - 2)
+        return Intervals(piece, start - x[piece], length)
+
+    def _there(self, intervals: Intervals) -> tuple[IndexArray, IndexArray]:
+        """Which pairs of solids are there together in which intervals."""
+        middle = self.curve.x[intervals.piece] + intervals.start + intervals.length / 2
+        windows = self.windows[self.pair]
+        there = (middle[:, None] > windows[:, 0]) & (middle[:, None] < windows[:, 1])
+        item, combo = np.nonzero(there)
+        return item, combo
+
+    def _level(
+        self, intervals: Intervals, item: IndexArray, combo: IndexArray, distance: FloatArray
+    ) -> tuple[Intervals, IndexArray, IndexArray, FloatArray]:
+        """Measure where it is needed, close what is decided, divide the rest in three."""
+        middle = intervals.start + intervals.length / 2
+        q = horner(self.curve.c[:, intervals.piece], middle[:, None])
+        time = self.curve.x[intervals.piece] + middle
+        rotation, origin = place_joints(self.model.joints, q)
+        motion = self._motions(self._moves(intervals, rotation, origin), item, combo)
+        least = self.table.least(rotation, origin)[item, combo]
+        self._measure(time[item], rotation, origin, item, combo, distance, least - motion)
+        measured = ~np.isnan(distance)
+        lower = np.where(measured, distance - ROUNDING, least) - motion
+        decided = lower >= self._goal()[combo]
+        small = motion <= self.resolution
+        is_open = (
+            ~(decided | small) if self.measurements.sum() < BUDGET else np.zeros(len(item), bool)
+        )
+        closed = ~is_open
+        np.minimum.at(self.bound, combo[closed], lower[closed])
+        left = closed & (lower < self.margin[combo]) & (self.distance[combo] > self.margin[combo])
+        for i in np.flatnonzero(left).tolist():
+            half = intervals.length[item[i]] / 2
+            at = float(time[item[i]])
+            self.undecided.append((int(combo[i]), at - half, at + half))
+        return _divided(intervals, item[is_open], combo[is_open], distance[is_open])
+
+    def _goal(self) -> FloatArray:
+        """An interval is closed where its bound comes up to this [m], for each pair of solids."""
+        part = np.maximum(PRECISION, self.precision * np.abs(self.distance))
+        with np.errstate(invalid="ignore"):
+            goal = np.where(np.isinf(self.distance), np.inf, self.distance - part)
+        return np.where(self.distance > self.margin, np.maximum(goal, self.margin), goal)
+
+    def _measure(
+        self,
+        time: FloatArray,
+        rotation: FloatArray,
+        origin: FloatArray,
+        item: IndexArray,
+        combo: IndexArray,
+        distance: FloatArray,
+        lower: FloatArray,
+    ) -> None:
+        """Measure distances, the least ones first, as far as that may change the smallest one.
+
+        Args:
+            time: Of each item [s].
+            rotation: Of all joints at each of the k times, shape (k, n + 1, 3, 3).
+            origin: Of all joints then [m], shape (k, n + 1, 3).
+            item: Which of the k times each item is at.
+            combo: Pair of solids of each item.
+            distance: Of each item [m]; `nan` where it has not been measured, and filled in.
+            lower: What spheres prove of each item [m].
+        """
+        waiting = np.flatnonzero(np.isnan(distance) & (lower < self._goal()[combo]))
+        goal: dict[int, float] = {}
+        axes: dict[int, dict[int, tuple[FloatArray, FloatArray]]] = {}
+        for i in waiting[np.argsort(lower[waiting], kind="stable")].tolist():
+            c = int(combo[i])
+            if lower[i] >= goal.get(c, np.inf):
+                continue
+            k = int(item[i])
+            d = self.table.measured(c, rotation[k], origin[k], axes.setdefault(k, {}))
+            distance[i] = d
+            self.measurements[c] += 1
+            if d < self.distance[c]:
+                self.distance[c], self.time[c] = d, time[i]
+                part = max(PRECISION, self.precision[c] * abs(d))
+                goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
+
+    def _moves(self, intervals: Intervals, rotation: FloatArray, origin: FloatArray) -> FloatArray:
+        """How far each joint moves each solid at most, shape (k, n + 1, solids) [m]."""
+        joints = self.model.joints
+        k, n = origin.shape[:2]
+        rates = joint_rates(self.curve, intervals).bounds[1]
+        half = np.zeros((k, n))
+        half[:, 1:] = (rates[list(joints.column[1:])] * (intervals.length / 2)).T
+        corners = self.table.corners(rotation, origin)
+        moves = np.zeros((k, n, len(self.table.solids)))
+        for j in range(1, n):
+            axis = (rotation[:, j] @ joints.axis[j])[:, None, None]
+            lever = corners - origin[:, j, None, :, None]
+            along = (axis @ lever)[:, :, 0]
+            square = (lever * lever).sum(axis=2) - along * along
+            off = np.sqrt(np.maximum(square.max(axis=2), 0.0))
+            moves[:, j] = half[:, j, None] * (joints.turns[j] * off + abs(joints.slides[j]))
+        return moves
+
+    def _motions(self, moves: FloatArray, item: IndexArray, combo: IndexArray) -> FloatArray:
+        """How far the two solids of each item move against one another at most [m]."""
+        a, b = self.between
+        total = (moves[:, :, self.first] * a.T).sum(axis=1)
+        total += (moves[:, :, self.second] * b.T).sum(axis=1)
+        return np.asarray(total[item, combo])
+
+    def _look_inside(self) -> None:
+        """Find solids inside meshes: if surfaces never meet, one look tells it for all time."""
+        for c in np.flatnonzero(self.distance > 0.0).tolist():
+            table = self.table
+            a, b = table.solids[self.first[c]], table.solids[self.second[c]]
+            if a.triangles is None and b.triangles is None:
+                continue
+            start = float(self.windows[self.pair[c]][0])
+            rotation, origin = self._placed([start])
+            placed = [
+                (one, *world_axes(one, rotation[0, j], origin[0, j]))
+                for one, j in ((a, table.joint[self.first[c]]), (b, table.joint[self.second[c]]))
+            ]
+            if one_inside_the_other(*placed[0], *placed[1]):
+                self.distance[c], self.time[c] = -self.distance[c], start
+                self.bound[c] = -np.inf
+
+    def _placed(self, times: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+        """Rotations and origins of all joints at some times."""
+        return place_joints(self.model.joints, self.curve(np.array(times)))
+
+    def _clearances(self) -> tuple[Clearance, ...]:
+        pairs = range(len(self.model.pairs))
+        combos = [np.flatnonzero(self.pair == k) for k in pairs]
+        worst = [int(c[self.distance[c].argmin()]) for c in combos]
+        rotation, origin = self._placed(self.time[worst].tolist())
+        result = []
+        for k, pair in enumerate(self.model.pairs):
+            first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
+            distance, time = float(self.distance[worst[k]]), float(self.time[worst[k]])
+            nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
+            verdict, interval = "clear", None
+            left = [one for one in self.undecided if one[0] in combos[k]]
+            if distance <= pair.margin:
+                verdict, interval = "collides", self._contact(k, time)
+            elif left:
+                verdict = "undecided"
+                interval = min(one[1] for one in left), max(one[2] for one in left)
+            result.append(
+                Clearance(
+                    first,
+                    second,
+                    distance,
+                    float(self.bound[combos[k]].min()),
+                    pair.margin,
+                    pair.around,
+                    time,
+                    nearest,
+                    verdict,
+                    interval,
+                    int(self.measurements[combos[k]].sum()),
+                )
+            )
+        return tuple(result)
+
+    def _distance(self, k: int, time: float) -> float:
+        """Distance of a pair of bodies at some time [m]."""
+        pair = self.model.pairs[k]
+        rotation, origin = (x[0] for x in self._placed([time]))
+        bodies = self.model.bodies[pair.first], self.model.bodies[pair.second]
+        return nearest_of_bodies(self.model.meter, *bodies, rotation, origin).distance
+
+    def _contact(self, k: int, time: float) -> tuple[float, float]:
+        """From when to when the bodies are too near, about a time at which they are."""
+        margin = self.model.pairs[k].margin
+        low, high = self.windows[k].tolist()
+        step = (high - low) / 200
+        ends = []
+        for bound, sign in ((low, -1.0), (high, 1.0)):
+            near, far = time, time
+            while self._distance(k, far) <= margin and far != bound:
+                near, far = far, min(max(far + sign * step, low), high)
+            if self._distance(k, far) > margin:
+                while abs(far - near) > EDGE:
+                    middle = (near + far) / 2
+                    if self._distance(k, middle) <= margin:
+                        near = middle
+                    else:
+                        far = middle
+            ends.append(far)
+        return ends[0], ends[1]
+
+
+def _divided(
+    intervals: Intervals, item: IndexArray, combo: IndexArray, distance: FloatArray
+) -> tuple[Intervals, IndexArray, IndexArray, FloatArray]:
+    """Intervals of items that are still open, each in three parts; the middle ones are measured."""
+    used, place = np.unique(item, return_inverse=True)
+    third = intervals.length[used] / 3
+    start = intervals.start[used]
+    parts = Intervals(
+        np.repeat(intervals.piece[used], 3),
+        (start[:, None] + third[:, None] * np.arange(3)).ravel(),
+        np.repeat(third, 3),
+    )
+    items = (3 * place[:, None] + np.arange(3)).ravel()
+    known = np.full((len(place), 3), np.nan)
+    known[:, 1] = distance
+    return parts, items, np.repeat(combo, 3), known.ravel()

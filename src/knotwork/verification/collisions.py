@@ -1,0 +1,216 @@
+"""Collisions of robot, tool and what it holds with one another and their surroundings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.joint_space import JointSpace
+from knotwork.scenario import Scenario
+from knotwork.verification.finding import Finding
+from knotwork.verification.motion import Motion
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.scene.model import CollisionModel
+    from knotwork.verification.bounds.clearance import Clearance
+
+GROUP = "Collisions"
+QUANTITY = "clearance"
+
+AT_WAYPOINT = 1e-6
+"""A time this near to that of a waypoint [s] is at the waypoint."""
+
+
+def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """Prove over all time that no two bodies that may collide come too near one another."""
+    robot, scene = space.robot, scenario.scene
+    if robot is None or not (scene.rules.itself or scene.asks()):
+        return
+    from knotwork.verification.bounds.clearance import clearances
+
+    model = motion_model(motion, scenario, robot)
+    yield from _missing(model, scenario, robot)
+    found = clearances(model, motion.curve, scene.rules.resolution)
+    nearest = _nearest_of_each(found)
+    for one in sorted(found, key=lambda one: one.distance - one.margin):
+        yield _finding(one, model, motion, scenario, robot, detail=one not in nearest)
+
+
+def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
+    """The collision model of a scenario, held objects where the motion takes and leaves them.
+
+    Raises:
+        DocumentError: A mesh is wrong, or a name in the scenario is unknown.
+    """
+    from knotwork.scene.model import Hold, collision_model
+
+    times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
+    holds = {}
+    for held in scenario.scene.held:
+        ends = [
+            float(np.clip(times[name], motion.start_time, motion.end_time))
+            for name in (held.take, held.leave)
+        ]
+        here, there = (robot.forward(motion.curve(time)) for time in ends)
+        holds[held.name] = Hold(here, there, *ends)
+    return collision_model(scenario, robot, holds)
+
+
+def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
+    """Say what can't be checked for want of shapes."""
+    said = [f"{one}; it is not checked for collisions" for one in model.missing]
+    if scenario.scene.asks() and not any(body.kind == "link" for body in model.bodies):
+        said = [
+            f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
+            "it holds are checked for collisions"
+        ]
+    for message in said:
+        yield Finding(
+            group=GROUP,
+            subject="motion",
+            name="",
+            quantity="collision_shapes",
+            verdict="warning",
+            message=message,
+        )
+
+
+def _nearest_of_each(found: Sequence[Clearance]) -> list[Clearance]:
+    """The nearest pair of each object, and of the robot with itself: those that tables show."""
+    nearest: dict[str, Clearance] = {}
+    for one in found:
+        key = "itself" if not one.around else one.first.name
+        if key not in nearest or one.distance < nearest[key].distance:
+            nearest[key] = one
+    return list(nearest.values())
+
+
+def _finding(
+    found: Clearance,
+    model: CollisionModel,
+    motion: Motion,
+    scenario: Scenario,
+    robot: Robot,
+    *,
+    detail: bool,
+) -> Finding:
+    clear = found.verdict == "clear"
+    world = robot.base_placement.inverse()
+    points = [world.act(point) for point in found.nearest.points]
+    return Finding(
+        group=GROUP,
+        subject="pair",
+        name=f"{found.second.name}, {found.first.name}",
+        quantity=QUANTITY,
+        verdict="met" if clear else "failed",
+        message=_message(found, points, model, motion, scenario, robot),
+        value=found.distance,
+        limit=found.margin,
+        margin=(found.bound if clear else found.distance) - found.margin,
+        unit="m",
+        time=found.time,
+        interval=found.interval,
+        proof="bounded",
+        excess=max(found.distance - found.bound, 0.0) if np.isfinite(found.bound) else 0.0,
+        points=tuple(tuple(float(x) for x in point) for point in points),
+        detail=detail and clear,
+    )
+
+
+def _message(
+    found: Clearance,
+    points: Sequence[FloatArray],
+    model: CollisionModel,
+    motion: Motion,
+    scenario: Scenario,
+    robot: Robot,
+) -> str:
+    """All of it in words: how near, when, where, and what would help."""
+    scale, unit = scenario.shown_length
+    second, first = (body.name for body in (found.second, found.first))
+    at = f"at {found.time:.3f} s"
+    keep = f", {scale * found.margin:.4g} {unit} are to be kept" if found.margin else ""
+    if found.verdict == "clear":
+        return (
+            f"{second} comes within {scale * found.distance:.4g} {unit} of {first} {at}{keep}; "
+            f"never nearer than {scale * found.bound:.4g} {unit}"
+        )
+    start, end = found.interval or (found.time, found.time)
+    where = f"{at}, {_between(scenario, found.time)}"
+    if found.verdict == "undecided":
+        return (
+            f"it is not decided whether {second} comes too near to {first}: "
+            f"{scale * found.distance:.4g} {unit} apart {where}{keep}, from {start:.3f} s to "
+            f"{end:.3f} s within {scale * scenario.scene.rules.resolution:.3g} {unit}, the "
+            "resolution"
+        )
+    how = f"comes within {scale * found.distance:.4g} {unit} of"
+    if found.distance <= 0:
+        how = f"is {-scale * found.distance:.4g} {unit} deep in"
+    both = " and ".join(_shown(scale * point) for point in points)
+    return (
+        f"{second} {how} {first} {where}{keep} (too near from {start:.3f} s to {end:.3f} s; "
+        f"nearest points {both} {unit}); {_way_out(found, model, motion, scenario, robot)}"
+    )
+
+
+def _between(scenario: Scenario, time: float) -> str:
+    """Where a time lies among the waypoints."""
+    before = None
+    for waypoint in scenario.waypoints:
+        if abs(waypoint.time - time) <= AT_WAYPOINT:
+            return f"at waypoint {waypoint.name!r}"
+        if waypoint.time > time:
+            if before is None:
+                break
+            return f"between {before!r} and {waypoint.name!r}"
+        before = waypoint.name
+    return "outside the waypoints"
+
+
+def _way_out(
+    found: Clearance, model: CollisionModel, motion: Motion, scenario: Scenario, robot: Robot
+) -> str:
+    """Which side is free, and where a waypoint in between would have to be."""
+    apart = "another solution, or a waypoint between that keeps them apart, would help"
+    if not found.around or robot.tcp_frame_id is None:
+        return apart
+    from knotwork.scene.escape import way_out
+    from knotwork.scene.placements import place_joints
+
+    q, v = motion.curve(found.time), motion.curve(found.time, 1)
+    rotation, origin = (array[0] for array in place_joints(model.joints, q[None]))
+    turn = robot.base_placement.rotation
+    along = turn @ (robot.jacobian(q) @ v)[:3]
+    way = way_out(model, found.second, found.first, found.margin, rotation, origin, along)
+    if way is None:
+        return apart
+    scale, unit = scenario.shown_length
+    direction = turn.T @ way.direction
+    far = way.distance + scenario.scene.rules.resolution
+    tool = robot.forward(q).translation + far * direction
+    said = (
+        f"free is the side towards {_shown(direction)}: the tool would have to be at "
+        f"{_shown(scale * tool)} {unit}, {scale * far:.4g} {unit} that way, or farther"
+    )
+    if _between(scenario, found.time).startswith("at waypoint"):
+        return f"{said}; the waypoint itself has to move"
+    return f"{said}; add a waypoint there"
+
+
+def _shown(vector: FloatArray) -> str:
+    """A vector for a message."""
+    return "[" + ", ".join(f"{value:.4g}" for value in np.round(vector, 4) + 0.0) + "]"
+
+
+def failed_pairs(findings: Iterable[Finding]) -> list[Finding]:
+    """Those of the findings that say that two bodies collide, or may."""
+    return [
+        found
+        for found in findings
+        if found.group == GROUP and found.quantity == QUANTITY and not found.ok
+    ]
