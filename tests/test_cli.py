@@ -46,7 +46,7 @@ def test_plan_prints_tables_and_a_verdict(knotwork: Command) -> None:
     assert not ran.err
     lines = ran.out.splitlines()
     assert lines[0].startswith("ur5_deburring")
-    assert lines[-1].startswith("PASSED ur5_deburring: 46 of 46 requirements met")
+    assert lines[-1].startswith("PASSED ur5_deburring: 64 of 64 requirements met")
     words = ("edge start to edge end", "path deviation", "elbow_joint", "none given", "bounded +")
     for word in (*words, "acceleration jump"):
         assert word in ran.out

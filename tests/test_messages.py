@@ -16,12 +16,15 @@ from knotwork.errors import DocumentError, KnotworkError
 from knotwork.pipeline import plan
 from knotwork.robot import load_robot
 from knotwork.robot.file import RobotFile
+from knotwork.robot.load import example_robot_data
 from knotwork.scenario import load_scenario
 from knotwork.scenario.schema import ScenarioFile
 
 POSE = {"position": [0.4, 0.1, 0.4], "rpy": [0, 0, 0]}
 AHEAD = {"position": [0.4, 0.2, 0.4], "rpy": [0, 0, 0]}
 TURNED = {"position": [0.5, 0.2, 0.4], "euler": {"order": "ZYX", "angles": [0, 0, 0]}}
+SRDF = example_robot_data("ur5") / "ur_description" / "srdf" / "ur5.srdf"
+MESH = example_robot_data("ur5") / "ur_description" / "meshes" / "ur5" / "collision" / "base.stl"
 # Together they hold every key that a scenario file may have.
 SCENARIOS: dict[str, dict[str, Any]] = {
     "poses": {
@@ -124,6 +127,35 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             },
         ],
     },
+    "scene": {
+        "robot": "ur5",
+        "tool": {
+            "shape": [
+                {"cylinder": {"radius": 0.03, "length": 0.1}, "position": [0, 0, 0.05]},
+                {"capsule": {"radius": 0.03, "length": 0.1}, "rpy": [0, 0, 0]},
+            ],
+            "holds": {"nut": {"from": "a", "to": "b", "sphere": 0.01, "allow": ["stand"]}},
+        },
+        "scene": {
+            "margin": 0.01,
+            "objects": {
+                "floor": {"half_space": {"normal": [0, 0, 1], "offset": -0.5}},
+                "stand": {"box": [0.1, 0.1, 0.1], "in": "base", "position": [1, 1, 0]},
+                "tip": {"cone": {"radius": 0.03, "length": 0.1}, "visual": True},
+                "egg": {"ellipsoid": [0.1, 0.1, 0.2], "position": [1, 0, 0]},
+                "part": {"mesh": str(MESH), "scale": 1.0, "exact": False, "position": [2, 0, 0]},
+            },
+        },
+        "collisions": {
+            "self": True,
+            "ignore": [["forearm_link", "wrist_3_link"]],
+            "resolution": 1e-4,
+        },
+        "waypoints": [
+            {"name": "a", "joints": "home"},
+            {"name": "b", "joints": "home", "after": 1},
+        ],
+    },
     "joints": {
         "joint_units": {"j": "rad", "k": "m"},
         "start": {"j": 0, "k": 0},
@@ -148,6 +180,7 @@ ROBOTS: dict[str, dict[str, Any]] = {
         "package_paths": ["/opt/meshes"],
         "locked": {},
         "configurations": {"home": {"shoulder": 0.1, "elbow": 0.2}},
+        "collision": {"ignore": [["base", "forearm"]], "srdf": str(SRDF)},
         "limits": {
             "position": {"elbow": [-1, 1]},
             "velocity": 2.0,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from knotwork import storage
+from knotwork.avoidance import without_collisions
 from knotwork.errors import InputError, KnotError, OptionError
 from knotwork.interpolation import (
     PLANNER_SPECS,
@@ -163,15 +164,19 @@ def plan(
         placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
         scenario = replace(scenario, knots=placed)
         options = replace(options, knots=planner_options(scenario, space).knots)
-    solution = solve_task(scenario, space, _knots_along_paths(scenario.planner, options))
-    waypoints = solution.waypoints
     arguments = {"planner": planner, "knots": knots}
     replaced = {name for name, value in arguments.items() if value is not None}
-    with _error_context(scenario, waypoints, replaced):
-        trajectory = interpolate(waypoints, options)
-    known = [_infeasible(one) for one in solution.infeasibilities]
-    report = check(trajectory, scenario, space=space, known=known)
-    return Plan(scenario, space, waypoints, trajectory, report, left_out, solution)
+
+    def made(solution: TaskSolution) -> Plan:
+        waypoints = solution.waypoints
+        with _error_context(scenario, waypoints, replaced):
+            trajectory = interpolate(waypoints, options)
+        known = [_infeasible(one) for one in solution.infeasibilities]
+        report = check(trajectory, scenario, space=space, known=known)
+        return Plan(scenario, space, waypoints, trajectory, report, left_out, solution)
+
+    solution = solve_task(scenario, space, _knots_along_paths(scenario.planner, options))
+    return without_collisions(made(solution), made)
 
 
 def _infeasible(found: Infeasibility) -> Finding:

@@ -12,8 +12,14 @@ from knotwork.cli.terminal import echo
 
 @click.command()
 @click.argument("name", required=False)
+@click.option(
+    "--collisions",
+    "pairs",
+    is_flag=True,
+    help="List the pairs of links that are checked for collisions, and those that are not, and why.",
+)
 @json_option
-def robots(name: str | None, as_json: bool) -> int:
+def robots(name: str | None, pairs: bool, as_json: bool) -> int:
     """List the shipped robots, or show one: joints, limits, frames and configurations.
 
     NAME is a shipped robot's name or the path of a robot file or URDF.
@@ -21,6 +27,8 @@ def robots(name: str | None, as_json: bool) -> int:
     from knotwork.cli import robot_tables, tables
     from knotwork.robot import load_robot, robot_names
 
+    if pairs:
+        return _collisions(name, as_json)
     shown = [load_robot(name)] if name is not None else [load_robot(one) for one in robot_names()]
     rows = [robot_tables.robot_to_dict(robot) for robot in shown]
     if as_json:
@@ -31,6 +39,23 @@ def robots(name: str | None, as_json: bool) -> int:
         columns = {"joints": "joints", "tool frame": "tool_frame", "description": "description"}
         tables.print_rows("Robots", rows, {"name": "name", **columns})
         echo("knotwork robots NAME shows one of them")
+    return PASSED
+
+
+def _collisions(name: str | None, as_json: bool) -> int:
+    """List what is checked for collisions of one robot."""
+    from knotwork.cli import robot_tables
+    from knotwork.robot import load_robot
+    from knotwork.scene.model import robot_collision_model
+
+    if name is None:
+        raise click.UsageError("--collisions needs the name of a robot")
+    robot = load_robot(name)
+    model = robot_collision_model(robot)
+    if as_json:
+        click.echo(json.dumps(robot_tables.collisions_to_dict(robot, model), indent=1))
+    else:
+        robot_tables.print_collisions(robot, model)
     return PASSED
 
 

@@ -11,6 +11,7 @@ from knotwork.cli.terminal import cell
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
+    from knotwork.scene.model import CollisionModel
 
 
 def print_robot(robot: Robot) -> None:
@@ -41,6 +42,43 @@ def print_robot(robot: Robot) -> None:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
         out.print(f"locked joints: {cell(locked)}")
     out.print(f"frames: {cell(', '.join(robot.frame_names))}")
+
+
+def print_collisions(robot: Robot, model: CollisionModel) -> None:
+    """Print which pairs of links are checked for collisions, and why others are not."""
+    out = console()
+    out.print(f"[bold]{escape(robot.name)}[/]  {escape(robot.description.strip())}")
+    data = collisions_to_dict(robot, model)
+    shapes = plain_table("Collision shapes", ["link", "shapes"])
+    for link, count in data["links"].items():
+        shapes.add_row(escape(link), str(count))
+    out.print(shapes)
+    for sentence in model.missing:
+        out.print(f"[yellow]warning[/] {escape(sentence)}", soft_wrap=True)
+    ignored = plain_table("Pairs that are not checked", ["link", "link", "why"], 3)
+    for pair in data["ignored"]:
+        ignored.add_row(escape(pair["first"]), escape(pair["second"]), escape(pair["reason"]))
+    out.print(ignored)
+    checked = plain_table("Pairs that are checked", ["link", "link"], 2)
+    for first, second in data["checked"]:
+        checked.add_row(escape(first), escape(second))
+    out.print(checked)
+    out.print("Links that no joint moves to one another are not listed.")
+
+
+def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
+    """Give what is checked for collisions as plain data."""
+    names = [body.name for body in model.bodies]
+    return {
+        "name": robot.name,
+        "links": {body.name: len(body.solids) for body in model.bodies},
+        "checked": [[names[pair.first], names[pair.second]] for pair in model.pairs],
+        "ignored": [
+            {"first": one.first, "second": one.second, "reason": one.reason}
+            for one in model.ignored
+        ],
+        "missing": list(model.missing),
+    }
 
 
 def robot_to_dict(robot: Robot) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from knotwork.documents.values import LARGEST, Number, Positive, Vector3, by_kin
 from knotwork.scenario.waypoint_schema import Placement
 
 Size3 = Annotated[list[Positive], Field(min_length=3, max_length=3)]
+Flag = Annotated[bool, Field(strict=True)]
 Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 
 SHAPES = (
@@ -61,7 +62,7 @@ class _Shape(Placement):
         "are in this file's unit of length (COLLADA says its own)",
     )
     scale: Positive | None = Field(None, description="Factor on a mesh; left out: 1")
-    exact: bool | None = Field(
+    exact: Flag | None = Field(
         None,
         description="Check a mesh as it is, not its convex hull; it must be watertight. Left out: "
         "false",
@@ -91,7 +92,7 @@ class SceneObject(_Shape):
         default_factory=list,
         description="What may touch it: links of the robot, tool, or the name of a held object",
     )
-    visual: bool = Field(False, description="Only shown, never checked")
+    visual: Flag = Field(default=False, description="Only shown, never checked")
 
 
 class Scene(StrictModel):
@@ -127,7 +128,7 @@ Shapes = Annotated[
 class Collisions(StrictModel):
     """What is checked for collisions, and how closely."""
 
-    itself: bool = Field(
+    itself: Flag = Field(
         default=True,
         alias="self",
         description="Whether the robot is checked against itself and its tool",

@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, shown
+from knotwork.meshes.finding import find_mesh
 from knotwork.robot import Robot
-from knotwork.scene.link_shapes import LinkElements
+from knotwork.robot.shapes import Shape as UrdfShape
+from knotwork.robot.shapes import UrdfShapes
+from knotwork.scenario import Shape
 from knotwork.scene.solids import Solid, solid
 
 
@@ -52,7 +55,8 @@ class LinkBodies:
 
 def link_bodies(robot: Robot) -> LinkBodies:
     """Read the collision shapes of a robot's links; what was read is kept for the next time."""
-    return _link_bodies(robot.urdf, robot.urdf.stat().st_mtime_ns, placed_links(robot))
+    changed = robot.urdf.stat().st_mtime_ns
+    return _link_bodies(robot.urdf, changed, placed_links(robot), tuple(robot.package_paths))
 
 
 def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
@@ -65,21 +69,38 @@ def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
 
 
 @lru_cache(maxsize=32)
-def _link_bodies(urdf: Path, changed: int, placed: tuple[tuple[Any, ...], ...]) -> LinkBodies:
-    elements = LinkElements(urdf)
+def _link_bodies(
+    urdf: Path, changed: int, placed: tuple[tuple[Any, ...], ...], packages: tuple[Path, ...]
+) -> LinkBodies:
+    given = UrdfShapes(urdf)
     bodies, missing = [], []
     for link, joint, *numbers in placed:
-        if link not in elements.links:
+        if link not in given.links:
             continue
         carrier = pin.SE3(np.array(numbers).reshape(4, 4))
+        shapes, lost = given.of(link, "collision")
+        missing += [f"link {link!r}: {fault}" for fault in lost]
         solids = []
-        for one in elements.shapes(link, "collision"):
+        for shape in shapes:
             try:
-                if isinstance(one, InputError):
-                    raise one
-                solids.append(solid(one.shape, carrier))
+                solids.append(solid(_placed(shape, urdf, packages), carrier))
             except InputError as error:
                 missing.append(f"link {link!r}: {error}")
         if solids:
             bodies.append(Body(link, "link", joint, tuple(solids)))
     return LinkBodies(tuple(bodies), tuple(missing))
+
+
+def _placed(given: UrdfShape, urdf: Path, packages: tuple[Path, ...]) -> Shape:
+    """A link's shape as the URDF gives it, as one that solids are made of.
+
+    Raises:
+        InputError: There is no such mesh.
+    """
+    placement, path = pin.SE3(given.rotation, given.translation), None
+    if given.kind == "mesh":
+        path = find_mesh(given.mesh, urdf, packages)
+        if path is None:
+            raise InputError(f"there is no mesh {shown(given.mesh)}")
+    x, y, z = (float(factor) for factor in given.scale)
+    return Shape(given.kind, given.size, placement, path, (x, y, z))

@@ -338,7 +338,9 @@ def _alone(robot: Robot) -> _Alone:
     """What is the same for all scenarios of a robot; it is kept for the next time."""
     changed = robot.urdf.stat().st_mtime_ns
     home = tuple(_home(robot).tolist())
-    return _made_alone(_Key(placed_links(robot), robot.urdf, changed, home, robot))
+    return _made_alone(
+        _Key((*placed_links(robot), *robot.package_paths), robot.urdf, changed, home, robot)
+    )
 
 
 @lru_cache(maxsize=32)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from xml.dom import expatbuilder
-from xml.parsers.expat import ExpatError
 
-from knotwork.documents import read_text
-from knotwork.errors import InputError
-from knotwork.robot.urdf import child_elements
+from knotwork.documents import parse_xml, read_text
+from knotwork.errors import DocumentError, InputError
+from knotwork.robot.urdf import MOST_BYTES, MOST_ELEMENTS
+from knotwork.robot.urdf_rules import child_elements
 
 
 @lru_cache(maxsize=32)
@@ -24,9 +23,12 @@ def disabled_pairs(path: Path, changed: int) -> tuple[tuple[str, str, str], ...]
         InputError: The file can't be read, or is no SRDF.
     """
     try:
-        root = expatbuilder.parseString(read_text(path).encode(), namespaces=False).documentElement
-    except ExpatError as error:
-        raise InputError(f"{path} is not XML, so it is not an SRDF: {error}") from error
+        text = read_text(path, most=MOST_BYTES)
+        root = parse_xml(text.encode(), MOST_ELEMENTS).documentElement
+    except DocumentError:
+        raise
+    except InputError as error:
+        raise InputError(f"{path} is not an SRDF: {error}") from error
     if root is None or root.tagName != "robot":
         raise InputError(f"{path} is not an SRDF: its outermost element is not <robot>")
     return tuple(

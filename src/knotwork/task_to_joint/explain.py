@@ -180,7 +180,9 @@ class Explanation:
         q = self._positions(other)[i]
         branch = describe_flags(self.robot, configuration_flags(self.robot, q[None])[0])
         hindrance, extra = "", None
-        if not cost.worse_than(least):
+        if cost.collisions > least.collisions:
+            hindrance = "collides"
+        elif not cost.worse_than(least):
             same = self.search.near is None
             extra = cost.travel - least.travel if same else cost.distance - least.distance
         elif least.infeasible or least.violation:

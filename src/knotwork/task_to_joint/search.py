@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +15,7 @@ from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.following.continuation import velocity_on_path
 from knotwork.kinematics.sequence.candidates import Candidates, find_candidates
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
-from knotwork.kinematics.sequence.costs import Cost, Layer, Rules
+from knotwork.kinematics.sequence.costs import CollidingStep, Cost, Layer, Rules
 from knotwork.kinematics.sequence.lazy_choice import choose_with_intervals
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
@@ -22,6 +23,7 @@ from knotwork.kinematics.solutions.configuration_flags import configuration_flag
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
+from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.task_to_joint.tied import Ties
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -80,7 +82,10 @@ class Search:
     ) -> None:
         self.scenario, self.space, self.robot = scenario, space, robot
         self.given, self.speeds, self.near = given, speeds, near
-        self.ties = Ties(scenario, space.waits)
+        rules = scenario.scene.rules
+        checked = rules.itself or scenario.scene.asks()
+        self.obstacles = Obstacles(scenario, space, robot) if checked else None
+        self.ties = Ties(scenario, space.waits, self.obstacles)
         self.groups = {i: group for group in self.ties.groups for i in group}
         check_branch(scenario, robot)
         limit = robot.velocity_limit
@@ -94,13 +99,14 @@ class Search:
             forbidden=branch == "fixed",
         )
         self.samples = SAMPLES
+        self._collide: dict[int, FloatArray] = {}
         self.candidates: list[Candidates | None] = []
         self.layers: list[Layer] = []
         self.rows: list[Any] = []
 
     def solve(self) -> Found:
         """Positions and velocities at all waypoints."""
-        chosen = self.choose(self._candidates())
+        chosen = self.choose(self.candidates or self._candidates())
         if chosen.blocked is not None:
             raise no_branch(
                 self.scenario, self.robot, chosen.blocked, self.candidates[chosen.blocked]
@@ -222,10 +228,25 @@ class Search:
             turns = np.where(self.rules.unbounded, whole_turns(gap), 0.0)
             q, travel = q - turns, np.linalg.norm((gap - turns) / self.rules.speed, axis=1)
         lost, excess = candidates.lost[rows], candidates.excess[rows]
-        cost = Cost(lost, excess, distance=distance, travel=travel).without_zeros()
+        collisions = self._collisions(index, candidates)[rows]
+        cost = Cost(lost, collisions, excess, distance=distance, travel=travel).without_zeros()
         weight, flags = candidates.weight[rows], candidates.flags[rows]
         velocity = candidates.velocity[rows]
         return Layer(q, cost, weight, flags, velocity=velocity, way=way, before=before)
+
+    def _collisions(self, index: int, candidates: Candidates) -> FloatArray:
+        """1 for each candidate at a waypoint that collides, otherwise 0."""
+        if self.obstacles is None:
+            return np.zeros(len(candidates.q))
+        if index not in self._collide:
+            self._collide[index] = self.obstacles.collide(index, candidates)
+        return self._collide[index]
+
+    def avoid(self, found: Found, intervals: Iterable[int]) -> None:
+        """Let the steps of a sequence on some intervals count as collisions from now on."""
+        q = found.sequence.q
+        steps = [CollidingStep(i, q[i], q[i + 1]) for i in intervals]
+        self.rules = replace(self.rules, colliding=(*self.rules.colliding, *steps))
 
     def _refined(self, chosen: Sequence) -> FloatArray:
         """Move waypoints of an arm that moves freely to where the whole motion is better."""
@@ -250,7 +271,12 @@ class Search:
             home(self.space) if self.given[0] is None else None,
             self.samples,
         )
-        return refine_sequence(self.robot, given, chosen.q, np.array(v))
+        refined = refine_sequence(self.robot, given, chosen.q, np.array(v))
+        if self.obstacles is not None:
+            for i, (q, waypoint) in enumerate(zip(refined, self.scenario.waypoints, strict=True)):
+                if free[i] and self.obstacles.collides(q, waypoint.time):
+                    return chosen.q
+        return refined
 
     def _velocity(self, index: int, q: FloatArray) -> FloatArray:
         """Joint velocities that give the tool its twist (eq 4)."""

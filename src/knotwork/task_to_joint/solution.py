@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
@@ -105,6 +105,9 @@ class TaskSolution:
     waypoints: JointWaypoints
     infeasibilities: tuple[Infeasibility, ...] = ()
     _explain: Callable[[], tuple[Choice, ...]] | None = field(default=None, repr=False)
+    _avoid: Callable[[Collection[int]], TaskSolution | None] | None = field(
+        default=None, repr=False
+    )
 
     @cached_property
     def choices(self) -> tuple[Choice, ...]:
@@ -113,7 +116,23 @@ class TaskSolution:
 
     def __getstate__(self) -> dict[str, Any]:
         """The state to copy or pickle: the choices, without the search that finds them."""
-        return {**self.__dict__, "choices": self.choices, "_explain": None}
+        return {**self.__dict__, "choices": self.choices, "_explain": None, "_avoid": None}
+
+    def avoiding(self, intervals: Collection[int]) -> TaskSolution | None:
+        """The next best solution, without the steps that this one takes on some intervals.
+
+        Steps that were given up before stay so.
+
+        Args:
+            intervals: Indices of the waypoints where they begin.
+
+        Returns:
+            It, or `None` if there is no other.
+        """
+        if self._avoid is None:
+            return None
+        _ = self.choices  # they are explained by what counts now
+        return self._avoid(intervals)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the choices and infeasibilities as plain data, ready for JSON."""

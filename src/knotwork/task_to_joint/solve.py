@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from knotwork.scenario import Scenario
 from knotwork.task_to_joint.inserted import completed_waypoints
 from knotwork.task_to_joint.solution import TaskSolution
 from knotwork.waypoints import JointWaypoints
+
+if TYPE_CHECKING:
+    from knotwork.task_to_joint.search import Search
 
 
 def task_to_joint(scenario: Scenario, space: JointSpace) -> JointWaypoints:
@@ -65,25 +69,44 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
     given = [state.position if state is not None else None for state in space.targets]
     speeds = [state.velocity if state is not None else None for state in space.targets]
     _check_pull(scenario, space)
+    if space.robot is not None and given[0] is not None and scenario.scene.asks():
+        from knotwork.task_to_joint.obstacles import Obstacles
+
+        Obstacles(scenario, space, space.robot).check_start(given[0])
     if all(q is not None for q in given):
         positions, velocities = np.array(given, float), np.array(speeds, float)
         return TaskSolution(completed_waypoints(scenario, space, positions, velocities, knots))
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
-    from knotwork.task_to_joint.explain import Explanation
     from knotwork.task_to_joint.search import Search
     from knotwork.task_to_joint.unit_slips import suggest_unit
 
     search = Search(scenario, space, space.robot, given, speeds, space.near)
     try:
-        found = search.solve()
+        return _solution(search, knots)
     except OutOfReachError as error:
         suggest_unit(error, scenario, space.robot)
         raise
+
+
+def _solution(search: Search, knots: Any) -> TaskSolution:
+    """What a search finds, and how to go on searching; knots as `solve_task` takes them."""
+    from knotwork.task_to_joint.explain import Explanation
+
+    found = search.solve()
     explanation = Explanation(search, found)
-    waypoints = completed_waypoints(scenario, space, found.positions, found.velocities, knots)
-    return TaskSolution(waypoints, explanation.infeasibilities(), explanation.choices)
+    waypoints = completed_waypoints(
+        search.scenario, search.space, found.positions, found.velocities, knots
+    )
+
+    def avoid(intervals: Collection[int]) -> TaskSolution | None:
+        search.avoid(found, intervals)
+        other = _solution(search, knots)
+        same = np.array_equal(other.waypoints.position, waypoints.position)
+        return None if same else other
+
+    return TaskSolution(waypoints, explanation.infeasibilities(), explanation.choices, avoid)
 
 
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:

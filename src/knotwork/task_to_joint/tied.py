@@ -15,6 +15,7 @@ from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.kinematics.solutions.configuration_flags import configuration_flags
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.waypoints import FloatArray
 
 
@@ -25,10 +26,12 @@ class Ties:
     Attributes:
         scenario: The task.
         waits: Waypoints with an equal one after them, by index.
+        obstacles: What stands in the way, or `None`.
     """
 
     scenario: Scenario
     waits: tuple[int, ...]
+    obstacles: Obstacles | None = None
 
     @property
     def groups(self) -> list[range]:
@@ -98,12 +101,30 @@ class Ties:
         hindrances = [
             found.hindrance(robot, int(b), turn) for b, turn in zip(back, turns, strict=True)
         ]
+        hindrances = self._with_contacts(found, back, hindrances)
         kept = np.flatnonzero([one is None for one in hindrances])
         if not kept.size:
             raise self._blocked(robot, path, start, hindrances)
         return kept, [
             self._candidates(robot, path, start, found, kept, back, turns, k)
             for k in range(1, len(times))
+        ]
+
+    def _with_contacts(
+        self, found: Continuation, back: Any, hindrances: list[Hindrance | None]
+    ) -> list[Hindrance | None]:
+        """Hindrances, and collisions of those ways that have no other."""
+        if self.obstacles is None:
+            return hindrances
+        contacts = {
+            int(b): self.obstacles.first_contact(found, int(b))
+            for b in np.unique([b for b, one in zip(back, hindrances, strict=True) if one is None])
+        }
+        return [
+            Hindrance("collision", when[0], 0, 0.0, 0.0, 0.0, contact=when[1])
+            if one is None and (when := contacts[int(b)]) is not None
+            else one
+            for b, one in zip(back, hindrances, strict=True)
         ]
 
     def _candidates(

@@ -182,10 +182,13 @@ def _way_out(
     from knotwork.scene.escape import way_out
     from knotwork.scene.placements import place_joints
 
-    q, v = motion.curve(found.time), motion.curve(found.time, 1)
+    start, end = found.interval or (found.time, found.time)
+    inside = [one for one in scenario.waypoints if start <= one.time <= end]
+    time = inside[0].time if inside else found.time
+    q, v = motion.curve(time), motion.curve(time, 1)
     rotation, origin = (array[0] for array in place_joints(model.joints, q[None]))
     turn = robot.base_placement.rotation
-    along = turn @ (robot.jacobian(q) @ v)[:3]
+    along = np.zeros(3) if inside else turn @ (robot.jacobian(q) @ v)[:3]
     way = way_out(model, found.second, found.first, found.margin, rotation, origin, along)
     if way is None:
         return apart
@@ -193,13 +196,17 @@ def _way_out(
     direction = turn.T @ way.direction
     far = way.distance + scenario.scene.rules.resolution
     tool = robot.forward(q).translation + far * direction
-    said = (
-        f"free is the side towards {_shown(direction)}: the tool would have to be at "
-        f"{_shown(scale * tool)} {unit}, {scale * far:.4g} {unit} that way, or farther"
+    move = f"{scale * far:.4g} {unit} towards {_shown(direction)}"
+    place = f"{_shown(scale * tool)} {unit}"
+    if inside:
+        return (
+            f"waypoint {inside[0].name!r} is in it and has to move itself: with the tool at "
+            f"{place}, {move}, or farther, it would be clear"
+        )
+    return (
+        f"free is the side {move}: a waypoint near {time:.3f} s with the tool at {place}, or "
+        "farther that way, would lead past"
     )
-    if _between(scenario, found.time).startswith("at waypoint"):
-        return f"{said}; the waypoint itself has to move"
-    return f"{said}; add a waypoint there"
 
 
 def _shown(vector: FloatArray) -> str:

@@ -30,14 +30,15 @@ class Hindrance:
     """What keeps the arm from following a path from some start.
 
     Attributes:
-        kind: `"joint limit"`, `"velocity limit"`, or `"singularity"` where the tool can't stay on
-            the path whatever the joints do.
+        kind: `"joint limit"`, `"velocity limit"`, `"collision"`, or `"singularity"` where the tool
+            can't stay on the path whatever the joints do.
         time: When it begins [s].
         joint: Index of the joint that is then beyond its limit.
         value: The joint's worst value [rad or m, or per second].
         limit: The limit it is beyond.
         smallest_singular_value: Of the Jacobian when it is worst.
         part: At which part of its speed the path can be followed, if that would do.
+        contact: What collides, in words.
     """
 
     kind: str
@@ -47,6 +48,7 @@ class Hindrance:
     limit: float
     smallest_singular_value: float
     part: float | None = None
+    contact: str = ""
 
     def described(self, robot: Robot) -> str:
         """Say what is in the way, and by how much."""
@@ -55,6 +57,8 @@ class Hindrance:
                 "the arm is stretched out or singular and can't go on (smallest singular value "
                 f"{self.smallest_singular_value:.3g})"
             )
+        if self.kind == "collision":
+            return self.contact
         joint, kind = robot.joint_names[self.joint], robot.joint_units[self.joint]
         if self.kind == "joint limit":
             return (

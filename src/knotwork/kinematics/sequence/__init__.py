@@ -3,7 +3,7 @@
 from knotwork.kinematics.sequence.alternatives import AlternativeSequence, find_alternatives
 from knotwork.kinematics.sequence.candidates import Candidates, find_candidates
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
-from knotwork.kinematics.sequence.costs import Cost, Layer, Rules
+from knotwork.kinematics.sequence.costs import CollidingStep, Cost, Layer, Rules
 from knotwork.kinematics.sequence.lazy_choice import choose_with_intervals
 from knotwork.kinematics.sequence.nearness import interval_nearness, weights
 from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
@@ -11,6 +11,7 @@ from knotwork.kinematics.sequence.null_space_refinement import Given, refine_seq
 __all__ = [
     "AlternativeSequence",
     "Candidates",
+    "CollidingStep",
     "Cost",
     "Given",
     "Layer",

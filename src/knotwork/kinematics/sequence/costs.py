@@ -18,6 +18,8 @@ AT_LIMIT = 1.0 + 1e-9
 # the end the first candidate wins, on every machine.
 TIE = 1e-9
 RELATIVE_TIE = 1e-14
+# Joint positions nearer than this are those of the same step [rad or m].
+SAME_STEP = 1e-6
 # By so much, absolute and relative, a bound is widened, so that equal costs are within it.
 WIDER = 1e-6
 
@@ -30,6 +32,7 @@ class Cost(NamedTuple):
     Attributes:
         impossible: Waypoints where no joint velocities give the twist: for each 1 and what they
             leave of it; infinite for a change of branch that is forbidden.
+        collisions: Candidates that collide, and steps on which the motion was found to.
         infeasible: Joint speeds beyond their limits, on average over an interval or at a waypoint:
             the sum of how many times the limit.
         violation: Mid-interval velocity violations: intervals where a joint is within its limit on
@@ -41,6 +44,7 @@ class Cost(NamedTuple):
     """
 
     impossible: Any = 0.0
+    collisions: Any = 0.0
     infeasible: Any = 0.0
     violation: Any = 0.0
     changes: Any = 0.0
@@ -87,7 +91,7 @@ class Cost(NamedTuple):
 
     def worse_than(self, other: Cost) -> bool:
         """Of single costs: whether this is worse in what counts before distance and travel."""
-        gaps = (a - b for a, b in zip(self[:4], other[:4], strict=True))
+        gaps = (a - b for a, b in zip(self[:5], other[:5], strict=True))
         return next((gap > 0 for gap in gaps if abs(gap) > WIDER), False)
 
 
@@ -136,6 +140,35 @@ class Layer:
 
 
 @dataclass(frozen=True, eq=False)
+class CollidingStep:
+    """A step on which the motion was found to collide.
+
+    Attributes:
+        interval: Its number.
+        start, end: Joint positions at its ends [rad or m], shape (d,).
+    """
+
+    interval: int
+    start: FloatArray
+    end: FloatArray
+
+    def among(self, start: FloatArray, end: FloatArray, unbounded: BoolArray) -> BoolArray:
+        """Which steps from l to m candidates are this one; shape (l, m).
+
+        Args:
+            start: Joint positions of l candidates, shape (l, d).
+            end: Joint positions of m candidates, shape (m, d).
+            unbounded: Joints whose whole turns do not count, shape (d,).
+        """
+        near = []
+        for q, own in ((start, self.start), (end, self.end)):
+            gap = q - own
+            gap -= np.where(unbounded, whole_turns(gap), 0.0)
+            near.append(np.abs(gap).max(axis=1) < SAME_STEP)
+        return np.asarray(near[0][:, None] & near[1][None, :])
+
+
+@dataclass(frozen=True, eq=False)
 class Rules:
     """Rules for the cost of a step from one waypoint to the next.
 
@@ -147,6 +180,7 @@ class Rules:
         avoided: Intervals in which a change of branch is to be avoided: all or none, or shape
             (n - 1,).
         forbidden: A change of branch is forbidden.
+        colliding: Steps on which the motion was found to collide.
     """
 
     speed: FloatArray
@@ -154,6 +188,7 @@ class Rules:
     unbounded: BoolArray
     avoided: bool | BoolArray = False
     forbidden: bool = False
+    colliding: tuple[CollidingStep, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +231,17 @@ def step_costs(
     Returns:
         Costs, shape (l, m), and the motion of the joints without limits, shape (u, l, m).
     """
+    cost, turns = _step_costs(rules, state, layer, duration, interval)
+    for step in rules.colliding:
+        if step.interval == interval:
+            found = step.among(state.q, layer.q, rules.unbounded).astype(float)
+            cost = cost._replace(collisions=cost.collisions + found)
+    return cost, turns
+
+
+def _step_costs(
+    rules: Rules, state: Reached, layer: Layer, duration: float, interval: int
+) -> tuple[Cost, FloatArray]:
     if layer.before is not None:
         return _steps_along(rules, state, layer, layer.before)
     shape = len(state.q), len(layer.q)

@@ -1,0 +1,138 @@
+"""What stands in the way of solutions: collisions of candidates at waypoints and along paths."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knotwork.errors import InputError
+from knotwork.joint_space import JointSpace
+from knotwork.kinematics.following.continuation import Continuation
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario
+from knotwork.waypoints import CartesianWaypoint, FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.scene.bodies import Body
+
+LOOKS = 24
+"""At so many times along a path candidates are looked at; the check proves what is between."""
+
+FAR = 0.1
+"""Where clearance is preferred, all that is farther away than this [m] is as good."""
+
+
+class Obstacles:
+    """Collisions of configurations of a scenario's robot.
+
+    Args:
+        scenario: The task.
+        space: The joints it is for.
+        robot: Their robot.
+    """
+
+    def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
+        from knotwork.scene.model import Hold, collision_model
+        from knotwork.scene.solid_pairs import SolidPairs
+
+        poses, times = {}, {}
+        for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+            times[waypoint.name] = waypoint.time
+            if isinstance(waypoint, CartesianWaypoint):
+                poses[waypoint.name] = waypoint.pose
+            elif state is not None and scenario.scene.held:
+                poses[waypoint.name] = robot.forward(state.position)
+        holds = {
+            one.name: Hold(poses[one.take], poses[one.leave], times[one.take], times[one.leave])
+            for one in scenario.scene.held
+        }
+        self.scenario, self.robot = scenario, robot
+        self.model = collision_model(scenario, robot, holds)
+        self._pairs = SolidPairs(self.model) if self.model.pairs else None
+
+    def check_start(self, q: FloatArray) -> None:
+        """Check that nothing that stands around touches the robot where it starts.
+
+        Args:
+            q: Joint positions at the start [rad or m], shape (d,).
+
+        Raises:
+            DocumentError: An object does.
+        """
+        held = {one.name for one in self.scenario.scene.held}
+        margin = self.scenario.scene.rules.margin
+        for distance, first, second in self._gaps(q, float(self.scenario.times[0])):
+            if distance <= -margin and first.kind == "object" and second.kind != "held":
+                place = ("tool", "holds") if first.name in held else ("scene", "objects")
+                scale, unit = self.scenario.shown_length
+                with self.scenario.error_context(*place, first.name):
+                    depth = f"{-scale * (distance + margin):.4g} {unit}"
+                    raise InputError(
+                        f"touches {second.name} where the robot starts, by {depth}; move it, or "
+                        f"if it may touch it say `allow: [{second.name}]`"
+                    )
+
+    def collide(self, index: int, candidates: Candidates) -> FloatArray:
+        """1 for each candidate at a waypoint that collides, otherwise 0; shape (m,)."""
+        return (self._of_branches(index, candidates, 0.0) < 0.0).astype(float)
+
+    def shortfall(self, index: int, candidates: Candidates) -> FloatArray:
+        """How much clearance each candidate lacks, shape (m,): larger where others are near."""
+        clearance = np.maximum(self._of_branches(index, candidates, FAR), 0.0)
+        return np.asarray(1.0 - clearance / FAR)
+
+    def collides(self, q: FloatArray, time: float) -> bool:
+        """Whether a configuration collides."""
+        return self._pairs is not None and bool(self._pairs.clearance(q[None], time)[0] < 0.0)
+
+    def _of_branches(self, index: int, candidates: Candidates, most: float) -> FloatArray:
+        """Clearance of candidates; turns make no difference to it."""
+        if self._pairs is None:
+            return np.full(len(candidates.q), most)
+        _, own, back = np.unique(candidates.branch, return_index=True, return_inverse=True)
+        time = self.scenario.waypoints[index].time
+        return np.asarray(self._pairs.clearance(candidates.q[own], time, most)[back])
+
+    def first_contact(self, found: Continuation, start: int) -> tuple[float, str] | None:
+        """When a way along a path first collides, and the sentence for it; `None` if it does not.
+
+        Args:
+            found: The ways.
+            start: Which of them.
+        """
+        if self._pairs is None:
+            return None
+        steps = np.flatnonzero(np.isfinite(found.position[:, start]).all(axis=1))
+        looks = steps[np.unique(np.linspace(0, len(steps) - 1, LOOKS).astype(int))]
+        before = int(looks[0]) - 1
+        for k in looks.tolist():
+            if self.collides(found.position[k, start], float(found.time[k])):
+                first = next(
+                    i
+                    for i in range(before + 1, k + 1)
+                    if self.collides(found.position[i, start], float(found.time[i]))
+                )
+                return float(found.time[first]), self._said(found, first, start)
+            before = k
+        return None
+
+    def _said(self, found: Continuation, step: int, start: int) -> str:
+        """What collides at a step."""
+        gaps = self._gaps(found.position[step, start], float(found.time[step]))
+        _, first, second = min(gaps, key=lambda gap: gap[0])
+        return f"{second.name} comes too near to {first.name}"
+
+    def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
+        """Distance beyond what is to be kept of each pair, and the pair."""
+        from knotwork.scene.distances import nearest_of_bodies
+        from knotwork.scene.placements import place_joints
+
+        rotation, origin = (x[0] for x in place_joints(self.model.joints, q[None]))
+        for pair in self.model.pairs:
+            first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
+            if max(first.start, second.start) <= time <= min(first.end, second.end):
+                near = nearest_of_bodies(self.model.meter, first, second, rotation, origin)
+                yield near.distance - pair.margin, first, second

@@ -1,0 +1,141 @@
+"""What is wrong with a scene is said with its line, what was found and what would be accepted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from command_line import Command
+
+TASK = """\
+units: {{length: mm, angle: deg}}
+robot: ur5
+tool:
+  offset: {{position: [0, 0, 100], rpy: [0, 0, 0]}}
+{tool}
+frames:
+  a: {{in: base, position: [0, 0, 0]}}
+scene:
+  objects:
+{objects}
+{more}
+start: home
+waypoints:
+  - {{name: here, after: 2, pose: {{position: [450, 0, 300], rpy: [180, 0, 0]}}, stop: true}}
+  - {{name: there, after: 2, pose: {{position: [450, 100, 300], rpy: [180, 0, 0]}}}}
+"""
+
+
+def run(knotwork: Command, folder: Path, objects: str, tool: str = "", more: str = "") -> str:
+    """What `plan` says of a task that can't be planned."""
+    path = folder / "task.yaml"
+    path.write_text(
+        TASK.format(objects=f"    {objects}", tool=f"  {tool}" if tool else "", more=more)
+    )
+    ran = knotwork("plan", path)
+    assert ran.code == 2, ran.out + ran.err
+    assert "Traceback" not in ran.err
+    return " ".join(ran.err.split())
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ("part: {mesh: none.stl}", "line 10: scene.objects.part.mesh: there is no file"),
+        ("part: {mesh: empty.stl}", "line 10: scene.objects.part.mesh: mesh"),
+        ("part: {mesh: open.stl, exact: true}", "is not watertight"),
+        ("part: {mesh: small.stl}", "plausibly in another unit; scale: 1000 makes it"),
+        ("part: {mesh: large.stl}", "plausibly in another unit; scale: 0.001 makes it"),
+        ("part: {box: [1, 2]}", "line 10: scene.objects.part.box: [1, 2]: has 2 values"),
+        ("part: {box: [1, 2, -3]}", "scene.objects.part.box[2]: -3: must be greater than 0"),
+        ("part: {position: [0, 0, 0]}", "gives no shape; give one of box, sphere, cylinder"),
+        ("part: {box: [1, 1, 1], sphere: 2}", "gives box and sphere; give one of"),
+        ("part: {sphere: 2, scale: 2}", "gives scale, which is for a mesh"),
+        ("part: {half_space: {normal: [0, 0, 0]}}", "must not be zero"),
+        ("part: {sphere: 2, in: b}", "line 10: scene.objects.part.in: unknown frame 'b'"),
+        ("part: {sphere: 2, allow: [wrist]}", "line 10: scene.objects.part.allow"),
+        ("part: {sphre: 2}", "scene.objects.part.sphre: unknown key"),
+        ("tool: {sphere: 2}", "scene.objects.tool: is a reserved name"),
+        ("part: {sphere: 60, position: [487, 109, 480]}", "where the robot starts, by"),
+    ],
+)
+def test_a_wrong_object_is_named_with_line_and_field(
+    given: str, says: str, knotwork: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "empty.stl").write_text("solid nothing\nendsolid nothing\n")
+    box = trimesh.creation.box((100, 100, 100))
+    trimesh.Trimesh(box.vertices, box.faces[:-1]).export(tmp_path / "open.stl")
+    box.copy().apply_scale(1e-3).export(tmp_path / "small.stl")
+    box.copy().apply_scale(1e3).export(tmp_path / "large.stl")
+    assert says in run(knotwork, tmp_path, given)
+
+
+@pytest.mark.parametrize(
+    ("tool", "says"),
+    [
+        ("holds: {nut: {from: here, to: ther, sphere: 2}}",
+         "line 5: tool.holds.nut.to: there is no waypoint 'ther'"),
+        ("holds: {nut: {from: there, to: here, sphere: 2}}", "'here' is not after 'there'"),
+        ("holds: {nut: {from: here, sphere: 2}}", "tool.holds.nut.to: is missing"),
+        ("holds: {ball: {from: here, to: there, sphere: 2}}", "is the name of something else"),
+        ("shape: {}", "line 5: tool.shape: gives no shape"),
+        ("shape: 5", "tool.shape: 5: must be a mapping with a shape, or a list of them"),
+        ("shape: [{sphere: 1}, {mesh: none.stl}]", "tool.shape[1].mesh: there is no file"),
+    ],
+)  # fmt: skip
+def test_a_wrong_tool_is_named_with_line_and_field(
+    tool: str, says: str, knotwork: Command, tmp_path: Path
+) -> None:
+    assert says in run(knotwork, tmp_path, "ball: {sphere: 5, position: [0, 900, 0]}", tool)
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ("collisions: {ignore: [[forearm_link, wall]]}", "collisions.ignore[0]"),
+        ("collisions: {ignore: [[forearm_link]]}", "has 1 value, fewer than 2"),
+        ("collisions: {resolution: 0}", "must be greater than 0"),
+        ("collisions: {self: 1}", "collisions.self: 1: must be true or false"),
+    ],
+)
+def test_wrong_rules_are_named_with_line_and_field(
+    more: str, says: str, knotwork: Command, tmp_path: Path
+) -> None:
+    objects = "ball: {sphere: 5, position: [0, 900, 0]}"
+    assert says in run(knotwork, tmp_path, objects, more=more)
+
+
+def test_a_scene_needs_a_robot(knotwork: Command, tmp_path: Path) -> None:
+    path = tmp_path / "task.yaml"
+    path.write_text(
+        "scene: {objects: {ball: {sphere: 1}}}\nwaypoints:\n- {joints: {a: 0}}\n"
+        "- {joints: {a: 1}, after: 1}\n"
+    )
+    ran = knotwork("plan", path)
+    assert ran.code == 2
+    assert "line 1: scene: needs a robot" in ran.err
+
+
+def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:
+    (tmp_path / "arm.srdf").write_text("<robot>")
+    robot = "example-robot-data:ur_description/urdf/ur5_robot.urdf"
+    (tmp_path / "arm.yaml").write_text(
+        f"urdf: {robot}\ntool_frame: tool0\ncollision: {{srdf: arm.srdf}}\n"
+    )
+    (tmp_path / "task.yaml").write_text(
+        "robot: arm.yaml\nstart: {shoulder_pan_joint: 0, shoulder_lift_joint: -1, elbow_joint: 1,"
+        " wrist_1_joint: 0, wrist_2_joint: 1, wrist_3_joint: 0}\nwaypoints:\n"
+        "- {pose: {position: [0.4, 0.1, 0.4], rpy: [0, 0, 0]}, after: 3}\n"
+    )
+    ran = knotwork("plan", tmp_path / "task.yaml")
+    assert ran.code == 2
+    assert "arm.srdf is not an SRDF: it is not XML" in ran.err
+    (tmp_path / "arm.yaml").write_text(
+        f"urdf: {robot}\ntool_frame: tool0\ncollision: {{ignore: [[forearm_link, hand]]}}\n"
+    )
+    ran = knotwork("plan", tmp_path / "task.yaml")
+    assert ran.code == 2
+    assert "collision.ignore[0]" in ran.err
+    assert "hand" in ran.err

@@ -1,0 +1,464 @@
+"""Collisions and clearances against dense distances, and the words in which they are said."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+from collision_truth import Truth
+from numpy.typing import NDArray
+
+import knotwork as kw
+from command_line import Command
+from knotwork.errors import InputError
+from knotwork.verification import Finding
+
+Array = NDArray[np.float64]
+ARMS = ("ur3", "ur5", "ur10", "panda", "xarm7", "z1")
+DOWN = [180, 0, 0]
+
+
+def pairs(report: kw.Report) -> dict[str, Finding]:
+    """What was found of each pair, by its name."""
+    return {found.name: found for found in report.select(quantity="clearance")}
+
+
+# The proof
+
+
+def random_task(name: str, rng: np.random.Generator, boxes: int) -> dict[str, Any]:
+    """A motion through random configurations, among random boxes that stand clear of the start."""
+    robot = kw.load_robot(name)
+    low = np.maximum(robot.lower_position_limit, -math.pi)
+    high = np.minimum(robot.upper_position_limit, math.pi)
+    q = [robot.configurations["home"], *rng.uniform(low, high, (3, robot.dof))]
+    reach = float(np.linalg.norm(robot.forward(q[0]).translation)) + 0.2
+    objects = {
+        f"box {i}": {
+            "box": rng.uniform(0.02, 0.3, 3).tolist(),
+            "position": (reach * rng.uniform(-1, 1, 3)).tolist(),
+            "rotation_vector": rng.uniform(-1, 1, 3).tolist(),
+        }
+        for i in range(boxes)
+    }
+    times = np.cumsum(rng.uniform(0.5, 3.0, len(q)))
+    return {
+        "robot": name,
+        "scene": {"objects": objects},
+        "waypoints": [
+            {"joints": dict(zip(robot.joint_names, p.tolist(), strict=True)), "time": t, **stop}
+            for p, t, stop in zip(
+                q, times.tolist(), [{}, {"stop": True}, {"stop": True}, {}], strict=True
+            )
+        ],
+    }
+
+
+def truth_of(task: dict[str, Any]) -> Truth:
+    return Truth(
+        task["robot"],
+        {
+            name: (
+                np.array(one["box"]),
+                pin.SE3(pin.exp3(np.array(one["rotation_vector"])), np.array(one["position"])),
+            )
+            for name, one in task["scene"]["objects"].items()
+        },
+    )
+
+
+def compare_with_truth(task: dict[str, Any], samples: int) -> int:
+    """Hold the proved clearances of a motion to dense distances; says how many were measured."""
+    plan = kw.plan(task)
+    found, truth = pairs(plan.report), truth_of(task)
+    least = dict.fromkeys(found, math.inf)
+    motion = plan.trajectory
+    for t in np.linspace(motion.start_time, motion.end_time, samples):
+        truth.place(motion(t))
+        for name in least:
+            least[name] = min(least[name], truth.distance(*name.split(", ")))
+    for name, one in found.items():
+        assert one.value is not None
+        assert one.time is not None
+        assert one.proof == "bounded"
+        truth.place(motion(one.time))
+        at = truth.distance(*name.split(", "))
+        if at > 0:
+            assert one.value == pytest.approx(at, abs=2e-6), name
+            assert least[name] >= one.value - one.excess - 2e-6, name
+            assert one.ok, name
+        else:
+            assert one.value <= 0, name
+            assert not one.ok, name
+        assert one.ok or least[name] < 1e-3 or samples < 1000, name
+        assert not one.ok or least[name] > 0, name
+    return samples * len(found)
+
+
+@pytest.mark.parametrize(("count", "samples"), [(1, 120)])
+@pytest.mark.parametrize("arm", ["ur5", "panda"])
+def test_no_distance_is_below_the_proved_clearance(arm: str, count: int, samples: int) -> None:
+    for seed in range(count):
+        task = random_task(arm, np.random.default_rng(seed), boxes=3)
+        assert compare_with_truth(task, samples) > 1000
+
+
+@pytest.mark.exhaustive
+def test_a_million_distances_are_not_below_the_proved_clearances() -> None:
+    measured = 0
+    rng = np.random.default_rng(15)
+    while measured < 1_000_000:
+        for arm in ARMS:
+            task = random_task(arm, rng, boxes=3)
+            try:
+                measured += compare_with_truth(task, 1000)
+            except InputError as error:  # a box stands where the arm starts
+                assert "where the robot starts" in str(error)
+
+
+def swing(objects: dict[str, Any], blade: float = 1e-3, **more: Any) -> kw.Plan:
+    """A planar arm swings a thin blade at its tip by 150 degrees in a second."""
+    return kw.plan(
+        {
+            "robot": "planar2",
+            "tool": {"shape": {"box": [0.1, blade, 0.02], "position": [0.05, 0, 0]}},
+            "scene": {"objects": objects},
+            "limits": {"velocity": 50.0, "acceleration": 500.0, "jerk": 5000.0, "effort": 1e6},
+            "waypoints": [
+                {"joints": {"shoulder": 0, "elbow": 0}},
+                {"joints": {"shoulder": 2.6, "elbow": 0}, "after": 1},
+            ],
+            **more,
+        }
+    )
+
+
+def rod(angle: float, radius: float, thickness: float = 2e-4) -> dict[str, Any]:
+    """A thin rod that stands upright so far from the shoulder [m]."""
+    place = [radius * math.cos(angle), radius * math.sin(angle), 0.0]
+    return {"cylinder": {"radius": thickness, "length": 0.2}, "position": place}
+
+
+def test_thin_rods_that_samples_at_1_khz_pass_by_are_found() -> None:
+    angles = np.random.default_rng(1).uniform(0.5, 2.1, 12)
+    objects = {f"rod {i}": rod(angle, 0.93) for i, angle in enumerate(angles)}
+    plan = swing(objects)
+    found = pairs(plan.report)
+    assert len(found) == len(objects)
+    assert not any(one.ok for one in found.values())
+    blade, thin = coal.Box(0.1, 1e-3, 0.02), coal.Cylinder(2e-4, 0.2)
+    seen = 0
+    for angle in angles:
+        there = coal.Transform3s(
+            np.eye(3), np.array([0.93 * math.cos(angle), 0.93 * math.sin(angle), 0.0])
+        )
+        for t in np.arange(0, 1, 1e-3):
+            turn = pin.rpy.rpyToMatrix(0, 0, float(plan.trajectory(t)[0]))
+            here = coal.Transform3s(turn, turn @ np.array([0.95, 0, 0]))
+            result = coal.CollisionResult()
+            seen += coal.collide(blade, here, thin, there, coal.CollisionRequest(), result) > 0
+    assert seen < len(angles) / 2
+    for i, angle in enumerate(angles):
+        one = found[f"tool, rod {i}"]
+        assert one.interval is not None
+        assert one.time is not None
+        assert one.interval[0] <= one.time <= one.interval[1]
+        assert one.interval[1] - one.interval[0] < 2e-3
+        assert plan.trajectory(one.time)[0] == pytest.approx(angle, abs=2e-3)
+
+
+def test_rods_that_are_just_out_of_the_way_are_clear_and_how_far_is_known() -> None:
+    gap = 2e-4
+    plan = swing({"far": rod(1.3, 1.0 + gap + 2e-4), "near": rod(1.0, 0.9 - gap - 2e-4)})
+    for one in pairs(plan.report).values():
+        assert one.ok
+        assert one.value == pytest.approx(gap, abs=2e-6)
+        assert one.margin is not None
+        assert 0 < one.margin <= one.value
+
+
+def test_a_clearance_within_the_resolution_of_the_margin_is_undecided_and_fails() -> None:
+    objects = {"rod": rod(1.3, 1.0 + 2e-3 + 2e-4 + 1e-6)}
+    (one,) = swing({}, scene={"margin": 2e-3, "objects": objects}).report.select(
+        quantity="clearance"
+    )
+    assert not one.ok
+    assert "not decided" in one.message
+    assert one.interval is not None
+    finer = swing({}, scene={"margin": 2e-3, "objects": objects}, collisions={"resolution": 1e-8})
+    (one,) = finer.report.select(quantity="clearance")
+    assert one.value == pytest.approx(2e-3 + 1e-6, abs=1e-6)
+
+
+def test_where_a_contact_begins_and_ends_is_right() -> None:
+    plan = swing({"wall": {"box": [0.05, 0.05, 0.1], "position": [0, 0.95, 0]}})
+    (one,) = plan.report.failures
+    assert one.interval is not None
+    begin, end = (float(plan.trajectory(t)[0]) for t in one.interval)
+    # the blade of 1 mm and the corners of the box, which are 25 mm off the middle of the swing
+    reach = [math.atan2(0.0255, 0.925), math.atan2(0.0255, 0.975)]
+    assert math.pi / 2 - begin == pytest.approx(end - math.pi / 2, abs=2e-3)
+    assert reach[1] < math.pi / 2 - begin < reach[0] + 1e-3
+
+
+# What is said
+
+
+def pose(x: float, y: float, z: float) -> dict[str, Any]:
+    """A pose with the tool downwards."""
+    return {"position": [x, y, z], "rpy": DOWN}
+
+
+REACH_OVER: dict[str, Any] = {
+    "units": {"length": "mm", "angle": "deg"},
+    "robot": "ur5",
+    "tool": {
+        "offset": {"position": [0, 0, 150], "rpy": [0, 0, 0]},
+        "shape": {"cylinder": {"radius": 20, "length": 150}, "position": [0, 0, 75]},
+    },
+    "scene": {
+        "margin": 5,
+        "objects": {
+            "floor": {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -20]},
+            "wall": {"box": [300, 20, 250], "position": [500, 0, 105]},
+        },
+    },
+    "start": "home",
+    "waypoints": [
+        {"name": "here", "after": 3, "pose": {"position": [500, -200, 150], "rpy": DOWN}},
+        {"name": "there", "after": 3, "pose": {"position": [500, 200, 150], "rpy": DOWN}},
+    ],
+}
+REACH_OVER["waypoints"][0]["stop"] = True
+
+
+def test_a_motion_through_a_wall_says_where_a_waypoint_between_would_have_to_go() -> None:
+    report = kw.plan(REACH_OVER).report
+    said = pairs(report)["tool, wall"]
+    assert not said.ok
+    assert said.value is not None
+    assert said.value < 0
+    assert len(said.points) == 2
+    for words in (
+        *("mm deep in wall at", "between 'here' and 'there'", "5 mm are to be kept"),
+        *("free is the side", "would lead past"),
+    ):
+        assert words in said.message
+    where = re.search(r"the tool at \[(.*?)\] mm", said.message)
+    assert where is not None
+    place = [float(x) for x in where[1].split(",")]
+    # The wall is 250 mm high: the tool goes over it, with the margin.
+    assert place[2] == pytest.approx(235, abs=3)
+    over = {"name": "over", "after": 2, "speed": 150, "pose": {"position": place, "rpy": DOWN}}
+    over["pose"]["position"][2] += 25  # the motion is round, the wall is not
+    here, there = REACH_OVER["waypoints"]
+    task = {**REACH_OVER, "waypoints": [here, over, {**there, "after": 2}]}
+    assert kw.plan(task).report.ok
+
+
+def test_a_plan_under_the_floor_fails_once_there_is_a_floor() -> None:
+    down = {
+        "units": {"angle": "deg"},
+        "robot": "ur5",
+        "start": "home",
+        "waypoints": [
+            {"name": "low", "after": 4, "pose": {"position": [0.5, 0.1, -0.5], "rpy": DOWN}}
+        ],
+    }
+    assert kw.plan(down).report.ok
+    floor = {"floor": {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -0.01]}}
+    report = kw.plan({**down, "scene": {"objects": floor}}).report
+    failed = {found.name for found in report.failures}
+    assert "wrist_3_link, floor" in failed
+    worst = pairs(report)["wrist_3_link, floor"]
+    assert worst.value is not None
+    assert worst.value < -0.45
+    assert "waypoint 'low' is in it and has to move itself" in worst.message
+    assert "towards [0, 0, 1]" in worst.message
+
+
+def test_a_clear_pair_says_how_near_it_comes(knotwork: Command, tmp_path: Path) -> None:
+    task = {**REACH_OVER, "scene": {"objects": {"post": {"sphere": 50, "position": [500, 0, 900]}}}}
+    report = kw.plan(task).report
+    assert report.ok
+    post = [found for found in report.select(quantity="clearance") if "post" in found.name]
+    assert len(post) == 8  # seven links that move have shapes, and the tool
+    shown = [found for found in post if not found.detail]
+    assert shown == [min(post, key=lambda found: found.value or 0.0)]
+    for found in post:
+        assert "comes within" in found.message
+        assert found.value is not None
+        assert found.margin == pytest.approx(found.value - found.excess)
+
+
+# Tool, held objects, pairs that are not checked
+
+
+VIAL: dict[str, Any] = {
+    **REACH_OVER,
+    "tool": {
+        "offset": {"position": [0, 0, 150], "rpy": [0, 0, 0]},
+        "shape": {"box": [60, 20, 150], "position": [0, 0, 75]},
+        "holds": {
+            "vial": {
+                "from": "here",
+                "to": "there",
+                "allow": ["rack"],
+                "cylinder": {"radius": 8, "length": 60},
+                "position": [0, 0, 25],
+            }
+        },
+    },
+    "scene": {"objects": {"rack": {"box": [60, 60, 90], "position": [500, -200, 50]}}},
+}
+
+
+def test_a_held_object_moves_with_the_tool_between_its_waypoints() -> None:
+    free = kw.plan(VIAL | {"tool": {key: VIAL["tool"][key] for key in ("offset", "shape")}})
+    middle = free.space.robot.forward(free.trajectory(4.5)).translation  # type: ignore[union-attr]
+    top = 1e3 * middle[2] - 20  # lower than the tool, higher than the lower end of the vial
+    wall = {"box": [300, 20, 100], "position": [500, 0, top - 50]}
+    scene = {"objects": {**VIAL["scene"]["objects"], "wall": wall}}
+    joints = free.joint_waypoints
+    by_joints = [
+        {
+            "name": name,
+            "joints": dict(zip(joints.joint_names, np.degrees(q).tolist(), strict=True)),
+            "time": t,
+            "stop": True,
+        }
+        for name, t, q in zip(("start", "here", "there"), joints.time, joints.position, strict=True)
+    ]
+    task = {key: VIAL[key] for key in ("units", "robot", "tool")}
+    task |= {"scene": scene, "waypoints": by_joints}
+    report = kw.plan(task).report
+    assert {found.name for found in report.failures} == {"vial, wall"}
+    (hit,) = report.failures
+    assert hit.time == pytest.approx(4.5, abs=0.3)
+    assert hit.value is not None
+    assert -0.045 < hit.value < -0.015
+    without = {**task, "tool": {key: task["tool"][key] for key in ("offset", "shape")}}
+    assert kw.plan(without).report.ok
+
+
+def test_a_held_object_stands_where_it_was_and_where_it_is_left() -> None:
+    """The arm comes back to where it left the vial, and lower: its wrist hits it."""
+    back = [
+        *VIAL["waypoints"],
+        {
+            "name": "up",
+            "after": 2,
+            "pose": {"position": [500, 200, 400], "rpy": DOWN},
+            "stop": True,
+        },
+        {"name": "low", "after": 3, "pose": {"position": [500, 200, -60], "rpy": DOWN}},
+    ]
+    back[1] = {**back[1], "stop": True}
+    report = kw.plan({**VIAL, "waypoints": back}).report
+    failed = {found.name: found for found in report.failures}
+    assert set(failed) <= {"wrist_3_link, vial", "ee_link, vial", "wrist_2_link, vial"}
+    assert failed
+    assert all(found.at is not None and found.at > 8 for found in failed.values())
+
+
+def test_what_is_allowed_or_ignored_is_not_checked() -> None:
+    wall = REACH_OVER["scene"]["objects"]["wall"]
+    free = {**wall, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link"]}
+    allowed = {**REACH_OVER, "scene": {"objects": {"wall": free}}}
+    assert "tool, wall" not in pairs(kw.plan(allowed).report)
+    ignored = {**REACH_OVER, "collisions": {"ignore": [["tool", "wall"]]}}
+    assert "tool, wall" not in pairs(kw.plan(ignored).report)
+    visual = {**REACH_OVER, "scene": {"objects": {"wall": {**wall, "visual": True}}}}
+    assert not any("wall" in name for name in pairs(kw.plan(visual).report))
+    alone = {**REACH_OVER, "collisions": {"self": False}, "scene": {"objects": {}}}
+    assert not pairs(kw.plan(alone).report) or all(
+        "tool" in name for name in pairs(kw.plan(alone).report)
+    )
+
+
+@pytest.mark.parametrize("name", kw.robot_names())
+def test_no_shipped_robot_collides_with_itself_at_home(name: str) -> None:
+    robot = kw.load_robot(name)
+    home = dict(zip(robot.joint_names, robot.configurations["home"].tolist(), strict=True))
+    still = kw.plan({"robot": name, "waypoints": [{"joints": home}, {"joints": home, "after": 1}]})
+    assert not [found for found in still.report.failures if found.group == "Collisions"]
+    if name != "planar2":
+        assert len(pairs(still.report)) > 8
+
+
+# Meshes
+
+
+def write_bowl(path: Path, *, closed: bool = True) -> None:
+    """A box of 400 x 400 x 200 mm with a pit of 300 x 300 x 150 mm from above; in mm, as STL."""
+    outer, inner, top, pit = 200.0, 150.0, 200.0, 50.0
+    rings = [(outer, 0.0), (outer, top), (inner, top), (inner, pit)]
+    corners = [[(x, -x), (x, x), (-x, x), (-x, -x)] for x, _ in rings]
+    triangles = []
+    points = [[(cx, cy, z) for cx, cy in ring] for ring, (_, z) in zip(corners, rings, strict=True)]
+    for low, high in itertools.pairwise(points):
+        for k in range(4):
+            a, b, c, d = low[k], low[(k + 1) % 4], high[(k + 1) % 4], high[k]
+            triangles += [(a, b, c), (a, c, d)]
+    base, floor = points[0], points[-1]
+    triangles += [(base[0], base[2], base[1]), (base[0], base[3], base[2])]
+    if closed:
+        triangles += [(floor[0], floor[1], floor[2]), (floor[0], floor[2], floor[3])]
+    lines = ["solid bowl"]
+    for triangle in triangles:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += [f"vertex {x:g} {y:g} {z:g}" for x, y, z in triangle]
+        lines += ["endloop", "endfacet"]
+    path.write_text("\n".join([*lines, "endsolid bowl"]))
+
+
+def bowl_task(path: Path, **more: Any) -> dict[str, Any]:
+    """The tool goes down into the bowl and up again."""
+    return {
+        **REACH_OVER,
+        "scene": {"objects": {"bowl": {"mesh": str(path), "position": [500, 0, 0], **more}}},
+        "waypoints": [
+            {
+                "name": "above",
+                "after": 3,
+                "pose": {"position": [500, 0, 260], "rpy": DOWN},
+                "stop": True,
+            },
+            {"name": "in", "after": 2, "pose": {"position": [500, 0, 90], "rpy": DOWN}},
+        ],
+    }
+
+
+def test_a_hull_fills_a_bowl_and_an_exact_mesh_does_not(tmp_path: Path) -> None:
+    write_bowl(tmp_path / "bowl.stl")
+    hull = pairs(kw.plan(bowl_task(tmp_path / "bowl.stl")).report)["tool, bowl"]
+    assert not hull.ok
+    exact = pairs(kw.plan(bowl_task(tmp_path / "bowl.stl", exact=True)).report)["tool, bowl"]
+    assert exact.ok
+    assert exact.value == pytest.approx(0.04, abs=1e-3)  # above the floor of the pit
+    deeper = bowl_task(tmp_path / "bowl.stl", exact=True)
+    deeper["waypoints"][1]["pose"] = {"position": [500, 0, 45], "rpy": DOWN}
+    assert not pairs(kw.plan(deeper).report)["tool, bowl"].ok
+
+
+def test_a_body_inside_an_exact_mesh_collides(tmp_path: Path) -> None:
+    write_bowl(tmp_path / "bowl.stl")
+    inside = swing(
+        {"bowl": {"mesh": str(tmp_path / "bowl.stl"), "scale": 0.02, "exact": True,
+                  "position": [0, 0, -0.5]}}
+    )  # fmt: skip
+    (one,) = inside.report.select(quantity="clearance")
+    assert not one.ok
+    pit = swing(
+        {"bowl": {"mesh": str(tmp_path / "bowl.stl"), "scale": 0.02, "exact": True,
+                  "position": [0, 0, -2]}}
+    )  # fmt: skip
+    (one,) = pit.report.select(quantity="clearance")
+    assert one.ok
