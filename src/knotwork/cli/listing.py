@@ -16,7 +16,7 @@ from knotwork.cli.terminal import echo
     "--collisions",
     "pairs",
     is_flag=True,
-    help="List the pairs of links that are checked for collisions, and those that are not, and why.",
+    help="List the pairs of links checked for collisions, and those that are not, and why.",
 )
 @json_option
 def robots(name: str | None, pairs: bool, as_json: bool) -> int:

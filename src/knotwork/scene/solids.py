@@ -29,6 +29,7 @@ class Solid:
     """A shape as Coal has it, placed in the axes of the joint that carries it.
 
     Attributes:
+        shape: What it is made from.
         geometry: Coal's.
         rotation: Of its axes, shape (3, 3).
         translation: Of its origin [m], shape (3,).
@@ -39,6 +40,7 @@ class Solid:
             (n, 3, 3); `None` for all that is convex.
     """
 
+    shape: Shape
     geometry: Any
     rotation: FloatArray
     translation: FloatArray
@@ -47,9 +49,13 @@ class Solid:
     triangles: FloatArray | None = None
 
     @property
-    def centre(self) -> FloatArray:
-        """Of a sphere around it, in the joint's axes [m], shape (3,)."""
-        return np.asarray((self.corners[0] + self.corners[-1]) / 2)
+    def hull(self) -> FloatArray | None:
+        """Triangles of the convex hull of a mesh, in its own axes [m], shape (m, 3, 3)."""
+        if not isinstance(self.geometry, coal.Convex):
+            return None
+        faces = [self.geometry.polygons(i) for i in range(self.geometry.num_polygons)]
+        index = np.array([[face[k] for k in range(3)] for face in faces])
+        return np.asarray(np.array(self.geometry.points())[index])
 
     @property
     def radius(self) -> float:
@@ -80,7 +86,7 @@ def solid(shape: Shape, carrier: Any) -> Solid:
         normal = turn @ np.array(shape.size[:3])
         plane = np.array([*normal, shape.size[3] + normal @ shift])
         geometry = coal.Halfspace(np.array(shape.size[:3]), shape.size[3])
-        return Solid(geometry, turn, shift, np.full((8, 3), np.inf), plane)
+        return Solid(shape, geometry, turn, shift, np.full((8, 3), np.inf), plane)
     else:
         make = {
             "box": coal.Box,
@@ -94,7 +100,7 @@ def solid(shape: Shape, carrier: Any) -> Solid:
     geometry.computeLocalAABB()
     low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
     corners = low + _CORNERS * (high - low)
-    return Solid(geometry, turn, shift, corners @ turn.T + shift, triangles=triangles)
+    return Solid(shape, geometry, turn, shift, corners @ turn.T + shift, triangles=triangles)
 
 
 @lru_cache(maxsize=256)

@@ -140,6 +140,8 @@ def _add_failures(
     for (subject, name, time), findings in together.items():
         inside = min(max(time, float(curve.x[0])), float(curve.x[-1]))
         reached = at = (base * robot.forward(curve(inside))).translation
+        if findings[0].points:  # of two bodies, not of the tool
+            reached = at = base.act(np.mean(findings[0].points, axis=0))
         wrong.append(sphere(0.011 * size, RED).moved(np.eye(3), reached))
         if subject == "waypoint" and name in poses:
             point = poses[name].translation

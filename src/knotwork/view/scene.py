@@ -30,6 +30,7 @@ from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
+from knotwork.view.objects import scene_objects
 from knotwork.view.packing import packed, packed_numbers
 from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshes, tool_mesh
 from knotwork.view.stops import Stops, arm_triangles, find_stops
@@ -163,6 +164,9 @@ def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, 
     copies = stops.position[stops.distinct(size)]
     moved = {planner: shown.curve, **shown.motions}
     things, labels, legend = ([], [], {}) if path is None else _task_data(shown, path, size)
+    objects = scene_objects(shown.scenario, robot, shown.curve, shown.report, size)
+    things, labels = [*things, *objects.things], [*labels, *objects.labels]
+    points = np.concatenate([points, objects.points])
     hiding = np.concatenate([shown.curve(shown.curve.x[:1]), copies[: MOST_HIDING - 1]])
     return {
         "joints": joint_tree(robot),

@@ -1,7 +1,7 @@
 // Labels: words beside their points, none over another.
 
 // What fails is placed first.
-const ORDER = { miss: 0, waypoint: 1, frame: 2 };
+const ORDER = { miss: 0, closest: 1, waypoint: 2, object: 3, frame: 4 };
 // Where a label may be, from its point [pixels]: in rings, to the upper right first
 const PLACES = [16, 30, 48, 70, 96, 126, 165, 210].flatMap((radius) =>
   [...Array(12).keys()].map((k) => {

@@ -21,6 +21,7 @@ async function showScene(data, options) {
     player.update();
     labels.place();
     hideCopies(player.frame());
+    showWhenThere(data.things, player.start + player.time);
     requestAnimationFrame(tick);
   };
   tick();
@@ -38,7 +39,15 @@ function addSwitches(viewer, data, labels, ghosts) {
   const rows = { labels: (on) => labels.show(on), ghosts: show([...ROOT, "ghosts"]) };
   const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
   if (ghosts === false) hidden.add("ghosts");
-  for (const { name } of data.things) if (name !== "tool") rows[name] = show([...ROOT, name]);
+  data.things.forEach((thing, number) => {
+    if (thing.name === "tool") return;
+    const before = rows[thing.name];
+    const own = show(thingPath(data, thing, number));
+    rows[thing.name] = (on) => {
+      if (before) before(on);
+      own(on);
+    };
+  });
   if (rows.deviation) {
     rows.deviation = (on) => {
       show([...ROOT, "deviation"])(on);
@@ -59,6 +68,11 @@ function addSwitches(viewer, data, labels, ghosts) {
     box.addEventListener("change", changed);
     if (!box.checked) changed();
   }
+  document.addEventListener("keydown", (event) => {
+    const box = document.querySelector('#switches input[name="collision shapes"]');
+    if (event.key !== "c" || event.altKey || event.ctrlKey || event.metaKey || !box) return;
+    if (!event.target.closest("input:not([type=range]):not([type=checkbox]), select")) box.click();
+  });
 }
 
 // What the page around it, and tests, may ask for

@@ -34,8 +34,25 @@ function addLamps(viewer, from) {
 
 // The path, waypoints, arrows and what fails; the tool moves with the joint that carries it.
 function addMarks(viewer, data) {
-  for (const { name, mesh, lit, carrier } of data.things) {
-    const path = carrier === undefined ? [...ROOT, name] : [...pathOf(data.joints, "arm", carrier), name];
-    viewer.set_object(path, new THREE.Mesh(geometry(mesh), material(mesh, { lit })));
+  data.things.forEach((thing, number) => {
+    const { mesh, lit } = thing;
+    thing.object = new THREE.Mesh(geometry(mesh), material(mesh, { lit }));
+    viewer.set_object(thingPath(data, thing, number), new THREE.Group().add(thing.object));
+  });
+}
+
+// Where the scene holds a thing; one with a carrier moves with that joint.
+function thingPath(data, { name, carrier }, number) {
+  const path = carrier ? pathOf(data.joints, "arm", carrier) : ROOT;
+  const alone = data.things.filter((other) => other.name === name).length === 1;
+  return [...path, alone ? name : `${name} ${number}`];
+}
+
+// Show things that are there for a part of the time only: what the tool takes along.
+function showWhenThere(things, time) {
+  for (const { object, between } of things) {
+    if (!between) continue;
+    const [start, end] = between;
+    object.visible = (start === null || time >= start - 1e-6) && (end === null || time < end - 1e-6);
   }
 }

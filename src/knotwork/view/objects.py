@@ -1,0 +1,200 @@
+"""What stands around the arm and what it carries, as meshes; collision shapes; nearest points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.meshes.reading import read_mesh
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario, Shape
+from knotwork.verification import Report
+from knotwork.view.mesh import Mesh, drawable, from_triangles, merged
+from knotwork.view.packing import packed
+from knotwork.view.solids import box, capsule, cylinder, frame_along, rod, sphere, turned
+from knotwork.waypoints import FloatArray
+
+OBJECT = (0.76, 0.70, 0.58, 1.0)
+PLANE = (0.80, 0.80, 0.77, 1.0)
+TOOL = (0.33, 0.37, 0.42, 1.0)
+HELD = (0.88, 0.62, 0.22, 1.0)
+HULL = (0.20, 0.55, 0.85, 0.45)
+NEAREST = (0.10, 0.55, 0.30, 1.0)
+
+OBJECTS, COLLISION_SHAPES, CLOSEST = "objects", "collision shapes", "closest"
+
+
+@dataclass(frozen=True, eq=False)
+class Objects:
+    """What a scenario's scene shows.
+
+    Attributes:
+        things: As the page has them.
+        labels: Of objects and of the nearest points.
+        points: Places that must be in view [m], shape (n, 3).
+    """
+
+    things: list[dict[str, Any]]
+    labels: list[dict[str, Any]]
+    points: FloatArray
+
+
+def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
+    """A shape as a mesh, in the axes that it is placed in.
+
+    Args:
+        shape: What to draw.
+        colour: Red, green, blue and opacity.
+        extent: How far half spaces are drawn [m].
+
+    Raises:
+        InputError: A mesh can't be read.
+    """
+    if shape.kind == "half_space":
+        normal, offset = np.array(shape.size[:3]), shape.size[3]
+        thin = 0.004 * extent
+        made = box([2 * extent, 2 * extent, thin], colour)
+        made = made.moved(frame_along(normal), (offset - thin / 2) * normal)
+    elif shape.path is not None:
+        parts = [drawable(part) for part in read_mesh(shape.path)]
+        made = merged([part if part.coloured else part.painted(colour) for part in parts])
+        made = made.scaled(shape.scale)
+    elif shape.kind == "ellipsoid":
+        made = sphere(1.0, colour).scaled(shape.size)
+    elif shape.kind == "cone":
+        radius, half = shape.size[0], shape.size[1] / 2
+        made = turned([[0, -half], [radius, -half], [0, half]], colour)
+    elif shape.kind == "box":
+        made = box(shape.size, colour)
+    elif shape.kind == "sphere":
+        made = sphere(shape.size[0], colour)
+    else:
+        make = capsule if shape.kind == "capsule" else cylinder
+        made = make(shape.size[0], shape.size[1], colour)
+    return made.moved(shape.placement.rotation, shape.placement.translation)
+
+
+def scene_objects(
+    scenario: Scenario | None,
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    report: Report | None,
+    size: float,
+) -> Objects:
+    """Draw a scenario's scene: objects, tool, what it holds, and the nearest points.
+
+    Args:
+        scenario: The task.
+        robot: Its robot.
+        curve: Joint positions, trailing shape (d,).
+        report: What the check found.
+        size: Of the scene [m].
+    """
+    things: list[dict[str, Any]] = []
+    labels: list[dict[str, Any]] = []
+    points: list[FloatArray] = []
+    base = robot.base_placement
+    if scenario is not None:
+        for one in scenario.scene.objects:
+            plane = one.shape.kind == "half_space"
+            mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size)
+            mesh = mesh.moved(base.rotation, base.translation)
+            things.append(_thing(OBJECTS, mesh))
+            if not plane:
+                labels.append(_label(one.name, mesh.vertices.mean(axis=0), f"object {one.name!r}"))
+                if np.ptp(mesh.vertices, axis=0).max() <= size:
+                    points.append(np.array([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)]))
+        things += _carried(scenario, robot, curve, size)
+    things += _hulls(robot)
+    if report is not None:
+        things, labels = _with_closest(things, labels, report, base, size)
+    return Objects(things, labels, np.concatenate([np.zeros((0, 3)), *points]))
+
+
+def _carried(
+    scenario: Scenario, robot: Robot, curve: PiecewisePolynomial, size: float
+) -> list[dict[str, Any]]:
+    """The tool's shapes, and what it holds: taken from somewhere, carried, and left."""
+    things = []
+    scene, model, base = scenario.scene, robot.model, robot.base_placement
+    if scene.tool and robot.tool_frame is not None:
+        frame = model.frames[robot.frame_index(robot.tool_frame)]
+        for shape in scene.tool:
+            mesh = shape_mesh(shape, TOOL, size)
+            mesh = mesh.moved(frame.placement.rotation, frame.placement.translation)
+            things.append(_thing("tool shape", mesh, carrier=int(frame.parentJoint)))
+    times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
+    for held in scene.held:
+        frame = model.frames[robot.require_tool()]
+        mesh = shape_mesh(held.shape, HELD, size)
+        start, end = (
+            float(np.clip(times[name], curve.x[0], curve.x[-1])) for name in (held.take, held.leave)
+        )
+        stands = [(base * robot.forward(curve(time)), time) for time in (start, end)]
+        carried = mesh.moved(frame.placement.rotation, frame.placement.translation)
+        things.append(_thing("held", carried, carrier=int(frame.parentJoint), between=[start, end]))
+        for (pose, _), between in zip(stands, ([None, start], [end, None]), strict=True):
+            placed = mesh.moved(pose.rotation, pose.translation)
+            things.append(_thing("held", placed, between=between))
+    return things
+
+
+def _hulls(robot: Robot) -> list[dict[str, Any]]:
+    """The collision shapes of the links, shown on demand."""
+    from knotwork.scene.model import robot_collision_model
+
+    model = robot_collision_model(robot)
+    by_joint: dict[int, list[Mesh]] = {}
+    for body in model.bodies:
+        for solid in body.solids:
+            hull = solid.hull
+            if hull is not None:
+                mesh = from_triangles(hull, HULL)
+            else:
+                plain = replace(solid.shape, placement=pin.SE3.Identity())
+                mesh = shape_mesh(plain, HULL, 0.0)
+            mesh = mesh.moved(solid.rotation, solid.translation)
+            by_joint.setdefault(body.joint, []).append(mesh)
+    return [
+        _thing(COLLISION_SHAPES, merged(meshes), carrier=joint or None, hidden=True)
+        for joint, meshes in by_joint.items()
+    ]
+
+
+def _with_closest(
+    things: list[dict[str, Any]],
+    labels: list[dict[str, Any]],
+    report: Report,
+    base: pin.SE3,
+    size: float,
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Mark the nearest points of the pair that comes nearest, if nothing collides."""
+    pairs = [found for found in report.select(subject="pair") if len(found.points) == 2]
+    around = [found for found in pairs if not found.detail]
+    if not around or not all(found.ok for found in pairs):
+        return things, labels
+    names = {label["text"] for label in labels if label["kind"] == "object"}
+    outside = [found for found in around if names & set(found.name.split(", "))]
+    nearest = min(outside or around, key=lambda found: found.value or 0.0)
+    first, second = (base.act(np.array(point)) for point in nearest.points)
+    if np.linalg.norm(first - second) > 1e-6:
+        dots = [sphere(0.006 * size, NEAREST).moved(np.eye(3), end) for end in (first, second)]
+        mesh = merged([rod(first, second, 0.003 * size, NEAREST), *dots])
+        things = [*things, _thing(CLOSEST, mesh, lit=False)]
+    said = f"{1e3 * (nearest.value or 0.0):.3g} mm at {nearest.time or 0.0:.2f} s"
+    label = _label(said, (first + second) / 2, nearest.message, kind="closest")
+    return things, [*labels, label]
+
+
+def _thing(name: str, mesh: Mesh, *, lit: bool = True, **more: Any) -> dict[str, Any]:
+    given = {key: value for key, value in more.items() if value is not None}
+    return {"name": name, "mesh": packed(mesh), "lit": lit, "hidden": False} | given
+
+
+def _label(name: str, point: FloatArray, detail: str, kind: str = "object") -> dict[str, Any]:
+    return {"text": name, "kind": kind, "at": point.tolist(), "detail": detail}
