@@ -277,6 +277,6 @@ def following_error(
         where=where,
         arc_length=float(reached),
         cause=one.kind,
-        joint=robot.joint_names[one.joint] if one.kind != "singularity" else "",
+        joint=robot.joint_names[one.joint] if one.kind.endswith("limit") else "",
         part_of_speed=one.part,
     )
