@@ -47,21 +47,21 @@ def print_robot(robot: Robot) -> None:
 def print_collisions(robot: Robot, model: CollisionModel) -> None:
     """Print which pairs of links are checked for collisions, and why others are not."""
     out = console()
-    out.print(f"[bold]{escape(robot.name)}[/]  {escape(robot.description.strip())}")
+    out.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
     data = collisions_to_dict(robot, model)
     shapes = plain_table("Collision shapes", ["link", "shapes"])
     for link, count in data["links"].items():
-        shapes.add_row(escape(link), str(count))
+        shapes.add_row(cell(link), str(count))
     out.print(shapes)
     for sentence in model.missing:
-        out.print(f"[yellow]warning[/] {escape(sentence)}", soft_wrap=True)
+        out.print(f"[yellow]warning[/] {cell(sentence)}", soft_wrap=True)
     ignored = plain_table("Pairs that are not checked", ["link", "link", "why"], 3)
     for pair in data["ignored"]:
-        ignored.add_row(escape(pair["first"]), escape(pair["second"]), escape(pair["reason"]))
+        ignored.add_row(cell(pair["first"]), cell(pair["second"]), cell(pair["reason"]))
     out.print(ignored)
     checked = plain_table("Pairs that are checked", ["link", "link"], 2)
     for first, second in data["checked"]:
-        checked.add_row(escape(first), escape(second))
+        checked.add_row(cell(first), cell(second))
     out.print(checked)
     out.print("Links that no joint moves to one another are not listed.")
 
