@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -46,7 +47,7 @@ def test_plan_prints_tables_and_a_verdict(knotwork: Command) -> None:
     assert not ran.err
     lines = ran.out.splitlines()
     assert lines[0].startswith("ur5_deburring")
-    assert lines[-1].startswith("PASSED ur5_deburring: 64 of 64 requirements met")
+    assert re.fullmatch(r"PASSED ur5_deburring: (\d+) of \1 requirements met", lines[-1])
     words = ("edge start to edge end", "path deviation", "elbow_joint", "none given", "bounded +")
     for word in (*words, "acceleration jump"):
         assert word in ran.out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.scene.distances import DistanceMeter, world_axes
+from knotwork.scene.distances import DistanceMeter
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.placements import place_joints
 from knotwork.waypoints import FloatArray
@@ -41,6 +41,8 @@ class SolidPairs:
         corners = np.array([one.corners for one in self.solids])
         corners[~np.isfinite(corners)] = 0.0  # half spaces stand still
         self._corners = corners.swapaxes(1, 2)
+        self._turn = np.array([one.rotation for one in self.solids])
+        self._shift = np.array([one.translation for one in self.solids])
         self._centre = (corners[:, 0] + corners[:, -1]) / 2
         self._radius = np.linalg.norm(corners[:, -1] - corners[:, 0], axis=1) / 2
         self._planes = [
@@ -49,6 +51,17 @@ class SolidPairs:
             if one.plane is not None
         ]
         self._meter = DistanceMeter()
+
+    def axes(self, rotation: FloatArray, origin: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rotations and origins of the solids' own axes, shapes (k, s, 3, 3) and (k, s, 3).
+
+        Args:
+            rotation: Of all joints, shape (k, n + 1, 3, 3).
+            origin: Of all joints [m], shape (k, n + 1, 3).
+        """
+        turn = rotation[:, self.joint]
+        shift = (turn @ self._shift[:, :, None])[..., 0] + origin[:, self.joint]
+        return turn @ self._turn, shift
 
     def corners(self, rotation: FloatArray, origin: FloatArray) -> FloatArray:
         """Corners of boxes around the solids [m], shape (k, s, 3, 8).
@@ -79,27 +92,18 @@ class SolidPairs:
             least[:, columns] = height - self._radius[others]
         return np.asarray(least)
 
-    def measured(
-        self,
-        combo: int,
-        rotation: FloatArray,
-        origin: FloatArray,
-        axes: dict[int, tuple[FloatArray, FloatArray]],
-    ) -> float:
+    def measured(self, combo: int, turn: FloatArray, shift: FloatArray) -> float:
         """Distance of a pair of solids [m]; not above 0 where they overlap.
 
         Args:
             combo: Which pair.
-            rotation: Of all joints, shape (n + 1, 3, 3).
-            origin: Of all joints [m], shape (n + 1, 3).
-            axes: Of the solids at these placements, filled in as they are needed.
+            turn: Rotations of the solids' own axes, shape (s, 3, 3).
+            shift: Their origins [m], shape (s, 3).
         """
-        a, b = int(self.first[combo]), int(self.second[combo])
-        for s in (a, b):
-            if s not in axes:
-                j = self.joint[s]
-                axes[s] = world_axes(self.solids[s], rotation[j], origin[j])
-        return self._meter.distance(self.solids[a], *axes[a], self.solids[b], *axes[b])
+        a, b = self.first[combo], self.second[combo]
+        return self._meter.distance(
+            self.solids[a], turn[a], shift[a], self.solids[b], turn[b], shift[b]
+        )
 
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
         """The least distance beyond what is to be kept at configurations [m], shape (m,).
@@ -115,12 +119,12 @@ class SolidPairs:
         there = np.flatnonzero((low <= time) & (time <= high))
         rotation, origin = place_joints(self.model.joints, np.asarray(q, dtype=float))
         least = (self.least(rotation, origin) - self.margin)[:, there]
+        turn, shift = self.axes(rotation, origin)
         for i, row in enumerate(least):
-            axes: dict[int, tuple[FloatArray, FloatArray]] = {}
             for k in np.argsort(row).tolist():
                 if row[k] > result[i] or (most == 0.0 and result[i] < 0.0):
                     break
                 c = int(there[k])
-                apart = self.measured(c, rotation[i], origin[i], axes) - self.margin[c]
+                apart = self.measured(c, turn[i], shift[i]) - self.margin[c]
                 result[i] = min(result[i], apart if apart > 0.0 else min(apart, -1e-300))
         return result

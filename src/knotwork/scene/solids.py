@@ -77,7 +77,10 @@ def solid(shape: Shape, carrier: Any) -> Solid:
     turn, shift = np.array(placed.rotation), np.array(placed.translation)
     triangles = None
     if shape.path is not None:
-        changed = shape.path.stat().st_mtime_ns
+        try:
+            changed = shape.path.stat().st_mtime_ns
+        except OSError as error:
+            raise InputError(f"mesh {shape.path} can't be read: {error.strerror}") from error
         if shape.exact:
             geometry, triangles = _exact(shape.path, changed, shape.scale)
         else:

@@ -43,7 +43,7 @@ PARTS = 24
 """The motion is first divided into about so many intervals, and at every break."""
 
 PRECISION = 1e-3
-AROUND_PRECISION = 0.1
+AROUND_PRECISION = 0.2
 OWN_PRECISION = 0.5
 """The least clearance of a pair is found to this [m], or to this part of it if that is more: of
 what stands around, and of links of the robot, which come near one another all the time."""
@@ -220,13 +220,13 @@ class _Search:
         """
         waiting = np.flatnonzero(np.isnan(distance) & (lower < self._goal()[combo]))
         goal: dict[int, float] = {}
-        axes: dict[int, dict[int, tuple[FloatArray, FloatArray]]] = {}
+        turn, shift = self.table.axes(rotation, origin)
         for i in waiting[np.argsort(lower[waiting], kind="stable")].tolist():
             c = int(combo[i])
             if lower[i] >= goal.get(c, np.inf):
                 continue
             k = int(item[i])
-            d = self.table.measured(c, rotation[k], origin[k], axes.setdefault(k, {}))
+            d = self.table.measured(c, turn[k], shift[k])
             distance[i] = d
             self.measurements[c] += 1
             if d < self.distance[c]:
@@ -281,12 +281,13 @@ class _Search:
         return place_joints(self.model.joints, self.curve(np.array(times)))
 
     def _clearances(self) -> tuple[Clearance, ...]:
-        pairs = range(len(self.model.pairs))
-        combos = [np.flatnonzero(self.pair == k) for k in pairs]
+        combos = [np.flatnonzero(self.pair == k) for k in range(len(self.model.pairs))]
         worst = [int(c[self.distance[c].argmin()]) for c in combos]
         rotation, origin = self._placed(self.time[worst].tolist())
         result = []
         for k, pair in enumerate(self.model.pairs):
+            if np.isinf(self.distance[worst[k]]):
+                continue  # they are never there together
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             distance, time = float(self.distance[worst[k]]), float(self.time[worst[k]])
             nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
