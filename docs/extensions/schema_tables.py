@@ -92,6 +92,7 @@ def accepted(part: dict[str, Any]) -> str:
         "object": _mapping,
         "number": _number,
         "integer": lambda found: "whole " + _number(found),
+        "boolean": lambda _: "`true` or `false`",
         "string": lambda _: "text",
     }[part["type"]](part)
 
