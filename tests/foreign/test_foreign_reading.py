@@ -550,3 +550,22 @@ def test_several_messages_are_said_to_be_several(tmp_path: Path) -> None:
     file.write_text("points: []\n---\npoints: []\n---\n")
     with pytest.raises(DocumentError, match="line 2: is not valid YAML: a second document begins"):
         read(file)
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t", " "])
+@pytest.mark.parametrize("comma", [False, True])
+def test_decimal_commas_where_commas_divide_nothing(
+    tmp_path: Path, delimiter: str, comma: bool
+) -> None:
+    file = tmp_path / "motion.csv"
+    rows = [["time", *NAMES], *([str(t), *map(str, q)] for t, q in zip(TIME, Q, strict=True))]
+    text = "\n".join(delimiter.join(row) for row in rows)
+    file.write_text(text.replace(".", ",") if comma else text)
+    assert (read(file).position(TIME) == Q).all()
+
+
+def test_a_comma_in_a_number_is_refused_where_commas_divide(tmp_path: Path) -> None:
+    file = tmp_path / "motion.csv"
+    file.write_text('time,joint_1,joint_10,slide\n0,0,0,0\n1,"0,5",0,0\n')
+    with pytest.raises(DocumentError, match=r"line 3.*'0,5' is no number"):
+        read(file)
