@@ -43,6 +43,7 @@ def test_there_are_scenarios_that_fail_in_every_way() -> None:
         "ExportError",
         "PathError",
         "CornerError",
+        "StretchTimeError",
         "RampError",
         "TimingError",
     }

@@ -98,34 +98,31 @@ class Ties:
         pull = self.scenario.pull_to_middle
         found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
         turns = start.q - start.q[own][back]
-        hindrances = [
-            found.hindrance(robot, int(b), turn) for b, turn in zip(back, turns, strict=True)
-        ]
-        hindrances = self._with_contacts(found, back, hindrances)
-        kept = np.flatnonzero([one is None for one in hindrances])
-        if not kept.size:
+        free = found.free(robot, back, turns)
+        contacts = self._contacts(found, np.unique(back[free]))
+        free &= ~np.isin(back, list(contacts))
+        if not free.any():
+            hindrances = [
+                found.hindrance(robot, int(b), turn) or contacts[int(b)]
+                for b, turn in zip(back, turns, strict=True)
+            ]
             raise self._blocked(robot, path, start, hindrances)
+        kept = np.flatnonzero(free)
         return kept, [
             self._candidates(robot, path, start, found, kept, back, turns, k)
             for k in range(1, len(times))
         ]
 
-    def _with_contacts(
-        self, found: Continuation, back: Any, hindrances: list[Hindrance | None]
-    ) -> list[Hindrance | None]:
-        """Hindrances, and collisions of those ways that have no other."""
+    def _contacts(self, found: Continuation, ways: Any) -> dict[int, Hindrance]:
+        """The collisions of ways on which nothing else is in the way, by their starts' indices."""
         if self.obstacles is None:
-            return hindrances
-        contacts = {
-            int(b): self.obstacles.first_contact(found, int(b))
-            for b in np.unique([b for b, one in zip(back, hindrances, strict=True) if one is None])
+            return {}
+        contacts = {int(b): self.obstacles.first_contact(found, int(b)) for b in ways}
+        return {
+            b: Hindrance("collision", when[0], 0, 0.0, 0.0, 0.0, contact=when[1])
+            for b, when in contacts.items()
+            if when is not None
         }
-        return [
-            Hindrance("collision", when[0], 0, 0.0, 0.0, 0.0, contact=when[1])
-            if one is None and (when := contacts[int(b)]) is not None
-            else one
-            for b, one in zip(back, hindrances, strict=True)
-        ]
 
     def _candidates(
         self,
@@ -155,17 +152,14 @@ class Ties:
         robot: Robot,
         path: ScenarioPath,
         start: Candidates,
-        hindrances: list[Hindrance | None],
+        hindrances: list[Hindrance],
     ) -> FollowingError:
         """The error for a path that can't be followed.
 
         It tells of the start with which a lower speed would do, if there is one, and else of that
         which leads farthest.
         """
-        best = max(
-            (one for one in hindrances if one is not None),
-            key=lambda one: (one.part or 0.0, one.time),
-        )
+        best = max(hindrances, key=lambda one: (one.part or 0.0, one.time))
         k = next(k for k, one in enumerate(path.stretches) if best.time <= one.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
         count = len(hindrances)

@@ -18,6 +18,7 @@ from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.hindrance import Hindrance, Steps, hindrance_of
 from knotwork.kinematics.following.joint_field import JointField
 from knotwork.kinematics.following.steps import Stages, moved
+from knotwork.kinematics.following.within_limits import inside_range, slow_enough
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
@@ -62,6 +63,24 @@ class Continuation:
     lost: FloatArray
     smallest_lost: FloatArray
 
+    def free(self, robot: Robot, starts: NDArray[np.intp], turns: FloatArray) -> NDArray[np.bool_]:
+        """Whether nothing is in the way of starts, whole turns away from them.
+
+        Args:
+            robot: The arm.
+            starts: Indices of the starts, shape (k,).
+            turns: How far each joint is turned from each [rad], shape (k, d).
+
+        Returns:
+            Shape (k,). `hindrance` says what is in the way of the others.
+        """
+        leads = np.isinf(self.lost)
+        result = leads[starts]
+        result[result] = inside_range(robot, self.position[:, starts[result]], turns[result])
+        own = np.unique(starts[result])
+        leads[own] = slow_enough(robot, self.time, self.position[:, own], self.velocity[:, own])
+        return np.asarray(result & leads[starts])
+
     def hindrance(self, robot: Robot, start: int, turns: FloatArray) -> Hindrance | None:
         """What is in the way of a start, whole turns away from it.
 
@@ -71,7 +90,7 @@ class Continuation:
             turns: How far each joint is turned from it [rad], shape (d,).
         """
         steps = Steps(
-            self.time, self.position[:, start] + turns, self.velocity[:, start],
+            self.time, self.position[:, start], self.velocity[:, start], turns,
             self.smallest[:, start], self.full,
         )  # fmt: skip
         return hindrance_of(robot, steps, float(self.lost[start]), float(self.smallest_lost[start]))

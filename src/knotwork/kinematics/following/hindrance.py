@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from knotwork.errors import FollowingError
 from knotwork.kinematics.chain.joint_ranges import limits_of
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
+from knotwork.kinematics.following.within_limits import AT_LIMIT, fastest, mean_velocities
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
@@ -19,8 +20,6 @@ from knotwork.waypoints import FloatArray
 # Where a path ends with a smallest singular value below this, the arm is singular; above it, the
 # joint speeds alone are beyond all measure.
 SINGULAR = 0.01
-# A limit is broken beyond this part of it, so that rounding does not decide [rad or m, relative].
-AT_LIMIT = 1e-9
 # The speed advised leaves this room: joints are a little faster on the curve than on the path.
 ROOM = 0.999
 
@@ -84,6 +83,7 @@ class Steps:
     Attributes:
         time: Of n steps [s], shape (n,).
         q, v: Joint positions and velocities, shape (n, d).
+        turns: How far each joint is turned from there, shape (d,).
         smallest: Smallest singular values of the Jacobian, shape (n,).
         full: Whether the tool has the full speed of its stretch, shape (n,).
     """
@@ -91,6 +91,7 @@ class Steps:
     time: FloatArray
     q: FloatArray
     v: FloatArray
+    turns: FloatArray
     smallest: FloatArray
     full: NDArray[np.bool_]
 
@@ -108,26 +109,9 @@ class Steps:
     def speed(self, i: int, j: int, u: float) -> float:
         """The derivative of the cubic, without its sign."""
         v = self.v[i : i + 2, j]
-        bulge = self._means()[i, j] - 0.5 * (v[0] + v[1])
+        mean = mean_velocities(self.time[i : i + 2], self.q[i : i + 2, j], v)[0]
+        bulge = mean - 0.5 * (v[0] + v[1])
         return float(abs(v[0] + (v[1] - v[0]) * u + 6.0 * u * (1.0 - u) * bulge))
-
-    def _means(self) -> FloatArray:
-        h = np.diff(self.time)[:, None]
-        means = np.diff(self.q, axis=0) / np.where(h > 0.0, h, 1.0)
-        return np.asarray(np.where(h > 0.0, means, 0.5 * (self.v[1:] + self.v[:-1])))
-
-    def fastest(self) -> tuple[FloatArray, FloatArray]:
-        """The greatest speeds from each step to the next, and how far on the way; (n - 1, d)."""
-        v, w = self.v[:-1], self.v[1:]
-        bulge = 6.0 * (self._means() - 0.5 * (v + w))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            u = 0.5 + 0.5 * (w - v) / bulge
-            inside = (u > 0.0) & (u < 1.0)
-            u = np.where(inside, u, 0.0)
-        speeds = np.abs([v, w, v + (w - v) * u + u * (1.0 - u) * bulge])
-        best = np.nan_to_num(speeds, nan=-1.0).argmax(axis=0)
-        where = np.choose(best, [np.zeros(u.shape), np.ones(u.shape), u])
-        return np.take_along_axis(speeds, best[None], axis=0)[0], where
 
 
 def hindrance_of(robot: Robot, steps: Steps, lost: float, smallest: float) -> Hindrance | None:
@@ -154,7 +138,7 @@ def hindrance_of(robot: Robot, steps: Steps, lost: float, smallest: float) -> Hi
 
 
 def _beyond_range(robot: Robot, steps: Steps) -> Hindrance | None:
-    lower, upper = limits_of(robot)
+    lower, upper = (bound - steps.turns for bound in limits_of(robot))
     over = np.maximum(steps.q - upper, lower - steps.q)
     beyond = over > AT_LIMIT
     when = np.flatnonzero(beyond.any(axis=1))
@@ -168,15 +152,14 @@ def _beyond_range(robot: Robot, steps: Steps) -> Hindrance | None:
 
     time, j = _earliest(beyond[i], crossing)
     k = int(np.nanargmax(over[:, j]))
-    bound = upper[j] if steps.q[k, j] > upper[j] else lower[j]
-    return Hindrance(
-        "joint limit", time, j, float(steps.q[k, j]), float(bound), float(steps.smallest[k])
-    )
+    bound = limits_of(robot)[1 if steps.q[k, j] > upper[j] else 0][j]
+    value = float(steps.q[k, j] + steps.turns[j])
+    return Hindrance("joint limit", time, j, value, float(bound), float(steps.smallest[k]))
 
 
 def _too_fast(robot: Robot, steps: Steps, to_the_end: bool) -> Hindrance | None:
     limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
-    speeds, where = steps.fastest()
+    speeds, where = fastest(steps.time, steps.q, steps.v)
     use = speeds / limit
     beyond = use > 1.0 + AT_LIMIT
     when = np.flatnonzero(beyond.any(axis=1))

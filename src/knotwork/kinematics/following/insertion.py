@@ -72,6 +72,8 @@ def follow_path(
     one, path = _Insertion(joints, tolerance, knots), joints.path
     ends = np.union1d(path.breaks, [] if times is None else times)
     followed = one.evenly(ends)
+    # not sooner: of fewer waypoints near a singularity a curve is rounded far more
+    check_tolerance(joints.robot, one.curve(followed), path, tolerance)
     stretches = np.arange(len(path.timing.speeds))
     while True:
         followed = one.sampled(followed)
@@ -112,8 +114,6 @@ class _Insertion:
         """Even intervals between given times: fewest waypoints where all is smooth."""
         count = np.ones(len(ends) - 1, dtype=int)
         followed = self.at(ends)
-        robot, path = self.joints.robot, self.joints.path
-        check_tolerance(robot, self.curve(followed), path, self.tolerance)
         for _ in range(EVEN_ROUNDS):
             use = self.use(followed)
             worst = np.maximum.reduceat(use, np.concatenate(([0], np.cumsum(count)[:-1])))
