@@ -199,7 +199,7 @@ def test_changed_trajectories_and_tables(count: int, session: Session, tmp_path:
         session.run(*run[0])
 
 
-@pytest.mark.parametrize("count", first_of(12, 200))
+@pytest.mark.parametrize("count", first_of(12, 150))
 def test_changed_urdfs(count: int, session: Session, tmp_path: Path) -> None:
     rng = random.Random(count)
     (tmp_path / "part.stl").write_bytes(meshes()["stl"])
@@ -220,7 +220,7 @@ def test_changed_urdfs(count: int, session: Session, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", sorted(meshes()))
-@pytest.mark.parametrize("count", first_of(2, 40))
+@pytest.mark.parametrize("count", first_of(2, 25))
 def test_changed_meshes(count: int, kind: str, session: Session, tmp_path: Path) -> None:
     rng = random.Random(f"{kind} {count}")
     (tmp_path / "arm.urdf").write_text(URDF.format(kind))
