@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -72,6 +73,8 @@ HOSTILE = {
     "index below zero": ("a.obj", obj().replace("f 1", "f -9"), "can't be read"),
     "flat": ("a.stl", ascii_stl().replace("2", "0").replace("3", "0"), "an area"),
     "not finite": ("a.obj", obj().replace("v 2.0", "v nan"), "not finite"),
+    "flat points": ("a.obj", re.sub(r"(?m)^(v \S+ \S+) \S+$", r"\1", obj()), "can't be read"),
+    "no points": ("a.obj", obj()[obj().index("f ") :], "can't be read"),
     "too far": ("a.obj", obj().replace("v 2.0", "v 1e300"), "not finite or farther"),
     "more facets than it has": ("a.stl", binary_stl()[:80] + b"\xff" * 120, "can't be read"),
     "counts alone": ("a.ply", PLY, "can't be read"),

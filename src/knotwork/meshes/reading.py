@@ -115,6 +115,8 @@ def _check(parts: tuple[MeshPart, ...]) -> None:
     if not any(len(part.triangles) for part in parts):
         raise InputError("it holds no triangles")
     for part in parts:
+        if not all(array.ndim == 2 and array.shape[1] == 3 for array in _rows(part)):
+            raise InputError("it has points, normals or triangles that are not three numbers each")
         if not (np.abs(part.points) <= FARTHEST).all():
             raise InputError(
                 f"it has points that are not finite or farther than {FARTHEST:g} from the origin"
@@ -130,6 +132,11 @@ def _check(parts: tuple[MeshPart, ...]) -> None:
                 raise InputError("it has normals or places in images that are not finite")
     if not any(_has_area(part) for part in parts):
         raise InputError("none of its triangles has an area")
+
+
+def _rows(part: MeshPart) -> list[np.ndarray[Any, Any]]:
+    arrays = (part.points, part.triangles, part.normals, part.corner_normals)
+    return [array for array in arrays if array is not None]
 
 
 def _has_area(part: MeshPart) -> bool:
