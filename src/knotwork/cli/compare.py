@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from knotwork.cli.parameters import FAILED, PASSED, NewPath, json_option
+from knotwork.cli.parameters import FAILED, PASSED, NewPath, json_option, package_path_option
 from knotwork.cli.terminal import cell, echo
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ _STRAIGHT = ("path_deviation", "path_turn")
     help="Write comparison.json and comparison.csv there.",
 )
 @click.option("--all", "in_full", is_flag=True, help="Show all columns, in several tables.")
+@package_path_option
 @json_option
 def compare(
     scenario: str, planners: str | None, out: Path | None, in_full: bool, as_json: bool

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.export_source import passes, points_pass, read_motion
-from knotwork.cli.parameters import FAILED, PASSED, scenario_option
+from knotwork.cli.parameters import FAILED, PASSED, package_path_option, scenario_option
 from knotwork.cli.terminal import echo, echo_data
 from knotwork.errors import InputError
 from knotwork.export.registry import (
@@ -115,6 +115,7 @@ class _JointNumbers(click.ParamType[Any]):
     help="pvt: the drive's position, in its units, where a joint is at 0; may be repeated.",
 )
 @click.option("--incremental", is_flag=True, help="pvt: times since the row before.")
+@package_path_option
 @scenario_option("to check it first and to take the tool from")
 @click.option("--planner", metavar="NAME", help="For a SCENARIO: planner in place of its own.")
 @click.option(

@@ -24,6 +24,7 @@ from knotwork.cli.parameters import (
     full_option,
     json_option,
     knots_option,
+    package_path_option,
     planner_option,
     scenario_option,
 )
@@ -147,6 +148,7 @@ def cli() -> None:
     type=click.FloatRange(min=0, min_open=True),
     help="Samples per second in samples.csv, in place of the scenario's.",
 )
+@package_path_option
 @full_option
 @json_option
 def plan(
@@ -256,6 +258,7 @@ def _plan_to_dict(
 @click.argument("trajectory", type=click.Path(path_type=Path))
 @scenario_option("which it is checked against")
 @log_options
+@package_path_option
 @full_option
 @json_option
 def check(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.logs import LogOptions, log_options
-from knotwork.cli.parameters import PASSED, Names, NewPath, motion_options
+from knotwork.cli.parameters import PASSED, Names, NewPath, motion_options, package_path_option
 from knotwork.cli.sources import read_motions, tell_failures
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
@@ -68,6 +68,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 @click.option("--to", "end", type=float, metavar="S", help="Draw up to this time [s].")
 @click.option("--degrees", is_flag=True, help="Show angles in degrees instead of radians.")
 @log_options
+@package_path_option
 @motion_options("to mark waypoints and limits")
 def plot(
     source: str,
