@@ -156,6 +156,20 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             {"name": "b", "joints": "home", "after": 1},
         ],
     },
+    "free": {
+        "robot": "ur5",
+        "times": "fastest",
+        "duration": 5.0,
+        "objective": {"time": 0, "jerk": 1, "effort": 1, "acceleration": 0.5},
+        "limits": {"acceleration": 5.0, "margin": 0.9},
+        "waypoints": [
+            {"pose": POSE, "near": "home"},
+            {"after": {"fastest": True, "at_least": 0.5}, "pose": AHEAD, "velocity": "free"},
+            {"pose": TURNED, "speed": {"at_most": 0.5}},
+            {"after": "fastest", "pose": POSE},
+            {"along": "line", "speed": {"at_most": 0.1}, "pose": {"position": [0.4, 0.2, 0.4]}},
+        ],
+    },
     "joints": {
         "joint_units": {"j": "rad", "k": "m"},
         "start": {"j": 0, "k": 0},
@@ -167,6 +181,13 @@ SCENARIOS: dict[str, dict[str, Any]] = {
             "transition_time": [0.1, 0.1],
         },
         "limits": {"acceleration": {"j": 3}, "effort": 3},
+        "chosen": [
+            {
+                "times": [0, 0.1, 0.5, 1],
+                "accelerations": {"j": [0, 1, 2, 0], "k": [0, 1, 2, 0]},
+                "velocities": {"waypoint 1": {"j": 0, "k": 0}},
+            }
+        ],
         "waypoints": [{"joints": {"j": 1, "k": 0.1}, "velocity": {"j": 0}, "time": 1}],
     },
 }
@@ -302,7 +323,8 @@ def test_every_wrong_value_of_every_key_is_refused_in_our_own_words() -> None:
         (
             ("waypoints", 2, "velocity"),
             [0, 60, 0],
-            "waypoints[2].velocity: [0, 60, 0]: must be a mapping (accepted: linear, angular, in)",
+            "waypoints[2].velocity: [0, 60, 0]: must be a mapping of linear, "
+            "angular and in, or free",
         ),
         (
             ("waypoints", 0, "pose", "position"),

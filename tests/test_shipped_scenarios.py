@@ -41,7 +41,7 @@ def planned(scenario: str | Path) -> kw.Plan:
 
 def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
     assert [path.stem for path in PATHS] == resources.names("scenarios")
-    assert len(PATHS) == 11
+    assert len(PATHS) == 16
     robots = {str(kw.load_scenario(path).robot) for path in PATHS}
     assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
 
@@ -57,7 +57,11 @@ def test_it_passes_by_name_and_by_path_and_reports_the_branches_it_takes(
     assert f"PASSED {path.stem}" in by_path.out
     saved = json.loads((tmp_path / "report.json").read_text())
     assert saved["ok"] is True
-    assert knotwork("check", tmp_path, "--scenario", path.stem).code == 0
+    # where times are free, the numbers in their place say what the motion has to do when
+    numbers = tmp_path / "scenario.yaml"
+    free = kw.load_scenario(path).free is not None
+    assert numbers.exists() == free
+    assert knotwork("check", tmp_path, "--scenario", numbers if free else path.stem).code == 0
 
     posed = [w.name for w in kw.load_scenario(path).waypoints if isinstance(w, CartesianWaypoint)]
     assert ("Solutions chosen" in by_path.out) == bool(posed)
@@ -146,8 +150,7 @@ class Arm:
 
 @motions
 def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
-    scenario = kw.load_scenario(path)
-    trajectory = planned(path).trajectory
+    scenario, trajectory = planned(path).scenario, planned(path).trajectory
     arm = Arm(scenario) if scenario.robot is not None else None
     if arm is not None:
         assert arm.joints == trajectory.joint_names
@@ -170,7 +173,8 @@ def test_the_motion_does_what_the_file_asks_for(path: Path) -> None:
         np.testing.assert_allclose(pose.translation, waypoint.position, atol=1e-7)
         np.testing.assert_allclose(pose.rotation, waypoint.rotation, atol=1e-7)
         wanted = np.concatenate([waypoint.linear, waypoint.angular])
-        np.testing.assert_allclose(arm.twist(trajectory, waypoint.time), wanted, atol=2e-6)
+        # a difference quotient is as good as the jerk lets it be, and torques alone allow much
+        np.testing.assert_allclose(arm.twist(trajectory, waypoint.time), wanted, atol=1e-5)
 
 
 @motions

@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from knotwork.scenario import Scenario as Scenario
     from knotwork.scenario import load_scenario as load_scenario
     from knotwork.storage import load_trajectory as load_trajectory
+    from knotwork.tradeoffs import Tradeoff as Tradeoff
+    from knotwork.tradeoffs import tradeoff as tradeoff
     from knotwork.trajectory import JointTrajectory as JointTrajectory
     from knotwork.verification import Report as Report
     from knotwork.verification import check as check

@@ -104,6 +104,8 @@ class Comparison:
         scenario: Name of the scenario.
         rows: A score or a refusal for each planner.
         trajectories: The motions by planner.
+        times_chosen: The scenario leaves times or speeds free. They were chosen once, and every
+            planner got them; `modified-hermite` without a rule is the chosen motion.
 
     >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
     >>> {name: motion.continuity.order for name, motion in comparison.trajectories.items()}
@@ -113,6 +115,7 @@ class Comparison:
     scenario: str
     rows: tuple[Score | Refusal, ...]
     trajectories: Mapping[str, JointTrajectory]
+    times_chosen: bool = False
 
     @property
     def scores(self) -> tuple[Score, ...]:
@@ -121,7 +124,8 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the comparison as plain data, ready for JSON."""
-        return {"scenario": self.scenario, "planners": [asdict(row) for row in self.rows]}
+        rows = [asdict(row) for row in self.rows]
+        return {"scenario": self.scenario, "times_chosen": self.times_chosen, "planners": rows}
 
     def to_csv(self) -> str:
         """Write the comparison as CSV, a row a planner; a peak takes four columns."""
@@ -179,7 +183,8 @@ def compare(
     """Plan a scenario with several planners and score what each makes of it.
 
     Every planner gets those of the scenario's options that it supports; what is given for each
-    waypoint (accelerations and above) is for the scenario's own planner.
+    waypoint (accelerations and above) is for the scenario's own planner. Times and speeds that are
+    free are chosen once, and every planner gets them.
 
     >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
     >>> {row.planner: round(row.acceleration_jump, 4) for row in comparison.scores}
@@ -201,6 +206,11 @@ def compare(
         get_planner(name)
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
+    times_chosen = scenario.free is not None
+    if scenario.free is not None:
+        from knotwork.choosing import choose_times
+
+        scenario = choose_times(scenario, scenario.free).scenario
     with scenario.error_context("planner"):
         get_planner(scenario.planner)
     space = joint_space(scenario)
@@ -224,7 +234,7 @@ def compare(
             continue
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, scenario, space, waypoints))
-    return Comparison(scenario.name, tuple(rows), trajectories)
+    return Comparison(scenario.name, tuple(rows), trajectories, times_chosen)
 
 
 def _names(planners: Sequence[str]) -> list[str]:

@@ -16,8 +16,8 @@ import numpy as np
 
 from knotwork.errors import UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
-from knotwork.scenario import JointTarget, JointValues, Scenario
-from knotwork.waypoints import CartesianWaypoint, FloatArray
+from knotwork.scenario import ChosenValues, JointTarget, JointValues, Scenario
+from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -56,6 +56,9 @@ class JointSpace:
         presets: What the planner is told at the waypoints, as `Scenario.presets` has it, joint
             values as arrays of shape (n, d) in SI.
         waits: Waypoints at which the arm stands still until the next one, by index.
+        chosen: Runs of waypoints whose motion was chosen, or `None`.
+        solutions: Joint positions that solutions are to be near, shape (d,), by index of the
+            waypoint.
     """
 
     joint_names: tuple[str, ...]
@@ -70,6 +73,8 @@ class JointSpace:
     end_acceleration: tuple[FloatArray, FloatArray] | None = None
     presets: Mapping[str, Any] = field(default_factory=dict)
     waits: tuple[int, ...] = ()
+    chosen: tuple[ChosenRun, ...] | None = None
+    solutions: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Lower and upper limit of a quantity, shape (d,) each; infinite where there is none.
@@ -113,6 +118,17 @@ def joint_space(scenario: Scenario) -> JointSpace:
     _check_motion_limits(scenario, robot)
     read = _Reader(robot.joint_names, robot.joint_units, robot.configurations)
     robot = robot.with_limits(**read.limits(scenario.limits))
+    if scenario.margin != 1.0:
+        robot = robot.with_limits(
+            **{
+                kind: {
+                    joint: scenario.margin * limit
+                    for joint, limit in zip(robot.joint_names, robot.limits[kind], strict=True)
+                    if np.isfinite(limit)
+                }
+                for kind in MAGNITUDES
+            }
+        )
     return JointSpace(
         robot.joint_names,
         robot.joint_units,
@@ -150,7 +166,7 @@ def _of_bare_joints(scenario: Scenario) -> JointSpace:
     position = given.get("position", {})
     lower, upper = np.array([position.get(name, (-np.inf, np.inf)) for name in names]).T
     limits = {
-        kind: np.array([given.get(kind, {}).get(name, np.inf) for name in names])
+        kind: scenario.margin * np.array([given.get(kind, {}).get(name, np.inf) for name in names])
         for kind in MAGNITUDES
     }
     return JointSpace(names, units, lower, upper, limits, **read.task(scenario))
@@ -225,7 +241,30 @@ class _Reader:
                 else given
                 for name, given in scenario.presets.items()
             },
+            "chosen": tuple(self._chosen(one, scenario) for one in scenario.chosen) or None,
+            "solutions": {i: self.array(one) for i, one in scenario.solutions.items()},
         }
+
+    def _chosen(self, given: ChosenValues, scenario: Scenario) -> ChosenRun:
+        names = [waypoint.name for waypoint in scenario.waypoints]
+        for name, values in given.velocities.items():
+            if name not in names:
+                raise values.document.error(
+                    values.location, f"unknown waypoint {name!r}", did_you_mean(name, names)
+                )
+        by_joint = self.by_joint(given.accelerations)
+        absent = [name for name in self.names if name not in by_joint]
+        if absent:
+            raise given.accelerations.document.error(
+                given.accelerations.location,
+                f"gives no values for joint {', '.join(absent)}",
+                f"a list for each of {', '.join(self.names)}",
+            )
+        return ChosenRun(
+            given.times,
+            np.array([by_joint[name] for name in self.names]).T,
+            {name: self.array(values) for name, values in given.velocities.items()},
+        )
 
     def _ends(
         self, given: str | tuple[JointValues, JointValues] | None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,6 +28,8 @@ from knotwork.verification import Finding, Report, check
 from knotwork.waypoints import JointWaypoints
 
 if TYPE_CHECKING:
+    from knotwork.choosing import ChosenTimes
+    from knotwork.timing import Progress
     from knotwork.view.page import Page
 
 
@@ -43,6 +45,8 @@ class Plan:
         report: What the check found.
         left_out: Options of the scenario that a planner given in place of its own does not support.
         solution: How the solutions of the poses were chosen.
+        chosen: What was chosen of a scenario with free times; `scenario` then has numbers in place
+            of them. `None` where nothing was free.
 
     >>> made = kw.plan("paper_case")
     >>> made.joint_waypoints.time, made.trajectory.end_time, made.report.ok
@@ -56,6 +60,7 @@ class Plan:
     report: Report
     left_out: tuple[str, ...] = ()
     solution: TaskSolution | None = None
+    chosen: ChosenTimes | None = None
 
     def view(self, compare: Sequence[str] = ()) -> Page:
         """Show the arm making its move, in 3D.
@@ -78,12 +83,48 @@ class Plan:
         data = self.report.to_dict()
         if self.solution is not None and self.solution.choices:
             data["solutions"] = self.solution.to_dict()
+        if self.chosen is not None:
+            data["chosen_times"] = self.chosen.to_dict()
         return data
+
+    def freeze(self, path: str | Path) -> Path:
+        """Write the scenario with the chosen times and speeds as numbers, comments kept.
+
+        Planning that file gives this motion again.
+
+        Args:
+            path: The file to write; an existing one is replaced.
+
+        Raises:
+            InputError: Nothing was free, the file can't be written, or the numbers can't be put
+                into the text of the scenario.
+
+        >>> import tempfile
+        >>> joints = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
+        >>> swing = kw.plan({"limits": {"acceleration": 4}, "waypoints": joints})
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     again = kw.plan(swing.freeze(Path(folder) / "frozen.yaml"))
+        >>> again.trajectory.duration == swing.trajectory.duration
+        True
+        """
+        from knotwork.choosing import frozen_text
+
+        if self.chosen is None:
+            raise InputError(
+                f"{self.scenario.name}: nothing is free, so there is nothing to freeze; accepted: "
+                "a scenario with times: fastest, after: fastest or a speed that is chosen"
+            )
+        target = Path(path)
+        written = storage.write_files(
+            target.parent, {target.name: frozen_text(self.chosen, target.parent)}
+        )
+        return written[0]
 
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
 
-        The report states the SHA-256 of the other two under `files`.
+        The report states the SHA-256 of the other two under `files`. Where times were chosen, the
+        scenario with numbers in their place goes with them as `scenario.yaml`.
 
         Args:
             folder: Made if it does not exist; files of these names in it are replaced.
@@ -107,6 +148,10 @@ class Plan:
             "trajectory.json": storage.to_json(storage.trajectory_to_dict(self.trajectory)),
             "samples.csv": to_csv(self.trajectory, rate=rate),
         }
+        if self.chosen is not None:
+            from knotwork.choosing import frozen_text
+
+            files["scenario.yaml"] = frozen_text(self.chosen, Path(folder), comments=False)
         report = {**self.report_to_dict(), "files": storage.digests(files)}
         return storage.write_files(folder, {**files, "report.json": storage.to_json(report)})
 
@@ -116,8 +161,13 @@ def plan(
     *,
     planner: str | None = None,
     knots: str | float | ArrayLike | BalancedKnots | None = None,
+    budget: float | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> Plan:
     """Plan a scenario and check the result.
+
+    Times and speeds that it leaves free are chosen first; `Plan.scenario` has numbers in their
+    place.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 2}]
     >>> plan = kw.plan({"waypoints": lift})
@@ -131,7 +181,10 @@ def plan(
             `"quintic:estimated"`. Options that it does not support are left out, and
             `Plan.left_out` names them.
         knots: Takes the place of the scenario's knots: `"paper"`, `"balanced"`, `BalancedKnots` or
-            their constant, or the knot times [s].
+            their constant, or the knot times [s]; `"optimal"` to have them chosen.
+        budget: Where times are free: the time after which the best motion so far is taken [s]; by
+            default as long as it takes.
+        progress: Where times are free: called as the solver goes on.
 
     Returns:
         The plan. Its `report.ok` says whether it does what was asked: a limit that is broken is
@@ -143,6 +196,14 @@ def plan(
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
+    if isinstance(knots, str) and knots == "optimal":
+        scenario, knots = with_optimal_knots(scenario), None
+    chosen = None
+    if scenario.free is not None:
+        from knotwork.choosing import choose_times
+
+        chosen = choose_times(scenario, scenario.free, budget=budget, progress=progress)
+        scenario = chosen.scenario
     own_planner = scenario.planner
     if planner is None:
         with scenario.error_context("planner"):
@@ -163,7 +224,7 @@ def plan(
             )
         placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
         scenario = replace(scenario, knots=placed)
-        options = replace(options, knots=planner_options(scenario, space).knots)
+        options = replace(options, knots=planner_options(scenario, space).knots, chosen=None)
     arguments = {"planner": planner, "knots": knots}
     replaced = {name for name, value in arguments.items() if value is not None}
 
@@ -172,11 +233,36 @@ def plan(
         with _error_context(scenario, waypoints, replaced):
             trajectory = interpolate(waypoints, options)
         known = [_infeasible(one) for one in solution.infeasibilities]
+        if chosen is not None:
+            from knotwork.choosing.findings import findings
+
+            known += findings(chosen)
+            # the solutions were chosen before the times were, which hold them fast
+            solution = replace(
+                chosen.solution,
+                waypoints=waypoints,
+                infeasibilities=solution.infeasibilities,
+                _avoid=None,
+            )
         report = check(trajectory, scenario, space=space, known=known)
-        return Plan(scenario, space, waypoints, trajectory, report, left_out, solution)
+        return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)
 
     solution = solve_task(scenario, space, _knots_along_paths(scenario.planner, options))
     return without_collisions(made(solution), made)
+
+
+def with_optimal_knots(scenario: Scenario) -> Scenario:
+    """The scenario with knots that are chosen.
+
+    Raises:
+        InputError: It was not read from a file or mapping, or its motion was chosen already.
+    """
+    if scenario.document is None:
+        raise InputError(f"{scenario.name}: knots: optimal needs a scenario from a file or mapping")
+    from knotwork.documents import edited
+    from knotwork.scenario import scenario_of
+
+    return scenario_of(edited(scenario.document, {("knots",): "optimal"}))
 
 
 def _infeasible(found: Infeasibility) -> Finding:
@@ -210,7 +296,7 @@ _PRESETS = ("accelerations", "jerks", "snaps")
 
 # Where a file says what the options are.
 _FIELDS: dict[str, tuple[str, ...]] = {
-    **{name: (name,) for name in ("knots", "end_acceleration")},
+    **{name: (name,) for name in ("knots", "end_acceleration", "chosen")},
     **{name: ("planner_options", name) for name in (*_PRESETS, "transition_time")},
 }
 
@@ -248,6 +334,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
         end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
         velocity_limit=space.limits["velocity"],
         acceleration_limit=space.limits["acceleration"],
+        chosen=space.chosen,
         **space.presets,
     )
 
@@ -289,6 +376,7 @@ def supported_options(
         for name in options.requested
         if name not in PLANNER_SPECS[base].supports
         or (name in ruled and options != replace(options, **{name: ruled[name]}))
+        or (name == "chosen" and "knots" in ruled)
         or (name in _PRESETS and not same and not isinstance(getattr(options, name), str))
     )
     defaults = PlannerOptions()

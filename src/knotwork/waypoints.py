@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -233,3 +234,28 @@ class JointWaypoints(ReadOnlyArrays):
                     "give all of them, or NaN for all",
                     waypoint=int(partly[0]),
                 )
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenRun(ReadOnlyArrays):
+    """A run of waypoints whose motion was chosen: accelerations at its knots, linear between.
+
+    Attributes:
+        times: Of the knots [s], shape (m,), m >= 4, those of its waypoints among them.
+        acceleration: There [rad/s² or m/s²], shape (m, d).
+        velocity: Joint velocities where they were chosen [rad/s or m/s], shape (d,), by the name of
+            the waypoint.
+
+    Raises:
+        WaypointDataError: Shapes do not match, values are not finite, or times not increasing.
+    """
+
+    times: FloatArray
+    acceleration: FloatArray
+    velocity: Mapping[str, FloatArray] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "times", checked_times(self.times))
+        shape = (len(self.times), *np.shape(self.acceleration)[1:2])
+        accelerations = read_only(self.acceleration, shape, "acceleration")
+        object.__setattr__(self, "acceleration", accelerations)

@@ -75,7 +75,7 @@ def test_start_is_a_waypoint_of_its_own_at_rest_at_time_zero() -> None:
     [
         ({"time": 0.5}, "waypoints[1].time", "0.5 s is not later than 1 s"),
         ({"time": 1}, "waypoints[1].time", "a time greater than 1 s"),
-        ({}, "waypoints[1]", "has no time (time (since 0) or after"),
+        ({}, "waypoints[1]", "has no time (time (since 0), after"),
         ({"after": 0}, "waypoints[1].after", "greater than 0"),
         ({"after": -1}, "waypoints[1].after", "greater than 0"),
         ({"after": 1e-17}, "waypoints[1].after", "not later than"),

@@ -82,7 +82,8 @@ def compare(
     are no paths. The velocity fluctuation is the variation of velocity beyond the least that the
     task forces, of the worst joint; misses of position are no part of it. The best of each column
     among planners that pass is marked with a star, and so are those within 1 % of it. The exit
-    code is 1 if no planner passes.
+    code is 1 if no planner passes. Times that the scenario leaves free are chosen once, and every
+    planner gets them.
     """
     from knotwork.comparison import compare as compare_planners
 
@@ -144,6 +145,9 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
         out.print()
     more = "" if in_full else "  --all: more columns"
     out.print(f"rad or m, s; % of the limit; * best of those that pass{more}")
+    if comparison.times_chosen:
+        out.print("Times are free here: they were chosen once, and every planner got them.")
+        out.print("modified-hermite without a rule is the chosen motion.")
     for row in comparison.rows:
         if isinstance(row, Refusal):
             out.print(f"{cell(row.planner)} refused: {cell(row.reason)}")

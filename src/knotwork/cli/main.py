@@ -21,6 +21,7 @@ from knotwork.cli.parameters import (
     PASSED,
     WRONG_INPUT,
     NewPath,
+    Seconds,
     full_option,
     json_option,
     knots_option,
@@ -29,9 +30,11 @@ from knotwork.cli.parameters import (
     scenario_option,
 )
 from knotwork.cli.plot import plot
+from knotwork.cli.progress import shown_progress
 from knotwork.cli.report import report as report_command
 from knotwork.cli.sources import read_checked
 from knotwork.cli.terminal import echo
+from knotwork.cli.tradeoff import tradeoff
 from knotwork.cli.view import view
 from knotwork.errors import InputError, KnotworkError
 
@@ -150,6 +153,19 @@ def cli() -> None:
 )
 @package_path_option
 @full_option
+@click.option(
+    "--freeze",
+    metavar="FILE",
+    type=NewPath(),
+    help="Write the scenario there with the chosen times and speeds as numbers, comments kept; "
+    "planning that file gives the same motion. For one scenario whose times are free.",
+)
+@click.option(
+    "--budget",
+    metavar="TIME",
+    type=Seconds(),
+    help="Where times are free: take the best motion found after so long, for example 10s.",
+)
 @json_option
 def plan(
     scenarios: tuple[str, ...],
@@ -158,6 +174,8 @@ def plan(
     knots: Any,
     rate: float | None,
     full: bool,
+    freeze: Path | None,
+    budget: float | None,
     as_json: bool,
 ) -> int:
     """Plan each SCENARIO, check the result, and print the verdict.
@@ -167,14 +185,21 @@ def plan(
     """
     from knotwork import pipeline
 
+    if freeze is not None and len(scenarios) > 1:
+        raise InputError(f"--freeze writes one file, and there are {len(scenarios)} scenarios")
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
     for reference in _with_progress(scenarios, as_json):
         try:
-            planned = pipeline.plan(reference, planner=planner, knots=knots)
+            with shown_progress(reference, as_json) as progress:
+                planned = pipeline.plan(
+                    reference, planner=planner, knots=knots, budget=budget, progress=progress
+                )
             written: list[Path] = []
+            if freeze is not None:
+                written.append(planned.freeze(freeze))
             if out is not None:
                 folder = out / _folder_name(planned, results) if len(scenarios) > 1 else out
-                written = planned.save(folder, rate=rate)
+                written += planned.save(folder, rate=rate)
             results.append((reference, planned, written))
         except KnotworkError as error:
             results.append((reference, error, []))
@@ -302,6 +327,7 @@ for _command, _summary in (
     (plan, "Plan scenarios, check the result, print the verdict."),
     (check, "Check a stored trajectory against a scenario."),
     (compare, "Plan a scenario with every planner, side by side."),
+    (tradeoff, "Show what the least time is traded for."),
     (plot, "Draw joints and tool over time."),
     (view, "Show the arm make the move in a browser, or in a file."),
     (report_command, "Write one page to print or to send."),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import click
 
@@ -15,13 +16,13 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class Knots(click.ParamType[Any]):
-    """`paper`, `balanced`, `balanced:C` or knot times divided by commas."""
+    """`paper`, `balanced`, `optimal`, `balanced:C` or knot times divided by commas."""
 
     name = "knots"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument; what it means is for the planner."""
-        if value in ("paper", "balanced"):
+        if value in ("paper", "balanced", "optimal"):
             return value
         text = str(value).removeprefix("balanced:")
         ruled = text != value
@@ -31,8 +32,8 @@ class Knots(click.ParamType[Any]):
             numbers = []
         if not numbers or (ruled and len(numbers) > 1):
             self.fail(
-                f"{value!r} is not accepted; give paper, balanced, balanced:C with a constant C "
-                "over 0 up to 0.5, or the knot times in s divided by commas",
+                f"{value!r} is not accepted; give paper, balanced, optimal, balanced:C with a "
+                "constant C over 0 up to 0.5, or the knot times in s divided by commas",
                 param,
                 ctx,
             )
@@ -59,6 +60,49 @@ class NewPath(click.Path):
         return super().convert(value, param, ctx)
 
 
+class Seconds(click.ParamType[Any]):
+    """A time: `10`, `10s`, `500ms` or `2min`."""
+
+    name = "time"
+    UNITS: ClassVar[dict[str, float]] = {"ms": 1e-3, "min": 60.0, "s": 1.0}
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Read the argument, in seconds."""
+        if isinstance(value, float):
+            return value
+        text, scale = str(value).strip(), 1.0
+        for unit, factor in self.UNITS.items():
+            if text.endswith(unit):
+                text, scale = text.removesuffix(unit), factor
+                break
+        try:
+            seconds = scale * float(text)
+        except ValueError:
+            seconds = 0.0
+        if not 0.0 < seconds < math.inf:
+            self.fail(
+                f"{value!r} is not accepted; give a positive time such as 10s, 500ms or 2min",
+                param,
+                ctx,
+            )
+        return seconds
+
+
+class Numbers(click.ParamType[Any]):
+    """Numbers divided by commas."""
+
+    name = "numbers"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Read the argument."""
+        if isinstance(value, list):
+            return value
+        try:
+            return [float(part) for part in str(value).split(",")]
+        except ValueError:
+            self.fail(f"{value!r} is not accepted; give numbers divided by commas", param, ctx)
+
+
 class Names(click.ParamType[Any]):
     """Names divided by commas."""
 
@@ -83,8 +127,8 @@ knots_option = click.option(
     "--knots",
     type=Knots(),
     metavar="KNOTS",
-    help="paper, balanced, balanced:C, or knot times in s divided by commas; in place of the "
-    "scenario's.",
+    help="paper, balanced, optimal, balanced:C, or knot times in s divided by commas; in place of "
+    "the scenario's.",
 )
 full_option = click.option(
     "--full", is_flag=True, help="Show all rows of long tables; by default they are cut."

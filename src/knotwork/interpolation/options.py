@@ -12,7 +12,7 @@ from knotwork.errors import OptionError, did_you_mean
 from knotwork.interpolation.hermite import EndAcceleration
 from knotwork.interpolation.knots import BalancedKnots
 from knotwork.trajectory import JointTrajectory
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import ChosenRun, FloatArray, JointWaypoints
 
 ACCELERATION_RULES = ("zero", "estimated")
 """Names that `PlannerOptions.accelerations` accepts."""
@@ -47,6 +47,7 @@ class PlannerOptions:
             zero.
         transition_time: Durations of the transitions at the waypoints [s], a scalar or shape
             (n,); `None` to leave them to the planner.
+        chosen: Runs of waypoints whose motion was chosen beforehand, in order of time, or `None`.
         velocity_limit: Largest speed of each joint [rad/s or m/s], shape (d,), infinite where
             there is none.
         acceleration_limit: Largest magnitude of acceleration of each joint [rad/s² or m/s²],
@@ -63,6 +64,7 @@ class PlannerOptions:
     jerks: ArrayLike | None = None
     snaps: ArrayLike | None = None
     transition_time: float | ArrayLike | None = None
+    chosen: tuple[ChosenRun, ...] | None = None
     velocity_limit: ArrayLike | None = None
     acceleration_limit: ArrayLike | None = None
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from pkgutil import resolve_name
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,7 @@ def get_planner(name: str) -> Planner:
     return PLANNERS.get(name) or partial(_plan, name)
 
 
-def planner_and_rule(name: str) -> tuple[str, dict[str, str]]:
+def planner_and_rule(name: str) -> tuple[str, dict[str, Any]]:
     """Split `planner` or `planner:rule` into the planner and the option that the rule stands for.
 
     >>> planner_and_rule("quintic:estimated")

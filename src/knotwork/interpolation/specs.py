@@ -47,7 +47,7 @@ _ALL = (
         degree=3,
         guarantees="positions and velocities at all waypoints; end accelerations if asked for",
         cannot="choose the accelerations at inner waypoints",
-        supports=("knots", "end_acceleration"),
+        supports=("knots", "end_acceleration", "chosen"),
         makes="modified_hermite:plan",
     ),
     PlannerSpec(

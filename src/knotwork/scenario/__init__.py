@@ -1,7 +1,9 @@
 """Scenarios: a task for a robot arm in one YAML file, or as a mapping in Python."""
 
+from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
+    ChosenValues,
     FrameSpeed,
     JointTarget,
     JointValues,
@@ -13,13 +15,15 @@ from knotwork.scenario.model import (
     ToleranceSet,
     ToolPlacement,
 )
-from knotwork.scenario.resolve import load_scenario
+from knotwork.scenario.resolve import load_scenario, scenario_of
 from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
 
 __all__ = [
     "SMALLEST_PATH_TOLERANCE",
+    "ChosenValues",
     "CollisionRules",
     "FrameSpeed",
+    "FreeTimes",
     "HeldObject",
     "JointTarget",
     "JointValues",
@@ -34,4 +38,5 @@ __all__ = [
     "ToleranceSet",
     "ToolPlacement",
     "load_scenario",
+    "scenario_of",
 ]

@@ -14,6 +14,7 @@ import numpy as np
 from knotwork.documents import Document, Location
 from knotwork.errors import DocumentError, InputError
 from knotwork.payload import Payload
+from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -72,6 +73,21 @@ class JointTarget:
     joints: JointValues
     velocity: JointValues | None
     where: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenValues:
+    """A run of waypoints whose motion was chosen, as a file gives it.
+
+    Attributes:
+        times: Of its knots [s], shape (m,), those of its waypoints among them.
+        accelerations: Lists of m, by joint.
+        velocities: Joint velocities at waypoints where they were chosen, by the waypoint's name.
+    """
+
+    times: FloatArray
+    accelerations: JointValues
+    velocities: Mapping[str, JointValues]
 
 
 ScenarioWaypoint = CartesianWaypoint | JointTarget
@@ -232,10 +248,16 @@ class Scenario:
             choice at), `"jerks"`, `"snaps"` (joint values for each waypoint), and
             `"transition_time"` [s], one or shape (n,).
         paths: Tool paths between its waypoints, in order of time.
+        free: What is left to be chosen: durations, speeds, knots; `None` if it is nothing. Until
+            then times and speeds that are free are provisional.
+        chosen: Runs of waypoints whose motion was chosen.
+        solutions: Joint values (or configuration) that the solutions at some waypoints are to be
+            near, by the waypoint's index.
         limits: Limits that take the place of the robot's, by quantity; of position pairs of a
             lower and an upper one. Efforts are in SI whatever the file's units [N m or N].
         motion_limits: Limits on the motion of tool and links.
         scene: What stands around the robot, what it carries, and what is checked for collisions.
+        margin: Part that is used of limits, but those of position; `motion_limits` have it already.
         tolerances: For the check.
         continuity: Order of continuity that the check asks for.
         rate: Samples per second [Hz].
@@ -267,8 +289,12 @@ class Scenario:
     presets: Mapping[str, Any] = field(default_factory=dict)
     limits: Mapping[str, JointValues] = field(default_factory=dict)
     paths: tuple[ScenarioPath, ...] = ()
+    free: FreeTimes | None = None
+    chosen: tuple[ChosenValues, ...] = ()
+    solutions: Mapping[int, JointValues] = field(default_factory=dict)
     motion_limits: MotionLimits = field(default_factory=MotionLimits)
     scene: Scene = field(default_factory=Scene)
+    margin: float = 1.0
     tolerances: ToleranceSet = field(default_factory=ToleranceSet)
     continuity: int = 2
     rate: float = 100.0

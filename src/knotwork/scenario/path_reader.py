@@ -12,6 +12,8 @@ import numpy as np
 from knotwork import tool_paths
 from knotwork.documents import Document
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
+from knotwork.scenario.free_reader import given_speed
+from knotwork.scenario.free_times import PROVISIONAL_SPEED
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.waypoint_schema import AlongArc, AlongPoints, PathWaypoint
@@ -151,7 +153,7 @@ class PathReader:
         durations: list[float | None] = []
         before: float | None = start
         for k, one in enumerate(given):
-            taken = one.after
+            taken = one.after if isinstance(one.after, float) else None
             if one.time is not None and before is not None:
                 taken = one.time - before
             elif one.time is not None and one.speed is None:
@@ -178,6 +180,11 @@ class PathReader:
             before = before + taken if known else one.time  # type: ignore[operator]
         return durations
 
+    def _speed(self, waypoint: PathWaypoint) -> float | None:
+        """The speed that the file gives [m/s]; a provisional one where it is chosen."""
+        speed = given_speed(waypoint.speed, PROVISIONAL_SPEED / self.length)
+        return None if speed is None else self.length * speed
+
     def _timing(
         self, first: int, lengths: FloatArray, given: list[PathWaypoint], start: float
     ) -> tuple[Timing, tuple[float, ...]]:
@@ -189,7 +196,7 @@ class PathReader:
             ends[0] = 0.0
         if self.stops(last):
             ends[1] = 0.0
-        speeds = [self.length * one.speed if one.speed is not None else None for one in given]
+        speeds = [self._speed(one) for one in given]
         durations = self._durations(first, given, start)
         try:
             timing, found = timed(lengths, speeds, durations, ends, limit)

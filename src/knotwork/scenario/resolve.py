@@ -14,8 +14,10 @@ from knotwork.documents import Document, Location
 from knotwork.errors import InputError, shown
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.payload import Payload, payload_fault
+from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
+    ChosenValues,
     FrameSpeed,
     JointValues,
     MotionLimits,
@@ -62,6 +64,11 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
                 "robot with the key robot"
             )
         document = documents.read(path)
+    return scenario_of(document)
+
+
+def scenario_of(document: Document) -> Scenario:
+    """Read a scenario from a document: see `load_scenario`."""
     return _Resolver(document).scenario()
 
 
@@ -123,8 +130,12 @@ class _Resolver:
             end_acceleration=self._end_acceleration(),
             presets=self._presets(),
             limits=self._limits(),
+            free=read_free_times(file, self.document, self.length, self.reader.indices),
+            chosen=self._chosen(),
+            solutions=self._solutions(),
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
+            margin=file.limits.margin or 1.0,
             tolerances=self._tolerances(),
             continuity=file.continuity,
             rate=file.rate,
@@ -204,7 +215,8 @@ class _Resolver:
         return Payload(tool.mass, self.length * np.array(tool.centre_of_mass or (0, 0, 0)), inertia)
 
     def _motion_limits(self) -> MotionLimits:
-        given, length = self.file.limits, self.length
+        given = self.file.limits
+        length = self.length * (given.margin or 1.0)
         frames = given.frame_speed or []
         return MotionLimits(
             given.tool_speed and length * given.tool_speed,
@@ -226,7 +238,40 @@ class _Resolver:
         knots = self.file.knots
         if isinstance(knots, Balanced):
             return knots.balanced
+        if knots == "optimal":
+            return "paper"  # where nothing is chosen, which is along paths
         return np.array(knots) if isinstance(knots, list) else knots
+
+    def _chosen(self) -> tuple[ChosenValues, ...]:
+        runs = []
+        for i, run in enumerate(self.file.chosen or ()):
+            place: Location = ("chosen", i)
+            for joint, values in run.accelerations.items():
+                if len(values) != len(run.times):
+                    raise self.document.error(
+                        (*place, "accelerations", joint),
+                        f"has {len(values)} values for {len(run.times)} times",
+                        "one for each time",
+                    )
+            runs.append(
+                ChosenValues(
+                    np.array(run.times),
+                    self.reader.joint_values(run.accelerations, (*place, "accelerations")),
+                    {
+                        name: self.reader.joint_values(values, (*place, "velocities", name))
+                        for name, values in run.velocities.items()
+                    },
+                )
+            )
+        return tuple(runs)
+
+    def _solutions(self) -> dict[int, JointValues]:
+        given = enumerate(self.reader.indices)
+        return {
+            i: self.reader.joint_values(near, ("waypoints", k, "near"))
+            for i, k in given
+            if k >= 0 and (near := getattr(self.file.waypoints[k], "near", None)) is not None
+        }
 
     def _end_acceleration(self) -> str | tuple[JointValues, JointValues] | None:
         given = self.file.end_acceleration

@@ -13,6 +13,7 @@ from pydantic import Field, Tag, model_validator
 from knotwork.documents import StrictModel, Text
 from knotwork.documents.values import JointsOrName, Number, Positive, Vector3, by_kind
 from knotwork.scenario.scene_schema import Collisions, Scene
+from knotwork.scenario.timing_schema import ChosenRunFile, ObjectiveFile
 from knotwork.scenario.tool_schema import ScenarioLimits, Tool
 from knotwork.scenario.waypoint_schema import Frame, Waypoint
 
@@ -216,14 +217,39 @@ class ScenarioFile(StrictModel):
         "modified-hermite", description="A planner's name; `knotwork planners` lists them"
     )
     knots: Annotated[
-        Annotated[Literal["paper", "balanced"], Tag("text")]
+        Annotated[Literal["paper", "balanced", "optimal"], Tag("text")]
         | Annotated[Balanced, Tag("mapping")]
         | Annotated[list[Number], Tag("list")],
-        by_kind("paper, balanced, {balanced: c} or a list of knot times"),
+        by_kind("paper, balanced, optimal, {balanced: c} or a list of knot times"),
     ] = Field(
         "paper",
         description="Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
-        "beside each waypoint, or at the times given [s]",
+        "beside each waypoint, at the times given [s], or optimal: where they serve the objective "
+        "best, within the limits",
+    )
+    times: Literal["fastest"] | None = Field(
+        None, description="fastest: for every waypoint that gives no time, as after: fastest there"
+    )
+    duration: Positive | None = Field(
+        None, description="Of the whole motion, where times are free: the smoothest so long [s]"
+    )
+    objective: (
+        Annotated[
+            Annotated[Literal["time", "jerk", "effort", "acceleration"], Tag("text")]
+            | Annotated[ObjectiveFile, Tag("mapping")],
+            by_kind("time, jerk, effort, acceleration, or a mapping of these to weights"),
+        ]
+        | None
+    ) = Field(
+        None,
+        description="What is made least where times or knots are chosen: the duration, or the "
+        "integral of jerk, effort or acceleration squared; left out: the duration, or jerk where "
+        "that is given",
+    )
+    chosen: Annotated[list[ChosenRunFile], Field(min_length=1)] | None = Field(
+        None,
+        description="Knots and accelerations of runs whose times were chosen, as `knotwork plan "
+        "--freeze` writes them",
     )
     end_acceleration: (
         Annotated[

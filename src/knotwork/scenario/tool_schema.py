@@ -66,6 +66,11 @@ class FrameSpeed(StrictModel):
 class ScenarioLimits(LimitsFile):
     """Limits that take the place of the robot's, and limits on the motion of tool and links."""
 
+    margin: Annotated[float, Field(strict=True, gt=0, le=1)] | None = Field(
+        default=None,
+        description="Part that is used of every limit of velocity, acceleration, jerk, effort and "
+        "of the speeds and acceleration of tool and links; positions keep their range",
+    )
     tool_speed: Positive | None = Field(
         default=None, description="Largest speed of the TCP [length/s]"
     )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.documents import Document, Location
+from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioPath, ScenarioWaypoint
 from knotwork.scenario.schema import ScenarioFile
 from knotwork.scenario.waypoint_schema import (
@@ -43,6 +44,7 @@ class WaypointReader:
 
     def __init__(self, file: ScenarioFile, document: Document, length: float, angle: float) -> None:
         self.file, self.document, self.length, self.angle = file, document, length, angle
+        self.indices: tuple[int, ...] = ()
 
     def joint_values(
         self, values: Mapping[str, Any] | float | str, location: Location
@@ -53,7 +55,8 @@ class WaypointReader:
     def waypoints(self) -> tuple[tuple[ScenarioWaypoint, ...], tuple[ScenarioPath, ...]]:
         """All waypoints in order, the start first if there is one, and the paths between them.
 
-        A waypoint with `wait` stands twice: when the wait begins, and when it is over.
+        A waypoint with `wait` stands twice: when the wait begins, and when it is over. Times and
+        speeds that are free are provisional. `indices` has the index in the file of each.
 
         Raises:
             DocumentError: A time, frame, pose or velocity is missing or wrong.
@@ -67,15 +70,18 @@ class WaypointReader:
                 "a motion needs at least two waypoints, and there is one",
                 "two or more, or one with start: where the motion begins",
             )
+        check_places(self.file, self.document)
         poses = self._poses()
         times, paths = self._times(poses)
         motions = {i: one.motion for one in paths for i in range(one.first, one.last + 1)}
         index: dict[int, int] = {}
+        indices: list[int] = []
         waypoints: list[ScenarioWaypoint] = []
         if self.file.start is not None:
             joints = self.joint_values(self.file.start, ("start",))
             where = self.document.where(("start",))
             waypoints.append(JointTarget(START, 0.0, joints, None, where))
+            indices.append(-1)
         for i, waypoint in enumerate(given):
             where = self.document.where(("waypoints", i))
             inner = 0 < i + offset < len(given) + offset - 1
@@ -90,10 +96,13 @@ class WaypointReader:
                     twist = self._twist(i, waypoint, inner, poses)
                 made = CartesianWaypoint(names[i], times[i], poses[i], twist, where)
             waypoints.append(made)
+            indices.append(i)
             if waypoint.wait is not None:
+                indices.append(i)
                 over = f"{names[i]}, after the wait"
                 waypoints.append(replace(made, name=over, time=times[i] + waypoint.wait))
             index[i] = len(waypoints) - 1
+        self.indices = tuple(indices)
         return tuple(waypoints), tuple(replace(one, first=index[one.first]) for one in paths)
 
     def _names(self) -> list[str]:
@@ -128,14 +137,18 @@ class WaypointReader:
             if waypoint.time is not None:
                 time = waypoint.time
                 location = (*location, "time")
-            elif waypoint.after is not None:
+            elif (chosen := provisional_time(self.file, i)) is not None:
+                time = (before or 0.0) + chosen
+            elif isinstance(waypoint.after, float):
                 time = (before or 0.0) + waypoint.after
                 location = (*location, "after")
             elif before is None:
                 time = 0.0
             else:
                 raise self.document.error(
-                    location, "has no time", "time (since 0) or after (since the one before) [s]"
+                    location,
+                    "has no time",
+                    "time (since 0), after (since the one before) [s], or after: fastest",
                 )
             if before is not None and time <= before:
                 earlier = "start" if i == 0 else "the waypoint before it"
@@ -219,10 +232,13 @@ class WaypointReader:
 
         if isinstance(waypoint, PathWaypoint):
             return pin.Motion.Zero()
-        if waypoint.velocity is not None:
+        if isinstance(waypoint.velocity, Velocity):
             return self._given_twist(i, waypoint, waypoint.velocity, poses[i])
-        if waypoint.speed is not None:
-            return self._passing_twist(i, waypoint.speed, poses)
+        if waypoint.velocity is not None:
+            return pin.Motion.Zero()
+        speed = given_speed(waypoint.speed, 1.0 / self.length)
+        if speed is not None:
+            return self._passing_twist(i, speed, poses)
         self._check_stop(i, inner, "velocity: {linear, angular}, speed: along the path")
         return pin.Motion.Zero()
 
@@ -269,8 +285,10 @@ class WaypointReader:
             ) from error
 
     def _joint_velocity(self, i: int, waypoint: JointWaypoint, inner: bool) -> JointValues | None:
-        if waypoint.velocity is not None:
+        if isinstance(waypoint.velocity, dict):
             return self.joint_values(waypoint.velocity, ("waypoints", i, "velocity"))
+        if waypoint.velocity is not None:
+            return None
         self._check_stop(i, inner, "velocity: by joint name")
         return None
 

@@ -17,6 +17,7 @@ from knotwork.documents.values import (
     Vector4,
     by_kind,
 )
+from knotwork.scenario.timing_schema import After, Speed
 
 _EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
 ORIENTATIONS = (
@@ -108,7 +109,10 @@ class _Waypoint(StrictModel):
         None, description="For messages and reports; left out: its number. Each name once"
     )
     time: Number | None = Field(None, description="Time since the start [s]")
-    after: Positive | None = Field(None, description="Time since the waypoint before [s]")
+    after: After | None = Field(
+        None,
+        description="Time since the waypoint before [s]; fastest: the least that the limits allow",
+    )
     stop: Literal[True] | None = Field(None, description="The arm stands still here")
     wait: Wait | None = Field(
         None, description="The arm stops here and stands still for so long [s], 1 ms at least"
@@ -137,15 +141,24 @@ class PoseWaypoint(_Posed):
     )
 
     pose: Pose = Field(description="Of the TCP")
-    velocity: Velocity | None = Field(
+    near: JointsOrName | None = Field(
+        None, description="Take the solution nearest to this here [angle or length]"
+    )
+    velocity: (
+        Annotated[
+            Annotated[Velocity, Tag("mapping")] | Annotated[Literal["free"], Tag("text")],
+            by_kind("a mapping of linear, angular and in, or free"),
+        ]
+        | None
+    ) = Field(
         None,
         description="Of the tool as it passes; the first and last waypoint stop without one, "
-        "inner ones must give velocity, speed or stop",
+        "inner ones must give velocity, speed or stop; free: direction and speed are chosen",
     )
-    speed: Positive | None = Field(
+    speed: Speed | None = Field(
         None,
         description="Speed of the TCP along the smooth path through the neighbouring waypoints "
-        "(a circle or a line); the tool turns with it [length/s]",
+        "(a circle or a line); the tool turns with it; fastest: it is chosen [length/s]",
     )
 
 
@@ -245,10 +258,11 @@ class PathWaypoint(_Posed):
         description="Of the TCP at the end of the path; without orientation the tool keeps the one "
         "it has, or turns with the path"
     )
-    speed: Positive | None = Field(
+    speed: Speed | None = Field(
         None,
         description="Speed of the TCP along the path [length/s]; the time of arrival follows from "
-        "it. Left out: the constant speed that takes the time given",
+        "it. fastest: the greatest constant speed that the limits allow; left out: the constant "
+        "speed that takes the time given",
     )
     orientation: Literal["tangent"] | None = Field(
         None, description="tangent: the tool turns with the path; left out: evenly, pose to pose"
@@ -267,9 +281,16 @@ class JointWaypoint(_Waypoint):
     joints: JointsOrName = Field(
         description="A configuration of the robot by name, or every joint [angle or length]"
     )
-    velocity: JointMap | None = Field(
+    velocity: (
+        Annotated[
+            Annotated[JointMap, Tag("mapping")] | Annotated[Literal["free"], Tag("text")],
+            by_kind("a mapping of joint names to velocities, or free"),
+        ]
+        | None
+    ) = Field(
         default=None,
-        description="By joint; joints left out stand still [angle/s or length/s]",
+        description="By joint; joints left out stand still; free: it is chosen "
+        "[angle/s or length/s]",
     )
 
 

@@ -1,5 +1,6 @@
 """A scenario's waypoints at the joints: inverse kinematics, position (eq 3) and velocity (eq 4)."""
 
+from knotwork.task_to_joint.inserted import followed_path
 from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility, TaskSolution
 from knotwork.task_to_joint.solve import solve_task, task_to_joint
 
@@ -8,6 +9,7 @@ __all__ = [
     "Choice",
     "Infeasibility",
     "TaskSolution",
+    "followed_path",
     "solve_task",
     "task_to_joint",
 ]

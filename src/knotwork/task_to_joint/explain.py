@@ -46,7 +46,9 @@ class Explanation:
                     branches=candidates.branches,
                     solutions=len(candidates.q),
                     sampled=candidates.free,
-                    reason=self._reason(candidates, (signs[: i + 1] * signs[i] < 0).any()),
+                    reason="nearest to its near"
+                    if i in self.search.space.solutions
+                    else self._reason(candidates, (signs[: i + 1] * signs[i] < 0).any()),
                     alternative=None if candidates.free else alternatives[i],
                 )
             )
@@ -59,7 +61,7 @@ class Explanation:
             faults.setdefault(i, []).append((j, move / float(self.search.durations[i])))
         found = [self._interval(i, speeds) for i, speeds in faults.items()]
         for i, candidates in enumerate(self.search.candidates):
-            if candidates is not None:
+            if candidates is not None and i not in self.search.unsped:
                 v = np.abs(self.found.velocities[i])
                 fast = np.flatnonzero(v > self.robot.velocity_limit * AT_LIMIT)
                 if fast.size:
@@ -69,6 +71,8 @@ class Explanation:
     def _too_fast(self, positions: FloatArray) -> list[tuple[int, int, float]]:
         """Interval, joint and distance where a mean speed is beyond its limit."""
         move = np.abs(np.diff(positions, axis=0))
+        if self.search.rules.untimed is not None:
+            move[self.search.rules.untimed] = 0.0
         most = self.robot.velocity_limit * self.search.durations[:, None] * AT_LIMIT
         return [(int(i), int(j), float(move[i, j])) for i, j in np.argwhere(move > most)]
 

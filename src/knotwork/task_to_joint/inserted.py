@@ -46,7 +46,7 @@ def completed_waypoints(
         _hold(positions, still)
         own = slice(done, path.first)
         parts.append((times[own], names[own], positions[own], velocities[own], known[own]))
-        followed = _followed(scenario, space.robot, path, positions[path.first], knots)
+        followed = followed_path(scenario, space.robot, path, positions[path.first], knots)
         followed[2][0] = positions[path.first]  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
         # a path that begins where the one before ends: its first waypoint stands there already
@@ -78,7 +78,7 @@ def _hold(positions: FloatArray, still: tuple[int, ...]) -> None:
         positions[i + 1] = positions[i]
 
 
-def _followed(
+def followed_path(
     scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray, knots: Any
 ) -> tuple[FloatArray, ...]:
     """Times, names, positions, velocities and accelerations along a path."""

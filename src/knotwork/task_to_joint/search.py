@@ -13,9 +13,19 @@ from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
 from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.following.continuation import velocity_on_path
-from knotwork.kinematics.sequence.candidates import Candidates, find_candidates
+from knotwork.kinematics.sequence.candidates import (
+    Candidates,
+    find_candidates,
+    nearest_candidate,
+)
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
-from knotwork.kinematics.sequence.costs import CollidingStep, Cost, Layer, Rules
+from knotwork.kinematics.sequence.costs import (
+    CollidingStep,
+    Cost,
+    Layer,
+    Rules,
+    likely_durations,
+)
 from knotwork.kinematics.sequence.lazy_choice import choose_with_intervals
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
@@ -68,6 +78,7 @@ class Search:
         samples: Times between two waypoints at which intervals are evaluated for a redundant arm.
         candidates: Found at each waypoint; `None` where joint positions are given.
         layers: The candidates allowed at each waypoint, and what they cost.
+        unsped: Waypoints whose speed is chosen later, by index.
         rows: Which of the candidates those are.
     """
 
@@ -88,6 +99,8 @@ class Search:
         self.ties = Ties(scenario, space.waits, self.obstacles)
         self.groups = {i: group for group in self.ties.groups for i in group}
         check_branch(scenario, robot)
+        kinds = scenario.free.speed if scenario.free is not None else ()
+        self.unsped = {i for i, kind in enumerate(kinds) if kind != "given"}
         limit = robot.velocity_limit
         self.revolute = joint_axes(robot).revolute
         branch = scenario.branch if isinstance(scenario.branch, str) else "free"
@@ -97,6 +110,7 @@ class Search:
             unbounded=unbounded(robot),
             avoided=branch == "keep" or self._in_motion(),
             forbidden=branch == "fixed",
+            untimed=None if scenario.free is None else scenario.free.untimed,
         )
         self.samples = SAMPLES
         self._collide: dict[int, FloatArray] = {}
@@ -158,7 +172,8 @@ class Search:
         move = q[b] - q[a]
         fixed = np.array([layer.fixed for layer in layers])[interval + 1]
         move -= np.where(self.rules.unbounded & ~fixed[:, None], whole_turns(move), 0.0)
-        h, here, there = self.durations[interval], (q[a], v[a]), (q[a] + move, v[b])
+        h = likely_durations(self.rules, self.durations[interval], interval, move)
+        here, there = (q[a], v[a]), (q[a] + move, v[b])
         mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples, ends=False)
         most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
         travel = np.linalg.norm(move / self.rules.speed, axis=1)
@@ -178,23 +193,34 @@ class Search:
         """
         passes = np.array(
             [
-                isinstance(w, CartesianWaypoint) and bool(w.linear.any() or w.angular.any())
-                for w in self.scenario.waypoints
+                isinstance(w, CartesianWaypoint)
+                and bool(i in self.unsped or w.linear.any() or w.angular.any())
+                for i, w in enumerate(self.scenario.waypoints)
             ]
         )
         return passes[1:] | passes[:-1]
 
     def _candidates(self) -> list[Candidates | None]:
-        poses = [
-            (i, target)
-            for i in self.ties.free
-            if isinstance(target := self.scenario.waypoints[i], CartesianWaypoint)
-        ]
+        result: list[Candidates | None] = [None] * len(self.given)
+        poses = []
+        for i in self.ties.free:
+            target = self.scenario.waypoints[i]
+            if isinstance(target, CartesianWaypoint) and i in self.space.solutions:
+                result[i] = nearest_candidate(self.robot, target, self.space.solutions[i])
+            elif isinstance(target, CartesianWaypoint):
+                poses.append((i, target))
         references = [self._reference(i) for i, _ in poses]
         found = find_candidates(self.robot, [target for _, target in poses], references)
-        result: list[Candidates | None] = [None] * len(self.given)
         for (i, _), candidates in zip(poses, found, strict=True):
-            result[i] = candidates
+            result[i] = (
+                replace(
+                    candidates,
+                    excess=np.zeros_like(candidates.excess),
+                    velocity=np.zeros_like(candidates.velocity),
+                )
+                if i in self.unsped
+                else candidates
+            )
         return self.ties.completed(self.robot, result)
 
     def _reference(self, index: int) -> FloatArray:
@@ -270,6 +296,8 @@ class Search:
             self.near,
             home(self.space) if self.given[0] is None else None,
             self.samples,
+            self.rules.untimed,
+            frozenset(self.unsped),
         )
         refined = refine_sequence(self.robot, given, chosen.q, np.array(v))
         if self.obstacles is not None:

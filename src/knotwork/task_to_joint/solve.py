@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.inserted import completed_waypoints
 from knotwork.task_to_joint.solution import TaskSolution
-from knotwork.waypoints import JointWaypoints
+from knotwork.waypoints import FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.task_to_joint.search import Search
@@ -75,7 +76,7 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
         Obstacles(scenario, space, space.robot).check_start(given[0])
     if all(q is not None for q in given):
         positions, velocities = np.array(given, float), np.array(speeds, float)
-        return TaskSolution(completed_waypoints(scenario, space, positions, velocities, knots))
+        return TaskSolution(_completed(scenario, space, positions, velocities, knots))
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
@@ -96,9 +97,7 @@ def _solution(search: Search, knots: Any) -> TaskSolution:
 
     found = search.solve()
     explanation = Explanation(search, found)
-    waypoints = completed_waypoints(
-        search.scenario, search.space, found.positions, found.velocities, knots
-    )
+    waypoints = _completed(search.scenario, search.space, found.positions, found.velocities, knots)
 
     def avoid(intervals: Collection[int]) -> TaskSolution | None:
         search.avoid(found, intervals)
@@ -107,6 +106,24 @@ def _solution(search: Search, knots: Any) -> TaskSolution:
         return None if same else other
 
     return TaskSolution(waypoints, explanation.infeasibilities(), explanation.choices, avoid)
+
+
+def _completed(
+    scenario: Scenario,
+    space: JointSpace,
+    positions: FloatArray,
+    velocities: FloatArray,
+    knots: Any,
+) -> JointWaypoints:
+    """Waypoints at the joints, with those along paths and the velocities that were chosen."""
+    waypoints = completed_waypoints(scenario, space, positions, velocities, knots)
+    chosen = {name: v for run in space.chosen or () for name, v in run.velocity.items()}
+    if not chosen:
+        return waypoints
+    velocity = waypoints.velocity.copy()
+    for name, own in chosen.items():
+        velocity[waypoints.names.index(name)] = own
+    return replace(waypoints, velocity=velocity)
 
 
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:

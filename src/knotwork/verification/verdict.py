@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from knotwork.errors import InputError
 from knotwork.joint_space import JointSpace, joint_space
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
@@ -44,13 +45,19 @@ def check(
         known: Findings made beforehand, which the report is to have too.
 
     Raises:
-        InputError: The trajectory is not of the scenario's joints, or the scenario's robot can't
-            be loaded.
+        InputError: The trajectory is not of the scenario's joints, the scenario's robot can't be
+            loaded, or its times are free.
 
     >>> plan = kw.plan("paper_case")
     >>> kw.check(plan.trajectory, plan.scenario).ok
     True
     """
+    if scenario.free is not None:
+        raise InputError(
+            f"{scenario.name} leaves times or speeds free, so it does not say what the motion has "
+            "to do when; accepted: scenario.yaml, which plan --out writes beside the trajectory, "
+            "or what plan --freeze writes"
+        )
     space = space if space is not None else joint_space(scenario)
     motion = Motion(trajectory, space)
     faults = [motion_finding("defect", message, ok=False) for message in defects]

@@ -116,6 +116,18 @@ def find_candidates(
     return result
 
 
+def nearest_candidate(robot: Robot, waypoint: CartesianWaypoint, near: FloatArray) -> Candidates:
+    """The one candidate at a waypoint whose solution is to be near a configuration.
+
+    Raises:
+        OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
+    """
+    q = solve_pose_ik(
+        robot, waypoint.pose, near, nearest=True, waypoint=waypoint.name, where=waypoint.where
+    ).q
+    return _valued(robot, waypoint, [q[None]], False)
+
+
 def _branches(robot: Robot, targets: Targets) -> list[FloatArray]:
     """All branches at each pose: at some of them afresh, at the others from those."""
     n = len(targets)

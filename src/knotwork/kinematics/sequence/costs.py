@@ -22,6 +22,8 @@ RELATIVE_TIE = 1e-14
 SAME_STEP = 1e-6
 # By so much, absolute and relative, a bound is widened, so that equal costs are within it.
 WIDER = 1e-6
+# No motion is taken to last less [s], however little there is to do.
+SHORTEST = 0.05
 
 
 class Cost(NamedTuple):
@@ -181,6 +183,8 @@ class Rules:
             (n - 1,).
         forbidden: A change of branch is forbidden.
         colliding: Steps on which the motion was found to collide.
+        untimed: Intervals whose duration or end speeds are chosen later, shape (n - 1,), so that no
+            joint is too fast in them; `None` for none.
     """
 
     speed: FloatArray
@@ -189,6 +193,24 @@ class Rules:
     avoided: bool | BoolArray = False
     forbidden: bool = False
     colliding: tuple[CollidingStep, ...] = ()
+    untimed: BoolArray | None = None
+
+
+def likely_durations(
+    rules: Rules, durations: FloatArray, interval: Any, move: FloatArray
+) -> FloatArray:
+    """How long motions last [s], shape (k,): where that is chosen later, as a cubic at its limits.
+
+    Args:
+        rules: What steps cost.
+        durations: Those given, shape (k,).
+        interval: The interval of each, shape (k,).
+        move: How far the joints move [rad or m], shape (k, d).
+    """
+    if rules.untimed is None:
+        return durations
+    least = 1.5 * (np.abs(move) / rules.speed).max(axis=1)
+    return np.where(rules.untimed[interval], np.maximum(least, SHORTEST), durations)
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,6 +295,8 @@ def _step_costs(
     travel *= 0.5 * (state.weight[:, None] + layer.weight[None, :])
     infeasible: Any = 0.0
     violation: Any = 0.0
+    if rules.untimed is not None and rules.untimed[interval]:
+        fastest[:] = halfway[:] = 0.0
     if (beyond := fastest > AT_LIMIT).any():
         infeasible = np.where(beyond, fastest, 0.0)
     if (beyond := halfway > AT_LIMIT).any():

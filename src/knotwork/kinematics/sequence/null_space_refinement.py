@@ -10,9 +10,9 @@ import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_axes import joint_axes
-from knotwork.kinematics.chain.joint_ranges import limits_of
+from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
-from knotwork.kinematics.sequence.costs import AT_LIMIT
+from knotwork.kinematics.sequence.costs import AT_LIMIT, Rules, likely_durations
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -35,6 +35,8 @@ class Given:
         near: Configuration to be near at all of them, shape (d,), or `None` for least travel.
         origin: Configuration that the travel to the first counts from, shape (d,), or `None`.
         samples: Times between two waypoints at which intervals are evaluated.
+        untimed: Intervals whose duration or end speeds are chosen later, shape (n - 1,), or `None`.
+        unsped: Waypoints whose speed is chosen later, by index.
     """
 
     times: FloatArray
@@ -42,6 +44,8 @@ class Given:
     near: FloatArray | None = None
     origin: FloatArray | None = None
     samples: int = SAMPLES
+    untimed: BoolArray | None = None
+    unsped: frozenset[int] = frozenset()
 
 
 def refine_sequence(
@@ -86,6 +90,9 @@ class _Refinement:
         self.limit = robot.velocity_limit
         self.speed = np.where(np.isfinite(self.limit), self.limit, 1.0)
         self.durations = np.diff(given.times)
+        self.rules = Rules(
+            self.speed, self.limit, np.zeros(robot.dof, dtype=bool), untimed=given.untimed
+        )
         posed = [w for w in given.waypoints if w is not None]
         self.targets = Targets.of([w.pose for w in posed])
         self.twists = np.array([np.concatenate([w.linear, w.angular]) for w in posed])
@@ -109,6 +116,7 @@ class _Refinement:
         owner = np.concatenate([np.array(chosen), owner[found.converged]])
         q = np.vstack([self.q[chosen], found.q[found.converged]])
         v = solve_velocities(self.robot, q, self.twists[self.number[owner]])[0]
+        v[np.isin(owner, list(self.given.unsped))] = 0.0
         *before, travel = self._costs(owner, q, v)
         moved = 0.0
         for i in chosen:
@@ -170,12 +178,16 @@ class _Refinement:
             here, there = (q[rows], v[rows]), (self.q[other], self.v[other])
             start, end = (here, there) if side > 0 else (there, here)
             move = end[0] - start[0]
+            first = np.minimum(owner[rows], other)
+            h = likely_durations(self.rules, h, first, move)
             mean, most, off = interval_nearness(self.robot, start, end, h, self.given.samples)
             outside[rows] += off
             travel[rows] += np.linalg.norm(move / self.speed, axis=1) * (1.0 + mean) + h * most
             fastest = (np.abs(move) / self.limit).max(axis=1) / h
             middle = 1.5 * move / h[:, None] - 0.25 * (start[1] + end[1])
             halfway = (np.abs(middle) / self.limit).max(axis=1)
+            if self.rules.untimed is not None:
+                fastest[self.rules.untimed[first]] = halfway[self.rules.untimed[first]] = 0.0
             infeasible[rows] += np.where(fastest > AT_LIMIT, fastest, 0.0)
             violation[rows] += np.where(halfway > AT_LIMIT, halfway, 0.0)
         return infeasible, violation, outside, travel

@@ -1,0 +1,192 @@
+"""The choice of what a scenario leaves free, run by run."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from knotwork.choosing.numbers import numbers
+from knotwork.choosing.path_speeds import path_speeds
+from knotwork.choosing.runs import Run, find_runs, timing_problem
+from knotwork.choosing.task import FreeTask, knots_of
+from knotwork.documents import Document, Edits, Location, edited
+from knotwork.errors import InputError, TimingError
+from knotwork.joint_space import joint_space
+from knotwork.scenario import FreeTimes, Scenario, scenario_of
+from knotwork.task_to_joint import TaskSolution, solve_task
+from knotwork.timing import Binding, Objective, Progress, TimedMotion, solve
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenTimes:
+    """What was chosen, and how good it is.
+
+    Attributes:
+        document: What the scenario with free times was read from.
+        scenario: The scenario with numbers in place of all that was free.
+        edits: What makes it of the one with free times.
+        solution: How the solutions of the poses were chosen, before the times were.
+        duration: Of the whole motion [s].
+        lower_bound: No motion that does what is asked within the limits is shorter [s].
+        status: `"optimal"`, or `"stopped"` where the budget ended first.
+        binding: Where which limit is met.
+        objective: Value of each term that has a weight, by name.
+        runs: What was found for each run.
+    """
+
+    document: Document
+    scenario: Scenario
+    edits: Edits
+    solution: TaskSolution
+    duration: float
+    lower_bound: float
+    status: str
+    binding: tuple[Binding, ...]
+    objective: dict[str, float]
+    runs: tuple[TimedMotion, ...] = ()
+
+    @property
+    def gap(self) -> float:
+        """How much longer it is than the lower bound, as a part of that."""
+        return self.duration / self.lower_bound - 1.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give what was chosen as plain data, ready for JSON."""
+        names = [waypoint.name for waypoint in self.scenario.waypoints]
+        return {
+            "duration": self.duration,
+            "lower_bound": self.lower_bound,
+            "gap": self.gap,
+            "status": self.status,
+            "objective": self.objective,
+            "times": dict(zip(names, self.scenario.times.tolist(), strict=True)),
+            "binding": [
+                {
+                    "start": one.start,
+                    "end": one.end,
+                    "joint": one.joint,
+                    "quantity": one.quantity,
+                    "share": one.share,
+                }
+                for one in self.binding
+            ],
+        }
+
+
+def choose_times(
+    scenario: Scenario,
+    free: FreeTimes,
+    *,
+    budget: float | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> ChosenTimes:
+    """Choose what a scenario leaves free.
+
+    Constant speeds of tool paths come first: each is the greatest that the limits allow. Then the
+    runs between tool paths and waits are solved, each by itself, because position, velocity and
+    acceleration are known where they meet.
+
+    Args:
+        scenario: The task.
+        free: What it leaves to be chosen.
+        budget: Time after which the best motion so far is taken [s].
+        progress: Called as the solver goes on.
+
+    Raises:
+        InputError: The task can't be solved, or no motion keeps the limits.
+    """
+    ends = None if budget is None else clock.monotonic() + budget
+    edits: dict[Location, Any] = {}
+    asked = free.document
+    if free.path_speed:
+        space = joint_space(scenario)
+        waypoints = solve_task(scenario, space, knots_of(scenario)).waypoints
+        edits |= path_speeds(FreeTask(scenario, free, space, waypoints))
+        scenario = scenario_of(edited(asked, edits))
+    space = joint_space(scenario)
+    solution = solve_task(scenario, space, knots_of(scenario))
+    left = scenario.free or replace(free, path_speed={})
+    task = FreeTask(scenario, left, space, solution.waypoints)
+    solved = _solved(task, find_runs(task), ends, progress)
+    edits |= numbers(task, solved)
+    scenario = scenario_of(edited(asked, edits))
+    duration = float(scenario.times[-1] - scenario.times[0])
+    in_runs = sum(motion.duration for _, motion in solved)
+    least = sum(motion.lower_bound for _, motion in solved)
+    objective: dict[str, float] = {}
+    for _, motion in solved:
+        for name, value in motion.objective.items():
+            objective[name] = objective.get(name, 0.0) + value
+    return ChosenTimes(
+        document=asked,
+        scenario=scenario,
+        edits=edits,
+        solution=solution,
+        duration=duration,
+        lower_bound=duration - in_runs + least,
+        status="stopped" if any(one.status == "stopped" for _, one in solved) else "optimal",
+        binding=tuple(binding for _, motion in solved for binding in motion.binding),
+        objective=objective,
+        runs=tuple(motion for _, motion in solved),
+    )
+
+
+def _solved(
+    task: FreeTask,
+    runs: list[Run],
+    ends: float | None,
+    progress: Callable[[Progress], None] | None,
+) -> list[tuple[Run, TimedMotion]]:
+    free, scenario = task.free, task.scenario
+    weights = {"time": 0.0, **free.objective}
+    objective = Objective(**weights)
+
+    def solved(run: Run, objective: Objective, total: float | None = None) -> TimedMotion:
+        problem = timing_problem(task, run, objective, total)
+        left = None if ends is None else max(ends - clock.monotonic(), 0.05)
+        try:
+            return solve(problem, budget=left, progress=progress)
+        except TimingError as error:
+            _locate(error, task, run)
+            raise
+
+    if free.total is None:
+        return [(run, solved(run, objective)) for run in runs]
+    timed = [run for run in runs if free.duration[list(run.waypoints)[:-1]].any()]
+    least = {id(run): solved(run, Objective()) for run in timed}
+    spans = {id(run): least[id(run)].duration for run in timed}
+    provisional = sum(float(np.ptp(task.waypoints.time[run.rows])) for run in timed)
+    given = float(np.ptp(scenario.times)) - provisional
+    shortest = given + sum(spans.values())
+    if free.total < shortest:
+        with scenario.error_context("duration"):
+            raise InputError(
+                f"{free.total:g} s is shorter than the least time under the limits, "
+                f"{shortest:.6g} s; accepted: {shortest:.6g} s or more"
+            )
+    stretch = (free.total - given) / sum(spans.values())
+    found = []
+    for run in runs:
+        if id(run) in spans:
+            found.append((run, solved(run, objective, stretch * spans[id(run)])))
+        else:
+            found.append((run, solved(run, objective)))
+    return found
+
+
+def _locate(error: TimingError, task: FreeTask, run: Run) -> None:
+    """Say in an error which waypoint of the file it is about."""
+    row = error.waypoint
+    if row is not None and error.interval:
+        row += 1
+    if row is None:
+        error.locate(task.scenario.name)
+        return
+    i = run.waypoints[row]
+    k = task.free.index[i]
+    place: Location = ("waypoints", k) if k >= 0 else ("start",)
+    error.locate(task.free.document.where(place))

@@ -1,0 +1,80 @@
+"""What the report says of chosen times: duration, lower bound, gap, and what binds where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from knotwork.choosing.choice import ChosenTimes
+from knotwork.verification import Finding
+
+GROUP = "Chosen times"
+
+
+def findings(chosen: ChosenTimes) -> Iterator[Finding]:
+    """Say how long the chosen motion is, how far above the lower bound, and what binds where."""
+    yield Finding(
+        group=GROUP,
+        subject="motion",
+        name="",
+        quantity="duration",
+        verdict="information",
+        message=_duration(chosen),
+        value=chosen.duration,
+        unit="s",
+    )
+    yield Finding(
+        group=GROUP,
+        subject="motion",
+        name="",
+        quantity="lower_bound",
+        verdict="information",
+        message=f"no motion that does this within the limits is shorter than "
+        f"{chosen.lower_bound:.6g} s",
+        value=chosen.lower_bound,
+        unit="s",
+    )
+    yield Finding(
+        group=GROUP,
+        subject="motion",
+        name="",
+        quantity="chosen_times",
+        verdict="warning" if chosen.status == "stopped" else "information",
+        message=_duration(chosen),
+    )
+    times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
+    for (start, end), said in _binding(chosen).items():
+        yield Finding(
+            group=GROUP,
+            subject="waypoint",
+            name=end,
+            quantity="binding_limits",
+            verdict="information",
+            message=f"{start} to {end}: {said}",
+            interval=(times[start], times[end]),
+        )
+
+
+def _duration(chosen: ChosenTimes) -> str:
+    if chosen.status == "stopped":
+        return (
+            f"times chosen: {chosen.duration:.6g} s, the best so far when the budget ended: every "
+            "limit is kept, but a shorter motion may exist "
+            f"(lower bound {chosen.lower_bound:.6g} s)"
+        )
+    if chosen.gap < 1e-6:
+        return f"times chosen: {chosen.duration:.6g} s in all, which was given or can't be less"
+    return (
+        f"times chosen: {chosen.duration:.6g} s, {100 * chosen.gap:.1f} % above the lower bound "
+        f"{chosen.lower_bound:.6g} s"
+    )
+
+
+def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], str]:
+    """Limits that bind, by interval, in words."""
+    parts: dict[tuple[str, str], list[str]] = {}
+    for one in chosen.binding:
+        what = f"{one.joint} {one.quantity}" if one.joint else one.quantity
+        parts.setdefault((one.start, one.end), []).append(
+            f"{what} for {100 * one.share:.0f} % of the time"
+        )
+    return {ends: ", ".join(said) for ends, said in parts.items()}

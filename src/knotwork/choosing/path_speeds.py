@@ -1,0 +1,164 @@
+"""The greatest constant speed along each tool path that gives none.
+
+The joints' motion along the path is made as it will be planned, and its exact peaks are compared
+with the limits; the speed is found by bisection.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from knotwork.choosing.task import FreeTask, knots_of
+from knotwork.documents import Location
+from knotwork.errors import DocumentError, InputError, PathError
+from knotwork.interpolation import ModifiedHermiteSpline
+from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.scenario.free_times import PROVISIONAL_SPEED
+from knotwork.task_to_joint import followed_path
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+
+DIGITS = 4
+"""Speeds are rounded down to so many digits."""
+
+ROUNDS = 12
+"""Bisections of a factor of two: they leave less than two units of the last digit."""
+
+SLOWEST = 0.1 * PROVISIONAL_SPEED
+"""No speed below this is tried [m/s]."""
+
+INSIDE = 1.0 - 1e-9
+"""Part of a limit that a peak may reach."""
+
+
+def path_speeds(task: FreeTask) -> dict[Location, Any]:
+    """The edits that give each stretch its speed.
+
+    Stretches of one path are slowed down together until the whole path keeps the limits.
+
+    Raises:
+        InputError: Nothing bounds a speed, or the limits allow none.
+    """
+    free, positions = task.free, task.waypoints
+    edits: dict[Location, Any] = {}
+    for path in task.scenario.paths:
+        stretches = [
+            k
+            for k in range(len(path.stretches))
+            if free.index[path.first + 1 + k] in free.path_speed
+        ]
+        if stretches:
+            row = int(np.abs(positions.time - path.stretches[0].start).argmin())
+            search = _Search(task, path, stretches, positions.position[row])
+            edits |= search.edits(search.speeds())
+    return edits
+
+
+class _Search:
+    """The search for the speeds of one path."""
+
+    def __init__(
+        self,
+        task: FreeTask,
+        path: ScenarioPath,
+        stretches: list[int],
+        start: FloatArray,
+    ) -> None:
+        scenario, free = task.scenario, task.free
+        self.task, self.scenario, self.space, self.start = task, scenario, task.space, start
+        self.path, self.stretches = path, stretches
+        self.places = [free.index[path.first + 1 + k] for k in stretches]
+        tool = scenario.motion_limits.tool_speed
+        self.caps = [min(free.path_speed[place], tool or math.inf) for place in self.places]
+        self.number = scenario.paths.index(path)
+        self.unit = scenario.shown_length[0]
+
+    def edits(self, speeds: list[float]) -> dict[Location, Any]:
+        """The edits for some speeds [m/s]."""
+        pairs = zip(self.places, speeds, strict=True)
+        return {("waypoints", place, "speed"): _rounded(self.unit * v) for place, v in pairs}
+
+    def speeds(self) -> list[float]:
+        """The greatest speeds that keep all limits [m/s]."""
+        motion = self._motion(self.scenario)
+        if not self._kept(motion):
+            self._refuse(f"the limits allow less than {PROVISIONAL_SPEED * self.unit:g} along it")
+        rooms = [self._room(motion, k) for k in self.stretches]
+        if np.isinf([min(*pair) for pair in zip(rooms, self.caps, strict=True)]).any():
+            self._refuse(
+                "nothing bounds the speed along it", "speed: {at_most: a speed}, or limits"
+            )
+        # those that nothing else bounds go at their greatest speeds
+        likely = [PROVISIONAL_SPEED * (room if np.isfinite(room) else 1e9) for room in rooms]
+
+        def at(factor: float) -> list[float]:
+            pairs = zip(likely, self.caps, strict=True)
+            return [min(max(factor * speed, SLOWEST), cap) for speed, cap in pairs]
+
+        low, high = SLOWEST / max(likely), 1.0
+        while self._feasible(at(high)):
+            low, high = high, 2.0 * high
+            if at(low) == self.caps:
+                return at(low)
+        for _ in range(ROUNDS):
+            middle = math.sqrt(low * high)
+            if self._feasible(at(middle)):
+                low = middle
+            else:
+                high = middle
+        return at(low)
+
+    def _refuse(self, found: str, accepted: str = "higher limits, or another path") -> None:
+        with self.scenario.error_context("waypoints", self.places[0], "speed"):
+            raise InputError(f"{found}; accepted: {accepted}")
+
+    def _motion(self, scenario: Scenario) -> JointTrajectory:
+        """The joints' motion along the path, as it is planned."""
+        path, knots = scenario.paths[self.number], knots_of(scenario)
+        time, _, q, v, a = followed_path(scenario, self.space.robot, path, self.start, knots)
+        curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
+        return JointTrajectory(self.space.joint_names, curve, joint_units=self.space.joint_units)
+
+    def _feasible(self, speeds: list[float]) -> bool:
+        try:
+            return self._kept(self._motion(self.task.with_edits(self.edits(speeds))))
+        except (
+            PathError,
+            DocumentError,
+        ):  # too short for its changes of speed, or its tolerances are too fine
+            return False
+
+    def _kept(self, motion: JointTrajectory) -> bool:
+        limits = self.space.limits
+        for quantity in ("velocity", "acceleration", "jerk"):
+            if (
+                np.isfinite(limits[quantity]).any()
+                and (motion.extrema(quantity).peak > INSIDE * limits[quantity]).any()
+            ):
+                return False
+        if self.space.robot is None or not np.isfinite(limits["effort"]).any():
+            return True
+        from knotwork.verification import torque_bound
+
+        bounds = torque_bound(self.space.robot, motion)
+        return all(one.limit is None or (one.proved and one.bound <= one.limit) for one in bounds)
+
+    def _room(self, motion: JointTrajectory, k: int) -> float:
+        """How many times faster a stretch could be, but for changes of speed and torques."""
+        start, end = self.path.stretches[k].full_speed
+        times = np.linspace(start, end, 200)
+        factors = [math.inf]
+        for order, quantity in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+            peak = np.abs(motion.polynomial(times, order)).max(axis=0)
+            with np.errstate(divide="ignore"):
+                factors.append(float((self.space.limits[quantity] / peak).min()) ** (1.0 / order))
+        return max(1.0, min(factors))
+
+
+def _rounded(speed: float) -> float:
+    """A speed rounded down to a few digits."""
+    step = 10.0 ** (math.floor(math.log10(speed)) - DIGITS + 1)
+    return float(f"{math.floor(speed / step * (1.0 + 1e-12)) * step:.{DIGITS}g}")

@@ -1,0 +1,39 @@
+"""`FreeTask`: a scenario with something to choose, and its waypoints at the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from knotwork.documents import Edits, edited
+from knotwork.interpolation import BalancedKnots
+from knotwork.joint_space import JointSpace
+from knotwork.scenario import FreeTimes, Scenario, scenario_of
+from knotwork.waypoints import JointWaypoints
+
+
+def knots_of(scenario: Scenario) -> Any:
+    """Where the knots sit along tool paths."""
+    knots = scenario.knots
+    return BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots
+
+
+@dataclass(frozen=True, eq=False)
+class FreeTask:
+    """A scenario with something to choose, and its waypoints at the joints.
+
+    Attributes:
+        scenario: The task.
+        free: What it leaves to be chosen.
+        space: Its joints.
+        waypoints: Its waypoints at the joints, at provisional times and speeds.
+    """
+
+    scenario: Scenario
+    free: FreeTimes
+    space: JointSpace
+    waypoints: JointWaypoints
+
+    def with_edits(self, edits: Edits) -> Scenario:
+        """The scenario with other values in its document."""
+        return scenario_of(edited(self.free.document, edits))

@@ -1,0 +1,103 @@
+"""The command `knotwork tradeoff`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knotwork.cli.parameters import FAILED, PASSED, NewPath, Numbers, json_option
+from knotwork.cli.terminal import cell, echo
+
+if TYPE_CHECKING:
+    from knotwork.tradeoffs import Tradeoff
+
+
+@click.command()
+@click.argument("scenario")
+@click.option(
+    "--factors",
+    type=Numbers(),
+    metavar="A,B,…",
+    help="Durations in least times, divided by commas, each at least 1.",
+)
+@click.option(
+    "--out",
+    "-o",
+    metavar="DIR",
+    type=NewPath(),
+    help="Write tradeoff.json and tradeoff.csv there.",
+)
+@click.option(
+    "--plot",
+    "picture",
+    metavar="FILE",
+    type=NewPath(),
+    help="Draw the curve: PNG, SVG or PDF, by the suffix.",
+)
+@json_option
+def tradeoff(
+    scenario: str,
+    factors: list[float] | None,
+    out: Path | None,
+    picture: Path | None,
+    as_json: bool,
+) -> int:
+    """Show what the least time of SCENARIO is traded for.
+
+    The motion is planned for several durations, from the least one on: at each with the least
+    integral of torques squared, or without a robot of jerk squared. Shown are that integral, the
+    peak torque and the peak jerk, each of the joint nearest its limit. The exit code is 1 if one
+    of the motions fails its check.
+    """
+    from knotwork import tradeoffs as curves
+
+    if picture is not None:
+        from knotwork.view.files import checked_picture_path
+
+        checked_picture_path(picture)
+    curve = curves.tradeoff(scenario, factors if factors is not None else curves.FACTORS)
+    written = curve.save(out) if out is not None else []
+    if picture is not None:
+        from knotwork.view.files import save_figure
+        from knotwork.view.tradeoff_plot import plot_tradeoff
+
+        written.append(save_figure(plot_tradeoff(curve), picture))
+    if as_json:
+        echo(json.dumps(curve.to_dict(), indent=1, allow_nan=False))
+    else:
+        print_tradeoff(curve)
+        for path in written:
+            echo(f"wrote {path}")
+    return PASSED if all(point.ok for point in curve.points) else FAILED
+
+
+def print_tradeoff(curve: Tradeoff) -> None:
+    """Print the curve as a table."""
+    from knotwork.cli import tables
+
+    robot = curve.points[0].squared_effort is not None
+    columns = ["duration\n[s]", "of the\nleast"]
+    if robot:
+        columns += ["∫torque²", "peak\ntorque", "of its\nlimit", "joint"]
+    columns += ["peak\njerk", "of its\nlimit", "joint", ""]
+    table = tables.plain_table(curve.scenario, columns, 0)
+    for point in curve.points:
+        cells = [f"{point.duration:.4g}", f"{point.factor:.3g}"]
+        if robot:
+            cells += [_short(point.squared_effort), _short(point.peak_effort)]
+            cells += [_percent(point.effort_use), cell(point.effort_joint)]
+        cells += [_short(point.peak_jerk), _percent(point.jerk_use), cell(point.jerk_joint)]
+        table.add_row(*cells, "ok" if point.ok else "[bold red]FAIL[/]")
+    tables.console().print(table)
+    tables.console().print("rad or m, s, N m or N; peaks are those of the joint nearest its limit")
+
+
+def _short(value: Any) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _percent(use: float | None) -> str:
+    return "-" if use is None else f"{100.0 * use:.0f} %"

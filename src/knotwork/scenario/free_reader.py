@@ -1,0 +1,211 @@
+"""What a scenario file leaves to be chosen: durations, speeds, and for what."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from knotwork.documents import Document
+from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, SpeedKind
+from knotwork.scenario.schema import ScenarioFile
+from knotwork.scenario.timing_schema import AtMost, Fastest, ObjectiveFile
+from knotwork.scenario.waypoint_schema import PathWaypoint
+
+
+def least_time(file: ScenarioFile, i: int) -> float | None:
+    """The least that the time to a waypoint may be [s], 0 without one; `None` if it is given."""
+    waypoint = file.waypoints[i]
+    if isinstance(waypoint, PathWaypoint):
+        return None
+    if isinstance(waypoint.after, Fastest):
+        return waypoint.after.at_least or 0.0
+    first = i == 0 and file.start is None
+    left = waypoint.after is None and waypoint.time is None and not first
+    return 0.0 if waypoint.after == "fastest" or (left and file.times) else None
+
+
+def provisional_time(file: ScenarioFile, i: int) -> float | None:
+    """Time to a waypoint until it is chosen [s]; `None` if it is given."""
+    least = least_time(file, i)
+    return None if least is None else max(least, PROVISIONAL_TIME)
+
+
+def given_speed(speed: float | str | AtMost | None, provisional: float) -> float | None:
+    """A speed of the file, or the provisional one where it is free."""
+    return provisional if isinstance(speed, str | AtMost) else speed
+
+
+def greatest_speed(speed: float | str | AtMost | None) -> float | None:
+    """The greatest that a free speed may be, infinite without one; `None` if it is not free."""
+    if isinstance(speed, AtMost):
+        return speed.at_most
+    return math.inf if isinstance(speed, str) else None
+
+
+def read_free_times(
+    file: ScenarioFile, document: Document, length: float, index: tuple[int, ...]
+) -> FreeTimes | None:
+    """Read what a file leaves to be chosen; `None` if it is nothing.
+
+    Args:
+        file: What the file says.
+        document: Where it says it, for errors.
+        length: The file's unit of length [m].
+        index: For each waypoint of the scenario its index in the file; -1 for the start.
+
+    Raises:
+        DocumentError: Something is said of what is chosen and nothing is, or it can't be chosen.
+    """
+    least = [
+        least_time(file, there) if there >= 0 and here != there else None
+        for here, there in pairwise(index)
+    ]
+    speed: list[SpeedKind] = []
+    at_most = np.full(len(index), np.inf)
+    paths: dict[int, float] = {}
+    for i, k in enumerate(index):
+        waypoint = file.waypoints[k] if k >= 0 else None
+        most = greatest_speed(getattr(waypoint, "speed", None))
+        kind: SpeedKind = "given"
+        if isinstance(waypoint, PathWaypoint):
+            if most is not None:
+                paths[k] = length * most
+        elif most is not None:
+            kind, at_most[i] = "along", length * most
+        elif getattr(waypoint, "velocity", None) == "free":
+            kind = "free"
+        speed.append(kind)
+    free = FreeTimes(
+        document=document,
+        index=index,
+        duration=np.array([one is not None for one in least], dtype=bool),
+        at_least=np.array([one or 0.0 for one in least]),
+        speed=tuple(speed),
+        at_most=at_most,
+        path_speed=paths,
+        objective=_objective(file),
+        total=file.duration,
+        optimal_knots=file.knots == "optimal",
+    )
+    _check_use(file, document, free)
+    return free if free.anything else None
+
+
+def _objective(file: ScenarioFile) -> dict[str, float]:
+    given = file.objective
+    if isinstance(given, ObjectiveFile):
+        return {name: value for name, value in given if value}
+    if given is not None:
+        return {given: 1.0}
+    smooth = file.duration is not None or not _free_anywhere(file)
+    return {"jerk": 1.0} if smooth else {"time": 1.0}
+
+
+def _free_anywhere(file: ScenarioFile) -> bool:
+    return any(least_time(file, i) is not None for i in range(len(file.waypoints)))
+
+
+def check_places(file: ScenarioFile, document: Document) -> None:
+    """Refuse times after free ones, free velocities at the ends and free times of paths.
+
+    Raises:
+        DocumentError: There is one.
+    """
+    free = ""
+    last = len(file.waypoints) - 1
+    for i, waypoint in enumerate(file.waypoints):
+        if i == 0 and file.start is None and isinstance(waypoint.after, str | Fastest):
+            raise document.error(
+                ("waypoints", 0, "after"),
+                "the first waypoint has none before it, so no time to it can be chosen",
+                "no time here, or start: where the motion begins",
+            )
+        if waypoint.time is not None and free:
+            raise document.error(
+                ("waypoints", i, "time"),
+                f"the time since 0 can't be given, because the time to {free} before it is chosen",
+                "after: the time since the waypoint before [s], or after: fastest",
+            )
+        at_end = i == last or (i == 0 and file.start is None)
+        if not isinstance(waypoint, PathWaypoint) and waypoint.velocity == "free" and at_end:
+            raise document.error(
+                ("waypoints", i, "velocity"),
+                "the velocity is free at an end of the motion",
+                "a velocity, or none: the arm stands still there",
+            )
+        on_path = isinstance(waypoint, PathWaypoint)
+        chosen = isinstance(waypoint, PathWaypoint) and greatest_speed(waypoint.speed) is not None
+        if on_path and isinstance(waypoint.after, str | Fastest):
+            raise document.error(
+                ("waypoints", i, "after"),
+                "the time along a path follows from its speed",
+                "speed: fastest, or seconds",
+            )
+        if chosen:
+            for key in ("time", "after"):
+                if getattr(waypoint, key) is not None:
+                    raise document.error(
+                        ("waypoints", i, key),
+                        "is given beside a speed that is chosen",
+                        f"speed: fastest, or {key}, not both",
+                    )
+        if least_time(file, i) is not None or chosen:
+            free = f"waypoint {i + 1}" if waypoint.name is None else repr(waypoint.name)
+
+
+def _check_use(file: ScenarioFile, document: Document, free: FreeTimes) -> None:
+    """Refuse what is said of something that is chosen where nothing is."""
+    timed = bool(free.duration.any())
+    if file.times is not None and not timed:
+        raise document.error(("times",), "fastest, but every waypoint gives its time")
+    if file.duration is not None and not timed:
+        raise document.error(
+            ("duration",),
+            "is given, but every time is given too",
+            "times: fastest, or after: fastest at a waypoint",
+        )
+    if file.objective is not None and not (
+        timed or free.optimal_knots or set(free.speed) - {"given"}
+    ):
+        raise document.error(
+            ("objective",),
+            "says what is made least, but no time is free",
+            "times: fastest, after: fastest at a waypoint, or knots: optimal",
+        )
+    weighs_time = free.objective.get("time", 0.0) > 0.0
+    if weighs_time and file.objective is not None and (not timed or file.duration is not None):
+        raise document.error(
+            ("objective",),
+            "the time is given, so it can't be made less",
+            "jerk, effort or acceleration",
+        )
+    if timed and file.duration is None and not weighs_time:
+        raise document.error(
+            ("objective",),
+            "does not weigh the time, so the slowest motion would be the best one",
+            "time beside it, for example {time: 1, effort: 0.01}, or duration: seconds",
+        )
+    if file.chosen is not None and free.anything:
+        raise document.error(
+            ("chosen",),
+            "gives the motion between waypoints, but times or speeds are free",
+            "numbers for all of them, or no chosen",
+        )
+    if free.anything and isinstance(file.knots, list):
+        raise document.error(
+            ("knots",), "times of knots are given, but those of waypoints are free", "no knots"
+        )
+    if free.anything and file.planner != "modified-hermite":
+        raise document.error(
+            ("planner",),
+            f"{file.planner!r} takes times as they are given, and some are free",
+            "modified-hermite; plan --freeze writes a scenario with numbers for any planner",
+        )
+    if file.objective is None or isinstance(file.objective, str):
+        effort = file.objective == "effort"
+    else:
+        effort = file.objective.effort > 0.0
+    if effort and file.robot is None:
+        raise document.error(("objective",), "effort needs a robot, and the file names none")

@@ -1,0 +1,79 @@
+"""`FreeTimes`: what a scenario leaves to be chosen: durations, speeds, and for what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.documents import Document
+from knotwork.waypoints import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+PROVISIONAL_TIME = 1.0
+"""An interval whose time is free lasts so long in the scenario until it is chosen [s]."""
+
+PROVISIONAL_SPEED = 0.01
+"""A speed along a path that is free, until it is chosen [m/s]."""
+
+SpeedKind = Literal["given", "along", "free"]
+
+
+@dataclass(frozen=True, eq=False)
+class FreeTimes:
+    """What a scenario leaves to be chosen.
+
+    Attributes:
+        document: What the file says and where.
+        index: For each waypoint its index in the file; -1 for the start. A waypoint with a wait
+            stands twice.
+        duration: Whether the time from each waypoint to the next is chosen, shape (n - 1,).
+        at_least: The least that it may be [s], shape (n - 1,).
+        speed: For each waypoint `"given"`; `"along"`, where the direction of its velocity is given
+            and the speed is chosen; or `"free"`, where the velocity is chosen.
+        at_most: The greatest speed of the tool there [m/s], shape (n,), infinite without one.
+        path_speed: Greatest speed [m/s] by the index in the file of those ends of path stretches
+            whose constant speed is chosen, infinite without one.
+        objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
+        total: Duration of the whole motion that is given [s], or `None`.
+        optimal_knots: Knots are chosen where times are given, too.
+
+    >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
+    >>> kw.load_scenario({"limits": {"acceleration": 2}, "waypoints": ends}).free.duration
+    array([ True])
+    """
+
+    document: Document
+    index: tuple[int, ...]
+    duration: BoolArray
+    at_least: FloatArray
+    speed: tuple[SpeedKind, ...]
+    at_most: FloatArray
+    path_speed: Mapping[int, float] = field(default_factory=dict)
+    objective: Mapping[str, float] = field(default_factory=dict)
+    total: float | None = None
+    optimal_knots: bool = False
+
+    @property
+    def anything(self) -> bool:
+        """Whether there is something to choose."""
+        return bool(
+            self.duration.any()
+            or set(self.speed) != {"given"}
+            or self.path_speed
+            or self.optimal_knots
+        )
+
+    @property
+    def untimed(self) -> BoolArray:
+        """Intervals that are chosen whole or at one end, shape (n - 1,).
+
+        How fast a joint is there does not follow from the scenario.
+        """
+        chosen: BoolArray = np.array([kind != "given" for kind in self.speed])
+        untimed: BoolArray = self.duration | chosen[1:] | chosen[:-1]
+        return untimed

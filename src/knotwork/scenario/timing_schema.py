@@ -1,0 +1,75 @@
+"""Contents of a scenario file: times and speeds that are chosen, and what for."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, Tag, model_validator
+
+from knotwork.documents import StrictModel, Text
+from knotwork.documents.values import LARGEST, JointMap, Number, Positive, by_kind
+
+
+class Fastest(StrictModel):
+    """A time that is chosen: the least that the limits allow."""
+
+    fastest: Literal[True] = Field(description="The least time that the limits allow")
+    at_least: Positive | None = Field(None, description="But no less than this [s]")
+
+
+class AtMost(StrictModel):
+    """A speed that is chosen, up to a greatest one."""
+
+    at_most: Positive = Field(description="The speed is chosen, up to this one [length/s]")
+
+
+After = Annotated[
+    Annotated[Positive, Tag("number")]
+    | Annotated[Literal["fastest"], Tag("text")]
+    | Annotated[Fastest, Tag("mapping")],
+    by_kind("a positive number of seconds, fastest, or {fastest: true, at_least: seconds}"),
+]
+Speed = Annotated[
+    Annotated[Positive, Tag("number")]
+    | Annotated[Literal["fastest"], Tag("text")]
+    | Annotated[AtMost, Tag("mapping")],
+    by_kind("a positive number, fastest, or {at_most: a positive number}"),
+]
+
+
+Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
+
+
+class ObjectiveFile(StrictModel):
+    """What is made least where times or knots are chosen: a sum of these, weighted."""
+
+    time: Weight = Field(0.0, description="Weight of the duration [1/s]")
+    jerk: Weight = Field(0.0, description="Weight of the integral of jerk squared [s⁵/rad²]")
+    effort: Weight = Field(
+        0.0, description="Weight of the integral of torque squared, with the payload [1/(N²m²s)]"
+    )
+    acceleration: Weight = Field(
+        0.0, description="Weight of the integral of acceleration squared [s³/rad²]"
+    )
+
+    @model_validator(mode="after")
+    def _one_at_least(self) -> ObjectiveFile:
+        if not (self.time or self.jerk or self.effort or self.acceleration):
+            raise ValueError("weighs nothing; give one of time, jerk, effort, acceleration")
+        return self
+
+
+class ChosenRunFile(StrictModel):
+    """A run of waypoints whose times were chosen: its knots and the accelerations there."""
+
+    times: Annotated[list[Number], Field(min_length=4)] = Field(
+        description="Of the knots, among them those of the run's waypoints [s]"
+    )
+    accelerations: Annotated[dict[Text, list[Number]], Field(min_length=1)] = Field(
+        description="At the knots, a list for each joint [angle/s² or length/s²]"
+    )
+    velocities: dict[Text, JointMap] = Field(
+        default_factory=dict,
+        description="Joint velocities at waypoints where they were chosen, by their names "
+        "[angle/s or length/s]",
+    )

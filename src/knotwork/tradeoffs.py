@@ -1,0 +1,191 @@
+"""What the least time is traded for: torque and jerk over the duration of one scenario."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knotwork import metrics, storage
+from knotwork.documents import REMOVED, Edits, edited
+from knotwork.errors import InputError
+from knotwork.pipeline import Plan, plan
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario, load_scenario, scenario_of
+from knotwork.trajectory import JointTrajectory
+
+FACTORS = (1.0, 1.05, 1.1, 1.2, 1.4, 1.7, 2.0, 2.5)
+"""Durations that are tried by default, in least times."""
+
+NODES = 6
+"""Points of Gauss and Legendre in each piece, for integrals of torque."""
+
+
+@dataclass(frozen=True)
+class TradeoffPoint:
+    """One duration, and what the motion of that duration takes.
+
+    Attributes:
+        factor: The duration in least times.
+        duration: [s].
+        squared_effort: Integral of the sum of torques squared [N² m² s]; `None` without a robot.
+        peak_effort: Torque of the joint nearest its limit, or the largest [N m or N]; `None`
+            without a robot.
+        effort_use: Part of that limit that is used; `None` where there is none.
+        effort_joint: The joint; empty without a robot.
+        peak_jerk: Jerk of the joint nearest its limit, or the largest [rad/s³ or m/s³].
+        jerk_use: Part of that limit that is used; `None` where there is none.
+        jerk_joint: The joint.
+        ok: The motion passes the check.
+    """
+
+    factor: float
+    duration: float
+    squared_effort: float | None
+    peak_effort: float | None
+    effort_use: float | None
+    effort_joint: str
+    peak_jerk: float
+    jerk_use: float | None
+    jerk_joint: str
+    ok: bool
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """The curve of duration against torque and jerk.
+
+    Attributes:
+        scenario: Name of the scenario.
+        objective: What is made least at each duration: `"effort"` or, without a robot, `"jerk"`.
+        points: From the least time on.
+
+    >>> swing = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
+    >>> limits = {"velocity": 2, "acceleration": 4}
+    >>> curve = kw.tradeoff({"limits": limits, "waypoints": swing}, factors=[1, 2])
+    >>> curve.objective, curve.points[0].peak_jerk > curve.points[1].peak_jerk
+    ('jerk', True)
+    """
+
+    scenario: str
+    objective: str
+    points: tuple[TradeoffPoint, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the curve as plain data, ready for JSON."""
+        return {
+            "scenario": self.scenario,
+            "objective": self.objective,
+            "points": [asdict(point) for point in self.points],
+        }
+
+    def to_csv(self) -> str:
+        """Write the curve as CSV, a row a duration."""
+        text = io.StringIO()
+        names = [item.name for item in fields(TradeoffPoint)]
+        writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(asdict(point) for point in self.points)
+        return text.getvalue()
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write `tradeoff.json` and `tradeoff.csv` into a folder, both or none.
+
+        Raises:
+            InputError: The folder can't be written to.
+        """
+        return storage.write_files(
+            folder,
+            {"tradeoff.json": storage.to_json(self.to_dict()), "tradeoff.csv": self.to_csv()},
+        )
+
+
+def tradeoff(
+    scenario: str | Path | Mapping[str, Any] | Scenario, factors: Sequence[float] = FACTORS
+) -> Tradeoff:
+    """Plan a scenario with free times for several durations, from the least one on.
+
+    At each duration the motion is the one of least torque (the integral of torques squared), or
+    without a robot of least jerk; at the least time itself it is the fastest.
+
+    Args:
+        scenario: As for `knotwork.plan`; with times that are free. Its own objective and duration
+            are left out.
+        factors: Durations, in least times, each at least 1.
+
+    Raises:
+        InputError: No time is free, a factor is less than 1, or a duration can't be planned.
+
+    >>> swing = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
+    >>> limits = {"velocity": 2, "acceleration": 4, "jerk": 40}
+    >>> curve = kw.tradeoff({"limits": limits, "waypoints": swing}, factors=[1, 2])
+    >>> curve.points[0].peak_jerk > 4 * curve.points[1].peak_jerk
+    True
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    if scenario.free is None or not scenario.free.duration.any():
+        raise InputError(
+            f"{scenario.name}: no time is free, so nothing can be traded; accepted: a scenario "
+            "with times: fastest or after: fastest"
+        )
+    wrong = [factor for factor in factors if not 1.0 <= factor < np.inf]
+    if wrong or not len(factors):
+        given = f"{wrong[0]:g} is less than 1, or not finite" if wrong else "none is given"
+        raise InputError(f"factors of the least time: {given}; accepted: numbers of 1 or more")
+    objective = "effort" if scenario.robot is not None else "jerk"
+    document = scenario.free.document
+    bare: Edits = {(key,): REMOVED for key in ("duration", "objective") if key in document.data}
+    fastest = plan(scenario_of(edited(document, bare)))
+    least = fastest.trajectory.duration
+    points = []
+    for factor in sorted(set(factors)):
+        made = fastest
+        if factor > 1.0:
+            wanted: Edits = {("duration",): factor * least, ("objective",): objective}
+            made = plan(scenario_of(edited(document, {**bare, **wanted})))
+        points.append(_point(made, factor))
+    return Tradeoff(scenario.name, objective, tuple(points))
+
+
+def _point(made: Plan, factor: float) -> TradeoffPoint:
+    robot, motion = made.space.robot, made.trajectory
+    jerk = metrics.peak(motion, 3, made.space.limits["jerk"])
+    squared, torque, use, joint = None, None, None, ""
+    if robot is not None:
+        from knotwork.verification import torque_bound
+
+        squared = squared_effort(robot, motion)
+        bounds = torque_bound(robot, motion)
+        shares = [abs(one.value) / one.limit if one.limit else 0.0 for one in bounds]
+        values = [abs(one.value) for one in bounds]
+        worst = int(np.argmax(shares if any(shares) else values))
+        torque, joint = values[worst], motion.joint_names[worst]
+        use = shares[worst] or None
+    return TradeoffPoint(
+        factor, motion.duration, squared, torque, use, joint,
+        jerk.value, jerk.use, jerk.joint, made.report.ok,
+    )  # fmt: skip
+
+
+def squared_effort(robot: Robot, motion: JointTrajectory) -> float:
+    """Integral of the sum of the joints' torques squared [N² m² s], by Gauss and Legendre.
+
+    >>> made = kw.plan("panda_pick_place_fastest")
+    >>> squared_effort(made.space.robot, made.trajectory) > 0
+    True
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    total = 0.0
+    for start, end in zip(motion.breaks[:-1], motion.breaks[1:], strict=True):
+        half = 0.5 * (end - start)
+        times = start + half * (1.0 + nodes)
+        rows = zip(*(motion.polynomial(times, order) for order in range(3)), strict=True)
+        torques = np.array([robot.torque(*row) for row in rows])
+        total += half * float(weights @ (torques**2).sum(axis=1))
+    return float(total)

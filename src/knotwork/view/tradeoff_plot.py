@@ -1,0 +1,73 @@
+"""The curve of duration against torque and jerk as a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from knotwork.view.style import colour, dress, new_figure, printable, settings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Curve(Protocol):
+    """What is drawn: `knotwork.tradeoffs.Tradeoff`."""
+
+    @property
+    def scenario(self) -> str:
+        """Name of the scenario."""
+
+    @property
+    def objective(self) -> str:
+        """What is made least."""
+
+    @property
+    def points(self) -> Sequence[Any]:
+        """From the least time on."""
+
+
+def plot_tradeoff(curve: Curve) -> Figure:
+    """Draw duration against the integral of torque squared, peak torque and peak jerk.
+
+    Peaks are shown as parts of the limit where there is one.
+
+    >>> figure = plot_tradeoff(kw.tradeoff("panda_pick_place_fastest", factors=[1, 2]))
+    >>> [axis.get_ylabel() for axis in figure.axes]
+    ['∫τ² [N² m² s]', 'peak torque [%]', 'peak jerk [%]']
+
+    Args:
+        curve: What `knotwork.tradeoff` returns.
+
+    Returns:
+        A figure, not known to `pyplot`.
+    """
+    panels = [
+        ("∫τ² [N² m² s]", [point.squared_effort for point in curve.points]),
+        _shown("peak torque", "N m", curve.points, "peak_effort", "effort_use"),
+        _shown("peak jerk", "rad/s³", curve.points, "peak_jerk", "jerk_use"),
+    ]
+    drawn = [(label, values) for label, values in panels if None not in values]
+    durations = [point.duration for point in curve.points]
+    with settings():
+        figure = new_figure(len(drawn), 1)
+        axes = figure.subplots(len(drawn), 1, sharex=True, squeeze=False)[:, 0]
+        for i, (axis, (label, values)) in enumerate(zip(axes, drawn, strict=True)):
+            axis.plot(durations, values, marker="o", color=colour(i))
+            axis.set_ylabel(label)
+            axis.set_ylim(bottom=0.0)
+            dress(axis)
+        axes[-1].set_xlabel("duration [s]")
+        what = {"effort": "torque", "jerk": "jerk"}[curve.objective]
+        figure.suptitle(f"{printable(curve.scenario)}: duration against {what}")
+    return figure
+
+
+def _shown(
+    name: str, unit: str, points: Sequence[Any], value: str, use: str
+) -> tuple[str, list[Any]]:
+    """Values in percent of a limit, or as they are where there is none."""
+    uses = [getattr(point, use) for point in points]
+    if None not in uses:
+        return f"{name} [%]", [100.0 * share for share in uses]
+    return f"{name} [{unit}]", [getattr(point, value) for point in points]

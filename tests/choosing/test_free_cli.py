@@ -1,0 +1,140 @@
+"""The commands, where times are free."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from command_line import Command
+
+SWING = """\
+# two joints
+times: fastest # as fast as may be
+limits: {velocity: 2, acceleration: 4, jerk: 40}
+waypoints:
+  - {name: A, joints: {a: 0, b: 0}}
+  - {name: via, joints: {a: 1, b: -0.5}, velocity: free} # passed
+  - {name: B, joints: {a: 2, b: 0}}
+"""
+
+
+@pytest.fixture
+def swing(tmp_path: Path) -> Path:
+    path = tmp_path / "swing.yaml"
+    path.write_text(SWING)
+    return path
+
+
+def test_plan_says_what_it_chose_and_freezes_it(
+    swing: Path, knotwork: Command, tmp_path: Path
+) -> None:
+    frozen = tmp_path / "frozen.yaml"
+    ran = knotwork("plan", swing, "--freeze", frozen, "--budget", "20s", "--out", tmp_path / "out")
+    assert (ran.code, ran.err) == (0, "")
+    assert "above the lower bound" in ran.out
+    assert "A to via: a acceleration for" in ran.out
+    assert f"wrote {frozen}" in ran.out
+    assert "# passed" in frozen.read_text()
+    again = knotwork("plan", frozen, "--json")
+    assert again.code == 0
+    stored = json.loads((tmp_path / "out" / "trajectory.json").read_text())
+    assert json.loads(again.out)["plans"][0]["trajectory"] == stored
+    for scenario in (frozen, tmp_path / "out" / "scenario.yaml"):
+        assert knotwork("check", tmp_path / "out", "-s", scenario).code == 0
+    free = knotwork("check", tmp_path / "out", "-s", swing)
+    assert free.code == 2
+    assert "scenario.yaml" in free.err
+
+
+def test_json_has_what_was_chosen(swing: Path, knotwork: Command) -> None:
+    ran = knotwork("plan", swing, "--json")
+    assert ran.err == ""
+    (plan,) = json.loads(ran.out)["plans"]
+    chosen = plan["report"]["chosen_times"]
+    assert chosen["status"] == "optimal"
+    assert 0.0 < chosen["gap"] < 0.2
+    assert {one["quantity"] for one in chosen["binding"]} >= {"acceleration", "velocity"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--freeze", "f.yaml", "paper_case"), "paper_case: nothing is free, so there is nothing"),
+        (
+            ("--freeze", "f.yaml", "paper_case", "ur3_lid"),
+            "--freeze writes one file, and there are",
+        ),
+        (
+            ("--budget", "soon", "paper_case"),
+            "'soon' is not accepted; give a positive time such as",
+        ),
+        (("--budget", "-1s", "paper_case"), "'-1s' is not accepted"),
+        (("--budget", "0", "paper_case"), "'0' is not accepted"),
+    ],
+)
+def test_options_that_do_not_fit(arguments: tuple[str, ...], says: str, knotwork: Command) -> None:
+    ran = knotwork("plan", *arguments)
+    assert ran.code == 2
+    assert says in ran.err
+
+
+def test_compare_says_that_times_were_chosen(swing: Path, knotwork: Command) -> None:
+    ran = knotwork("compare", swing, "--planners", "modified-hermite,quintic")
+    assert ran.code == 0
+    assert "chosen once, and every planner got them" in ran.out
+    data = json.loads(knotwork("compare", swing, "--planners", "quintic", "--json").out)
+    assert data["times_chosen"] is True
+    assert "chosen once" not in knotwork("compare", "paper_case", "--planners", "cubic").out
+
+
+def test_knots_may_be_optimal_on_the_command_line(knotwork: Command) -> None:
+    ran = knotwork("plan", "paper_case", "--knots", "optimal", "--json")
+    assert ran.code == 0
+    (plan,) = json.loads(ran.out)["plans"]
+    assert plan["trajectory"]["breaks"][-1] == 25.0
+
+
+def test_tradeoff_as_table_files_and_picture(
+    swing: Path, knotwork: Command, tmp_path: Path
+) -> None:
+    picture = tmp_path / "curve.svg"
+    options = ("--factors", "1,1.5,2", "--plot", picture, "-o", tmp_path)
+    ran = knotwork("tradeoff", swing, *options)
+    assert (ran.code, ran.err) == (0, "")
+    assert "<svg" in picture.read_text()
+    data = json.loads((tmp_path / "tradeoff.json").read_text())
+    assert data["objective"] == "jerk"
+    least = kw.plan(swing).trajectory.duration
+    points = data["points"]
+    assert [point["factor"] for point in points] == [1.0, 1.5, 2.0]
+    assert np.allclose([p["duration"] for p in points], [least, 1.5 * least, 2 * least])
+    jerks = [point["peak_jerk"] for point in points]
+    assert sorted(jerks, reverse=True) == jerks
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "tradeoff.csv").read_text())))
+    assert [float(row["peak_jerk"]) for row in rows] == jerks
+    assert json.loads(knotwork("tradeoff", swing, "--factors", "1,1.5,2", "--json").out) == data
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("paper_case",), "paper_case: no time is free, so nothing can be traded"),
+        (("SWING", "--factors", "0.5,1"), "factors of the least time: 0.5 is less than 1"),
+        (("SWING", "--factors", "1,nan"), "factors of the least time: nan is less than 1, or not"),
+        (("SWING", "--factors", "one"), "'one' is not accepted; give numbers divided by commas"),
+        (("SWING", "--plot", "curve.txt"), ".txt"),
+    ],
+)
+def test_tradeoff_of_what_can_not_be_traded(
+    arguments: tuple[str, ...], says: str, swing: Path, knotwork: Command
+) -> None:
+    given = (str(swing) if one == "SWING" else one for one in arguments)
+    ran = knotwork("tradeoff", *given)
+    assert ran.code == 2
+    assert says in ran.err

@@ -1,0 +1,143 @@
+"""Free times of arms: poses, tool paths, torques, and the shipped scenarios frozen."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork.errors import InputError
+
+FREE = ["panda_pick_place_fastest", "panda_three_parts", "ur10_spray_fast", "ur5_palletise"]
+
+
+@cache
+def planned(name: str) -> kw.Plan:
+    return kw.plan(name)
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_a_frozen_scenario_gives_the_same_motion(name: str, tmp_path: Path) -> None:
+    made = planned(name)
+    path = made.freeze(tmp_path / f"{name}.yaml")
+    original = (Path(__file__).parents[2] / "scenarios" / f"{name}.yaml").read_text()
+    comments = [line for line in original.splitlines() if line.startswith("#")]
+    assert all(line in path.read_text() for line in comments)
+    again = kw.plan(path)
+    assert again.chosen is None
+    assert np.array_equal(again.trajectory.polynomial.x, made.trajectory.polynomial.x)
+    assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
+    again.report.raise_if_failed()
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_no_motion_is_below_its_lower_bound(name: str) -> None:
+    chosen = planned(name).chosen
+    assert chosen is not None
+    assert chosen.status == "optimal"
+    assert chosen.lower_bound <= chosen.duration
+    assert chosen.binding
+
+
+def test_the_strokes_keep_their_speed_and_turns_are_as_fast_as_may_be() -> None:
+    made = planned("ur10_spray_fast")
+    paths = made.scenario.paths
+    assert [path.stretches[0].speed for path in paths] == pytest.approx([0.3] * 3)
+    assert all(
+        path.stretches[0].end - path.stretches[0].start == pytest.approx(2.0) for path in paths
+    )
+    speeds = made.report.select(group="Tool paths", quantity="path_speed")
+    assert len(speeds) == 3
+    assert all(found.ok for found in speeds)
+    turns = [two.stretches[0].start - one.stretches[-1].end for one, two in pairwise(paths)]
+    assert max(turns) < 0.5  # the half circles of ur10_spray take 0.52 s
+
+
+def test_the_payload_bounds_the_times_by_torque() -> None:
+    made = planned("ur5_palletise")
+    assert made.chosen is not None
+    assert np.isinf(made.space.limits["acceleration"]).all()
+    assert any(one.quantity == "effort" for one in made.chosen.binding)
+    document = made.chosen.document.data
+    light = {**document, "tool": {"frame": "tool0", "offset": document["tool"]["offset"]}}
+    assert kw.plan(light).trajectory.duration < made.trajectory.duration
+
+
+def reach(*waypoints: dict[str, Any], **keys: Any) -> dict[str, Any]:
+    pose = {"position": [400, -200, 300], "rpy": [180, 0, 0]}
+    return {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "limits": {"acceleration": 400},
+        "waypoints": [{"name": "in", "pose": pose}, *waypoints],
+        **keys,
+    }
+
+
+def line(speed: Any, y: float = 200) -> dict[str, Any]:
+    return {"name": "out", "along": "line", "speed": speed, "pose": {"position": [400, y, 300]}}
+
+
+def passes(task: dict[str, Any]) -> bool:
+    try:
+        return kw.plan(task).report.ok
+    except InputError:
+        return False
+
+
+def test_the_greatest_speed_along_a_path() -> None:
+    """From rest to rest: the acceleration along the path bounds it, here by 516.398 mm/s."""
+    made = kw.plan(reach(line("fastest")))
+    made.report.raise_if_failed()
+    (path,) = made.scenario.paths
+    assert path.stretches[0].speed == pytest.approx(0.5164, rel=2e-3)
+    slow = {"velocity": 60, "acceleration": 400}
+    held = kw.plan(reach(line("fastest"), limits=slow))
+    held.report.raise_if_failed()
+    speed = 1e3 * held.scenario.paths[0].stretches[0].speed
+    assert 300 < speed < 516
+    assert not passes(reach(line(1.01 * speed), limits=slow))
+
+
+def test_a_speed_along_a_path_with_a_cap() -> None:
+    made = kw.plan(reach(line({"at_most": 60})))
+    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
+
+
+def test_limits_that_allow_no_speed_along_a_path() -> None:
+    with pytest.raises(InputError, match=r"waypoints\[1\]\.speed: the limits allow less than 10"):
+        kw.plan(reach(line("fastest"), limits={"acceleration": 1}))
+
+
+def test_a_speed_that_is_chosen_keeps_the_direction_of_a_given_one() -> None:
+    beyond = {"position": [400, 200, 350], "rpy": [180, 0, 0]}
+    middle = {"position": [400, 0, 300], "rpy": [180, 0, 0]}
+    tasks = [
+        reach({"pose": middle, "speed": speed}, {"pose": beyond}, times="fastest")
+        for speed in ("fastest", {"at_most": 100}, 100)
+    ]
+    free, capped, given = (kw.plan(task) for task in tasks)
+    for made in (free, capped, given):
+        made.report.raise_if_failed()
+    twists = [made.scenario.waypoints[1].linear for made in (free, capped, given)]  # type: ignore[union-attr]
+    assert np.linalg.norm(twists[0]) > 0.2
+    assert np.linalg.norm(twists[1]) == pytest.approx(0.1, rel=1e-5)
+    assert np.allclose(np.cross(twists[0], twists[2]), 0.0, atol=1e-12)
+    assert free.trajectory.duration < capped.trajectory.duration
+    assert capped.trajectory.duration == pytest.approx(given.trajectory.duration, rel=2e-2)
+
+
+def test_less_torque_for_a_longer_time() -> None:
+    curve = kw.tradeoff("panda_pick_place_fastest", factors=[1.0, 1.5])
+    assert curve.objective == "effort"
+    fast, slow = curve.points
+    assert fast.ok
+    assert slow.ok
+    assert fast.peak_effort is not None
+    assert slow.squared_effort is not None
+    assert slow.peak_jerk < fast.peak_jerk

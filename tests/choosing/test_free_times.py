@@ -1,0 +1,229 @@
+"""Times and speeds that a scenario leaves free: chosen, frozen, planned again."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import knotwork as kw
+from knotwork.errors import InputError
+from knotwork.scenario import load_scenario
+
+LIMITS = {"velocity": 2, "acceleration": 4}
+SMOOTH = {**LIMITS, "jerk": 40}
+
+
+def swing(*waypoints: dict[str, Any], **keys: Any) -> dict[str, Any]:
+    """Two joints from 0, through waypoints, as fast as may be."""
+    first = {"name": "first", "joints": {"a": 0, "b": 0}}
+    return {"times": "fastest", "limits": SMOOTH, "waypoints": [first, *waypoints], **keys}
+
+
+def to(a: float, b: float = 0.0, **keys: Any) -> dict[str, Any]:
+    return {"joints": {"a": a, "b": b}, **keys}
+
+
+def test_one_joint_from_rest_to_rest_is_as_fast_as_the_closed_form() -> None:
+    """With jerk J, acceleration A and velocity V reached: D/V + V/A + A/J."""
+    made = kw.plan(swing(to(2)))
+    made.report.raise_if_failed()
+    exact = 2 / 2 + 2 / 4 + 4 / 40
+    # seven pieces would be needed for all of it, and an interval has five
+    assert exact <= made.trajectory.duration < 1.04 * exact
+    assert made.chosen is not None
+    assert made.chosen.lower_bound == pytest.approx(2 / 2 + 2 / 4)  # without the jerk
+    assert made.chosen.lower_bound <= made.trajectory.duration
+
+
+def test_the_scenario_of_the_plan_has_numbers_and_no_free_times() -> None:
+    made = kw.plan(swing(to(1, velocity="free"), to(2)))
+    assert made.scenario.free is None
+    assert made.scenario.times[-1] == pytest.approx(made.trajectory.end_time)
+    velocity = made.space.targets[1].velocity
+    assert np.allclose(made.trajectory.velocity(made.scenario.times[1]), velocity, atol=1e-12)
+    assert velocity[0] > 1.5  # passed, not stopped at
+
+
+def test_a_velocity_that_is_free_is_faster_than_a_stop() -> None:
+    passing = kw.plan(swing(to(1, velocity="free"), to(2))).trajectory.duration
+    stopping = kw.plan(swing(to(1, stop=True), to(2))).trajectory.duration
+    assert passing < 0.9 * stopping
+
+
+def test_waits_and_given_times_stay() -> None:
+    made = kw.plan(swing(to(1, wait=0.3), to(2, after=1.7, stop=True), to(0)))
+    made.report.raise_if_failed()
+    times = made.scenario.times
+    assert times[2] - times[1] == pytest.approx(0.3, abs=1e-12)
+    assert times[3] - times[2] == pytest.approx(1.7, abs=1e-12)
+    inside = np.linspace(times[1], times[2], 50)
+    assert np.ptp(made.trajectory.position(inside), axis=0).max() == 0.0
+
+
+def test_at_least_bounds_a_time_from_below() -> None:
+    made = kw.plan(swing(to(0.1, after={"fastest": True, "at_least": 0.8})))
+    assert 0.8 <= made.trajectory.duration < 0.801
+
+
+def test_after_fastest_at_one_waypoint_alone() -> None:
+    task = swing(to(1, after=2, stop=True), to(2, after="fastest"))
+    del task["times"]
+    times = kw.plan(task).scenario.times
+    assert times[1] == 2.0
+    assert times[2] < 3.2
+
+
+def test_the_margin_is_used_by_planning_and_by_the_check() -> None:
+    made = kw.plan(swing(to(2), limits={**SMOOTH, "margin": 0.5}))
+    made.report.raise_if_failed()
+    assert made.trajectory.extrema("velocity").peak[0] <= 1.0
+    (found,) = made.report.select(name="a", quantity="velocity")
+    assert found.limit == pytest.approx(1.0)
+
+
+def test_a_given_duration_makes_the_smoothest_motion_of_that_length() -> None:
+    """From rest to rest without acceleration at the ends; the quintic is no cubic, but near."""
+    made = kw.plan(swing(to(1), duration=4.0))
+    made.report.raise_if_failed()
+    assert made.trajectory.duration == pytest.approx(4.0, abs=1e-9)
+    quintic = 720.0 / 4.0**5  # integral of jerk squared of the minimum over all curves
+    jerk = made.trajectory.polynomial.derivative(3)
+    squared = float((np.diff(jerk.x)[:, None] * jerk.c[-1] ** 2).sum())
+    assert quintic <= squared < 1.15 * quintic
+
+
+def test_optimal_knots_have_less_jerk_than_the_papers() -> None:
+    ends = [to(0.0), to(0.5, velocity={"a": 0.4}, after=2), to(2.0, after=3)]
+    task = {"waypoints": ends}
+
+    def squared_jerk(**how: Any) -> float:
+        jerk = kw.plan(task, **how).trajectory.polynomial.derivative(3)
+        return float((np.diff(jerk.x)[:, None] * jerk.c[-1] ** 2).sum())
+
+    assert squared_jerk(knots="optimal") < squared_jerk(knots="paper")
+    made = kw.plan({**task, "knots": "optimal"})
+    assert made.trajectory.end_time == 5.0
+    assert made.report.ok
+
+
+def test_the_same_task_gives_the_same_bytes(tmp_path: Path) -> None:
+    task = swing(to(1, -0.5, velocity="free"), to(2))
+    files = [kw.plan(task).save(tmp_path / str(i)) for i in range(2)]
+    for one, other in zip(*files, strict=True):
+        assert one.read_bytes() == other.read_bytes()
+    again = kw.plan(tmp_path / "0" / "scenario.yaml")
+    assert np.array_equal(again.trajectory.polynomial.c, kw.plan(task).trajectory.polynomial.c)
+
+
+FILE = """\
+# A swing; this comment and all others stay.
+units: {angle: deg}
+times: fastest # as fast as may be
+limits: {velocity: 120, acceleration: 240, jerk: 2400}
+waypoints:
+  # from here
+  - {name: first, joints: {a: 0, b: 0}}
+  - name: via
+    joints: {a: 60, b: -30} # passed
+    velocity: free
+    after: # longer than it must be
+      fastest: true
+      at_least: 0.9
+  - name: last
+    joints: {a: 120, b: 0}
+"""
+
+
+def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path: Path) -> None:
+    source = tmp_path / "swing.yaml"
+    source.write_text(FILE)
+    made = kw.plan(source)
+    text = made.freeze(tmp_path / "frozen.yaml").read_text()
+    for said in ("comment and all others stay", "# from here", "# passed", "longer than it must"):
+        assert said in text
+    assert "fastest" not in text
+    again = kw.plan(tmp_path / "frozen.yaml")
+    assert again.chosen is None
+    assert again.scenario.free is None
+    assert np.array_equal(again.trajectory.polynomial.x, made.trajectory.polynomial.x)
+    assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
+    assert kw.check(made.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok
+
+
+def test_a_mapping_is_frozen_too(tmp_path: Path) -> None:
+    made = kw.plan(swing(to(1, velocity="free", name="over the rim, and on"), to(2)))
+    again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
+    assert again.chosen is None
+    assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
+
+
+def test_aliases_that_can_not_be_written_into_are_said(tmp_path: Path) -> None:
+    source = tmp_path / "alias.yaml"
+    source.write_text(
+        "times: fastest\nlimits: {velocity: 2, acceleration: 4}\nwaypoints:\n"
+        "  - {joints: &here {a: 0}}\n  - &one {joints: {a: 1}, stop: true}\n"
+        "  - {joints: *here, stop: true}\n  - *one\n"
+    )
+    made = kw.plan(source)
+    with pytest.raises(InputError, match="aliases"):
+        made.freeze(tmp_path / "frozen.yaml")
+    assert not (tmp_path / "frozen.yaml").exists()
+
+
+def test_nothing_to_freeze(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nothing is free"):
+        kw.plan("paper_case").freeze(tmp_path / "frozen.yaml")
+
+
+def test_an_edited_frozen_scenario_is_said_to_be_stale(tmp_path: Path) -> None:
+    made = kw.plan(swing(to(1, velocity="free", name="via"), to(2)))
+    path = made.freeze(tmp_path / "frozen.yaml")
+    text = path.read_text()
+    moved = text.replace("joints: {a: 2, b: 0.0}", "joints: {a: 2.5, b: 0.0}")
+    assert moved != text
+    path.write_text(moved)
+    with pytest.raises(InputError, match=r"chosen.*for other waypoints than 'via'.*again"):
+        kw.plan(path)
+
+
+def test_a_scenario_with_free_times_checks_no_motion() -> None:
+    task = swing(to(2))
+    made = kw.plan(task)
+    with pytest.raises(InputError, match="leaves times or speeds free"):
+        kw.check(made.trajectory, load_scenario(task))
+
+
+def test_all_planners_get_the_chosen_times() -> None:
+    task = swing(to(1, 0.5, velocity="free"), to(2))
+    comparison = kw.compare(task, ["modified-hermite", "modified-hermite:paper", "quintic"])
+    assert comparison.times_chosen
+    durations = {row.duration for row in comparison.scores}
+    assert durations == {kw.plan(task).trajectory.duration}
+    chosen, paper, _ = comparison.scores
+    assert chosen.passed
+    assert not paper.passed
+    assert not kw.compare("paper_case", ["cubic"]).times_chosen
+
+
+def test_another_planner_gets_the_chosen_times() -> None:
+    made = kw.plan(swing(to(1, 0.5, velocity="free"), to(2)), planner="quintic")
+    assert made.left_out == ("chosen",)
+    assert made.chosen is not None
+    assert made.trajectory.duration == made.chosen.duration
+
+
+def test_the_report_says_what_was_chosen() -> None:
+    made = kw.plan(swing(to(1, velocity="free", name="via"), to(2, name="place")))
+    found = made.report.select(group="Chosen times")
+    assert {one.quantity for one in found} >= {"duration", "lower_bound", "binding_limits"}
+    said = [str(one) for one in found if one.quantity == "binding_limits"]
+    assert any(one.startswith("via to place: a acceleration for ") for one in said)
+    data = made.report_to_dict()["chosen_times"]
+    assert data["status"] == "optimal"
+    assert data["duration"] == made.trajectory.duration
+    assert data["gap"] == pytest.approx(data["duration"] / data["lower_bound"] - 1)
+    assert math.isclose(data["times"]["place"], made.trajectory.duration)

@@ -1,0 +1,138 @@
+"""Values put into the text of a YAML file: what is written is what is read, all else stays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from knotwork.documents import REMOVED, Document, edited, edited_text, parse
+from knotwork.errors import InputError
+
+TEXT = """\
+# Above.
+times: fastest # chosen
+# Before the units.
+units: {angle: deg}
+
+waypoints:
+  # first
+  - name: A   # here
+    joints: {a: 0,
+             b: 1}
+  - {name: B, joints: {a: 30}, after: {fastest: true}} # flow
+  - after:
+      fastest: true
+      at_least: 0.5
+    velocity: "free"  # via
+# The end.
+"""
+
+
+def test_everything_else_stays_to_the_letter() -> None:
+    edits = {
+        ("times",): REMOVED,
+        ("waypoints", 0, "after"): 0.25,
+        ("waypoints", 1, "after"): 1 / 3,
+        ("waypoints", 2, "after"): 1e-5,
+        ("waypoints", 2, "velocity"): {"a": -1.5, "b": 2},
+        ("chosen",): [{"times": [0.0, 0.5], "velocities": {"by the way, on": {"a": 1.0}}}],
+    }
+    assert edited_text(TEXT, edits) == (
+        TEXT.replace("times: fastest # chosen", "# chosen")
+        .replace("joints: {a: 0,", "after: 0.25\n    joints: {a: 0,")
+        .replace("{fastest: true}", "0.3333333333333333")
+        .replace("fastest: true\n      at_least: 0.5", "1e-05")
+        .replace('"free"', "{a: -1.5, b: 2}")
+        .replace(
+            "# The end.\n",
+            "# The end.\n"
+            "chosen:\n"
+            "  - times: [0.0, 0.5]\n"
+            "    velocities:\n"
+            '      "by the way, on": {a: 1.0}\n',
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "removed"),
+    [
+        ("a: 1\nb: 2\n", "b: 2\n"),
+        ("b: 2\na: 1", "b: 2\n"),
+        ("b: 2\na:\n  c: 1\n  d: [1,\n 2]\ne: 1\n", "b: 2\ne: 1\n"),
+        ("{a: 1, b: 2}", "{b: 2}"),
+        ("{b: 2, a: 1}", "{b: 2}"),
+        ("{a: 1}", "{}"),
+        ("b: 2\n# about a\na: 1 # it\n", "b: 2\n# about a\n# it\n"),
+    ],
+)
+def test_keys_are_taken_out(text: str, removed: str) -> None:
+    assert edited_text(text, {("a",): REMOVED}) == removed
+
+
+def test_an_alias_is_not_changed_in_silence() -> None:
+    with pytest.raises(InputError, match=r"can't be written .* at a\.b .*aliases"):
+        edited_text("a: &x {b: 1}\nc: *x\n", {("a", "b"): 2.0})
+
+
+PLAIN = (
+    st.none()
+    | st.booleans()
+    | st.integers(-9, 9)
+    | st.floats(-1e6, 1e6)
+    | st.text("aß: #'\"\n", max_size=5)
+)
+DATA = st.dictionaries(
+    st.text("abc #:", min_size=1, max_size=3),
+    st.recursive(
+        PLAIN,
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(st.sampled_from(["x", "y", "z"]), inner, max_size=3)
+        ),
+        max_leaves=8,
+    ),
+    min_size=1,
+    max_size=4,
+)
+
+
+def places(data: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    inner = data.items() if isinstance(data, dict) else enumerate(data)
+    found = []
+    for key, value in inner:
+        found.append((*place, key))
+        if isinstance(value, dict | list):
+            found += places(value, (*place, key))
+    return found
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data(), DATA, st.sampled_from([True, False, None]))
+def test_what_is_written_is_what_is_read(data: Any, content: Any, flow: bool | None) -> None:
+    text = yaml.safe_dump(content, default_flow_style=flow, allow_unicode=True, sort_keys=False)
+    try:
+        found = parse(text)
+    except InputError:
+        return
+    place = data.draw(st.sampled_from(places(found.data)))
+    mapping = not isinstance(place[-1], int)
+    value = data.draw(st.floats(-1e9, 1e9) | st.just(REMOVED) if mapping else st.floats(-1e9, 1e9))
+    edits: dict[Any, Any] = {place: value}
+    if mapping and data.draw(st.booleans()):
+        edits[(*place[:-1], "new")] = {"a": [1.5, 2.5], "b": 1e-7}
+    try:
+        result = edited_text(text, edits)
+    except InputError:
+        # refused rather than written wrong: a block can't be left without a key
+        around = edited(Document(found.data), edits).data
+        for key in place[:-1]:
+            around = around[key]
+        assert value is REMOVED
+        assert len(around) == len(edits) - 1
+        return
+    assert parse(result).data == edited(Document(found.data), edits).data
