@@ -11,7 +11,7 @@ import numpy as np
 
 from knotwork.arguments import finite_number
 from knotwork.errors import TimingError
-from knotwork.timing.attempts import Attempt, solved_section
+from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.costs import terms
@@ -19,11 +19,11 @@ from knotwork.timing.explain import explained
 from knotwork.timing.feasible import check_feasible
 from knotwork.timing.motion import Progress, TimedMotion
 from knotwork.timing.problem import TimingProblem, part_of
-from knotwork.timing.rebuild import Knots, rebuilt
-from knotwork.timing.section import guess_from
+from knotwork.timing.rebuild import rebuilt
+from knotwork.timing.section import Guess, guess_from
 from knotwork.timing.watch import Watch
+from knotwork.timing.windows import joined, solved_windows
 from knotwork.trajectory import JointTrajectory
-from knotwork.waypoints import FloatArray
 
 
 def solve(
@@ -36,8 +36,9 @@ def solve(
     """Choose what a problem leaves free, so that its objective is least and every limit is kept.
 
     Sections between waypoints where velocity and acceleration are both known do not depend on each
-    other, and each is solved alone. The optimum is a local one: the solver (IPOPT) starts from
-    plain cubics.
+    other, and each is solved alone; one of more than 24 intervals is solved in windows of 8, each
+    with 4 intervals ahead of it. The optimum is a local one: the solver (IPOPT) starts from plain
+    cubics.
 
     Args:
         problem: What is known, and the limits.
@@ -64,9 +65,11 @@ def solve(
     found: list[Attempt] = []
     for first, last in sections(problem):
         part = part_of(problem, first, last)
-        attempt = solved_section(
-            part, watch, None if start is None else guess_from(start, first, last)
-        )
+
+        def guess(one: int, other: int, first: int = first) -> Guess | None:
+            return None if start is None else guess_from(start, first + one, first + other)
+
+        attempt = solved_windows(part, watch, guess)
         if attempt is None:
             raise _failure(part, watch, budget)
         found.append(attempt)
@@ -76,7 +79,7 @@ def solve(
 
 def _motion(problem: TimingProblem, found: list[Attempt], watch: Watch) -> TimedMotion:
     """Put sections together."""
-    knots = _joined([one.found.knots for one in found])
+    knots = joined([one.found.knots for one in found])
     curve = rebuilt(knots)
     return TimedMotion(
         JointTrajectory(
@@ -115,22 +118,3 @@ def sections(problem: TimingProblem) -> list[tuple[int, int]]:
     known = problem.velocity_known & problem.acceleration_known
     known &= problem.total is None
     return list(pairwise([0, *(np.flatnonzero(known[1:-1]) + 1).tolist(), len(known) - 1]))
-
-
-def _joined(parts: list[Knots]) -> Knots:
-    """Put sections one after another; where they meet they agree."""
-    if len(parts) == 1:
-        return parts[0]
-    durations = np.concatenate([np.diff(one.time) for one in parts])
-
-    def points(name: str) -> FloatArray:
-        arrays = [getattr(one, name) for one in parts]
-        return np.concatenate([*(array[:-1] for array in arrays[:-1]), arrays[-1]])
-
-    return Knots(
-        np.concatenate(([0.0], np.cumsum(durations))),
-        np.concatenate([one.share for one in parts]),
-        points("position"),
-        points("velocity"),
-        np.concatenate([one.acceleration for one in parts]),
-    )

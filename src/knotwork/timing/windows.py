@@ -1,0 +1,101 @@
+"""Long motions solved window by window, so that the time it takes grows linearly.
+
+What happens at a waypoint matters less and less to those farther away: a disturbance of the C2
+curve shrinks some twelve times a waypoint. So each window is solved with some intervals ahead of
+it, whose solution is thrown away, and the next window starts from the state that is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from knotwork.timing.attempts import Attempt, solved_section
+from knotwork.timing.problem import TimingProblem, part_of
+from knotwork.timing.rebuild import Knots, rebuilt
+from knotwork.timing.section import Found, Guess
+from knotwork.timing.watch import Watch
+from knotwork.waypoints import FloatArray
+
+KEPT = 8
+"""Intervals of each window that are kept."""
+
+AHEAD = 4
+"""Intervals after these that are solved with them."""
+
+LONGEST = 24
+"""Motions of up to as many intervals are solved at once."""
+
+
+def solved_windows(
+    problem: TimingProblem,
+    watch: Watch,
+    guess: Callable[[int, int], Guess | None],
+) -> Attempt | None:
+    """Solve a section, window by window if it is long.
+
+    Args:
+        problem: The section.
+        watch: What the steps are told to.
+        guess: Where to start between two waypoints.
+
+    Returns:
+        The motion, or `None` if there is none.
+    """
+    last = len(problem.position) - 1
+    if last <= LONGEST or problem.total is not None:
+        return solved_section(problem, watch, guess(0, last))
+    velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
+    along = np.array(problem.along)
+    kept: list[Attempt] = []
+    first = 0
+    while first < last:
+        end = last if last - first <= KEPT + 2 * AHEAD else first + KEPT + AHEAD
+        given = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
+        found = solved_section(part_of(given, first, end), watch, guess(first, end))
+        if found is None:
+            # the state it starts from may be the reason
+            return None if watch.late() else solved_section(problem, watch, guess(0, last))
+        count = end - first if end == last else KEPT
+        kept.append(replace(found, found=_first_part(found.found, count)))
+        knots = kept[-1].found.knots
+        first += count
+        velocity[first], along[first] = knots.velocity[-1], False
+        acceleration[first] = knots.acceleration[-1, -1]
+    knots = joined([one.found.knots for one in kept])
+    curve = rebuilt(knots)
+    cost = sum(one.cost for one in kept)
+    return Attempt(Found(knots, curve), cost, all(one.optimal for one in kept))
+
+
+def _first_part(found: Found, count: int) -> Found:
+    knots = found.knots
+    part = Knots(
+        knots.time[: count + 1],
+        knots.share[:count],
+        knots.position[: count + 1],
+        knots.velocity[: count + 1],
+        knots.acceleration[:count],
+    )
+    return Found(part, found.curve)
+
+
+def joined(parts: list[Knots]) -> Knots:
+    """Put parts one after another; where they meet they agree."""
+    if len(parts) == 1:
+        return parts[0]
+    durations = np.concatenate([np.diff(one.time) for one in parts])
+
+    def points(name: str) -> FloatArray:
+        arrays = [getattr(one, name) for one in parts]
+        return np.concatenate([*(array[:-1] for array in arrays[:-1]), arrays[-1]])
+
+    return Knots(
+        np.concatenate(([0.0], np.cumsum(durations))),
+        np.concatenate([one.share for one in parts]),
+        points("position"),
+        points("velocity"),
+        np.concatenate([one.acceleration for one in parts]),
+    )

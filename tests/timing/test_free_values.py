@@ -1,0 +1,163 @@
+"""What may be left free or given: velocities, directions, durations, totals, accelerations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from timing_cases import assert_kept, random_problem
+
+from knotwork.timing import Objective, Progress, TimedMotion, TimingLimits, TimingProblem, solve
+
+
+@pytest.fixture(scope="module")
+def problem() -> TimingProblem:
+    return random_problem(3, 5, 3)
+
+
+@pytest.fixture(scope="module")
+def fastest(problem: TimingProblem) -> TimedMotion:
+    return solve(problem)
+
+
+def test_free_velocities_save_time(problem: TimingProblem, fastest: TimedMotion) -> None:
+    velocity = np.array(problem.velocity)
+    velocity[1:-1] = np.nan
+    free = replace(problem, velocity=velocity)
+    motion = solve(free)
+    assert_kept(free, motion)
+    assert motion.duration < 0.95 * fastest.duration
+
+
+def test_along_a_direction_only_the_factor_is_chosen(problem: TimingProblem) -> None:
+    along = np.array([False, True, True, True, False])
+    asked = replace(problem, along=along, most=np.full(5, 0.7))
+    motion = solve(asked)
+    assert_kept(asked, motion)
+    for i in (1, 2, 3):
+        direction = problem.velocity[i]
+        factor = motion.velocity[i] @ direction / (direction @ direction)
+        assert -1e-12 <= factor <= 0.7 + 1e-8
+        np.testing.assert_allclose(motion.velocity[i], factor * direction, atol=1e-14)
+
+
+def test_given_durations_and_lower_bounds_are_kept(
+    problem: TimingProblem, fastest: TimedMotion
+) -> None:
+    h = np.diff(fastest.time)
+    asked = replace(
+        problem,
+        duration=[np.nan, 1.2 * h[1], np.nan, np.nan],
+        at_least=[0.0, 0.0, 1.3 * h[2], 0.0],
+    )
+    assert_kept(asked, solve(asked))
+
+
+def test_accelerations_that_are_known_are_met_exactly(problem: TimingProblem) -> None:
+    acceleration = np.full((5, 3), np.nan)
+    acceleration[[0, 2, 4]] = 0.0
+    asked = replace(problem, acceleration=acceleration)
+    motion = solve(asked)
+    assert_kept(asked, motion)
+    assert not motion.acceleration[[0, 2, 4]].any()
+    # The two sections don't depend on each other.
+    first = TimingProblem(
+        problem.joint_names,
+        problem.position[:3],
+        problem.velocity[:3],
+        problem.limits,
+        acceleration=acceleration[:3],
+    )
+    assert solve(first).duration == pytest.approx(motion.time[2], rel=1e-9)
+
+
+def test_a_given_total_makes_the_smoothest_motion(
+    problem: TimingProblem, fastest: TimedMotion
+) -> None:
+    found = []
+    for stretch in (1.02, 1.2, 1.5):
+        asked = replace(
+            problem, total=stretch * fastest.duration, objective=Objective(time=0.0, jerk=1.0)
+        )
+        motion = solve(asked)
+        assert_kept(asked, motion)
+        assert motion.duration == pytest.approx(stretch * fastest.duration, rel=1e-12)
+        span = np.diff(motion.trajectory.breaks)[:, None]
+        jerk = 6.0 * motion.trajectory.polynomial.c[0]
+        assert motion.objective["jerk"] == pytest.approx(float(np.sum(jerk**2 * span)))
+        found.append(motion.objective["jerk"])
+    assert found[0] > found[1] > found[2]
+
+
+def test_weights_trade_time_for_jerk(problem: TimingProblem, fastest: TimedMotion) -> None:
+    smooth = solve(replace(problem, objective=Objective(time=1.0, jerk=1e-3)))
+    assert smooth.duration > fastest.duration
+    assert smooth.trajectory.extrema("jerk").peak.max() < (
+        fastest.trajectory.extrema("jerk").peak.max()
+    )
+
+
+def test_positions_stay_inside_their_limits() -> None:
+    limits = TimingLimits([2.0], [1.0], [3.0])
+    free = TimingProblem(("a",), [[0], [1], [0]], [[0], [1], [0]], limits)
+    reached = float(solve(free).trajectory.extrema("position").maximum[0])
+    limits = replace(limits, lower=[-5.0], upper=[0.9 * reached + 0.1 * 1.5])
+    asked = replace(free, limits=limits)
+    assert limits.upper < reached
+    assert_kept(asked, solve(asked))
+
+
+def test_through_a_waypoint_at_the_limits() -> None:
+    """A velocity exactly at its limit and a position exactly at one leave the solver no room."""
+    limits = TimingLimits([1.0, 1.0], [1.0, 1.0], [5.0, 5.0], lower=[0, 0], upper=[2.0, 0.5])
+    asked = TimingProblem(("a", "b"), [[0, 0], [1, 0.5], [2, 0]], [[0, 0], [1, 0], [0, 0]], limits)
+    assert_kept(asked, solve(asked))
+
+
+def test_short_cuts_between_speeds_are_found() -> None:
+    """Too slow for a stop, the joint would have to go back: 39 s instead of one."""
+    limits = TimingLimits([2.0], [0.1], [1.0])
+    asked = TimingProblem(("a",), [[0], [1]], [[1], [1]], limits)
+    motion = solve(asked)
+    assert_kept(asked, motion)
+    assert motion.duration < 1.0
+
+
+def test_the_same_problem_gives_the_same_bytes(problem: TimingProblem) -> None:
+    one, other = solve(problem), solve(problem)
+    assert one.trajectory.polynomial.c.tobytes() == other.trajectory.polynomial.c.tobytes()
+    assert one.time.tobytes() == other.time.tobytes()
+
+
+def test_a_motion_found_before_is_a_good_start(
+    problem: TimingProblem, fastest: TimedMotion
+) -> None:
+    position = np.array(problem.position)
+    position[2] += 0.01
+    moved = replace(problem, position=position)
+    warm, cold = solve(moved, start=fastest), solve(moved)
+    assert_kept(moved, warm)
+    assert warm.iterations < cold.iterations
+    assert warm.duration < 1.03 * cold.duration
+
+
+def test_progress_is_told_and_changes_nothing(problem: TimingProblem, fastest: TimedMotion) -> None:
+    told: list[Progress] = []
+    motion = solve(problem, progress=told.append)
+    assert len(told) == motion.iterations
+    assert told[-1].violation < 1e-6
+    assert motion.duration == fastest.duration
+
+
+def test_what_binds_is_said(fastest: TimedMotion) -> None:
+    assert {one.quantity for one in fastest.binding} & {"velocity", "acceleration", "jerk"}
+    assert all(0.0 < one.share <= 1.0 for one in fastest.binding)
+
+
+def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    long = random_problem(8, 32, 2)
+    windows = solve(long)
+    assert_kept(long, windows)
+    monkeypatch.setattr("knotwork.timing.windows.LONGEST", 1000)
+    assert windows.duration < 1.01 * solve(long).duration

@@ -1,0 +1,114 @@
+"""Problems without a solution: each error names the place, the limit and what would do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from timing_cases import random_problem
+
+from knotwork.errors import InputError, TimingError
+from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
+
+LIMITS = TimingLimits([2.0], [1.0], [100.0])
+
+
+def one_joint(
+    position: Any, velocity: Any, limits: TimingLimits = LIMITS, **given: Any
+) -> TimingProblem:
+    column = [np.reshape(x, (-1, 1)) for x in (position, velocity)]
+    return TimingProblem(("elbow",), *column, limits, names=tuple("abcd"[: len(position)]), **given)
+
+
+def failure(problem: TimingProblem, **options: Any) -> TimingError:
+    with pytest.raises(TimingError) as raised:
+        solve(problem, **options)
+    return raised.value
+
+
+def test_a_velocity_above_its_limit() -> None:
+    error = failure(one_joint([0, 1, 0], [0, 4, 0]))
+    assert (error.waypoint, error.joint, error.limit) == (1, "elbow", "velocity")
+    assert (error.value, error.bound) == (4.0, 2.0)
+    assert "'b'" in str(error)
+    assert "0.5 times" in str(error)
+
+
+def test_an_acceleration_above_its_limit() -> None:
+    error = failure(one_joint([0, 1], [0, 0], acceleration=[[3.0], [np.nan]]))
+    assert (error.waypoint, error.limit, error.bound) == (0, "acceleration", 1.0)
+
+
+def test_a_waypoint_outside_the_position_limits() -> None:
+    limits = replace(LIMITS, lower=[-1.0], upper=[0.5])
+    error = failure(one_joint([0, 1], [0, 0], limits))
+    assert (error.waypoint, error.limit, error.bound) == (1, "position", 0.5)
+
+
+def test_a_speed_that_cannot_be_stopped_before_the_limit() -> None:
+    limits = replace(LIMITS, lower=[-1.0], upper=[1.2])
+    error = failure(one_joint([0, 1, 0], [0, 1, 0], limits))
+    assert (error.waypoint, error.limit) == (1, "position")
+    assert error.bound == pytest.approx(np.sqrt(0.4))
+
+
+def test_a_given_time_that_is_too_short() -> None:
+    error = failure(one_joint([0, 1, 0], [0, 0, 0], duration=[np.nan, 1.0]))
+    assert (error.waypoint, error.interval, error.limit) == (1, True, "duration")
+    assert error.bound == pytest.approx(2.0)  # bang-bang: 2 sqrt(1 / 1)
+
+
+def test_a_time_that_only_the_jerk_makes_too_short() -> None:
+    limits = replace(LIMITS, jerk=[4.0])
+    free = solve(one_joint([0, 1], [0, 0], limits))
+    error = failure(one_joint([0, 1], [0, 0], limits, duration=[0.99 * free.duration]))
+    assert error.limit == "duration"
+    assert error.bound == pytest.approx(free.duration, rel=1e-3)
+
+
+def test_a_time_between_passing_and_going_back() -> None:
+    limits = TimingLimits([2.0], [0.1], [100.0])
+    error = failure(one_joint([0, 1], [1, 1], limits, duration=[20.0]))
+    assert error.bound == pytest.approx(1.0263340389897)
+    assert "at least 38.97" in str(error)
+
+
+def test_a_total_that_is_too_short() -> None:
+    smooth = Objective(time=0.0, jerk=1.0)
+    error = failure(one_joint([0, 1, 0], [0, 0, 0], total=3.0, objective=smooth))
+    assert (error.limit, error.value) == ("duration", 3.0)
+    assert error.bound == pytest.approx(4.0)
+
+
+def test_no_limit_that_gives_a_least_time() -> None:
+    error = failure(one_joint([0, 1], [0, 0], TimingLimits([1.0])))
+    assert error.joint == "elbow"
+
+
+def test_an_interval_in_which_nothing_moves() -> None:
+    error = failure(one_joint([0, 0, 1], [0, 0, 0]))
+    assert (error.waypoint, error.interval, error.limit) == (0, True, "duration")
+    solve(one_joint([0, 0, 1], [0, 0, 0], at_least=[0.2, 0.0]))
+
+
+def test_contradictory_limits() -> None:
+    """Nothing given is beyond a limit, but braking within the jerk limit takes too far."""
+    limits = TimingLimits([2.0], [1.0], [0.7], lower=[-9.0], upper=[1.55])
+    error = failure(
+        one_joint([0, 1, 0], [0, 1, 0], limits, acceleration=[[np.nan], [0.0], [np.nan]])
+    )
+    assert error.joint == "elbow"
+    assert error.limit in ("jerk", "acceleration", "velocity", "position")
+    assert error.bound is not None
+
+
+def test_a_budget_that_is_too_small_is_no_answer() -> None:
+    error = failure(random_problem(1, 8, 5), budget=1e-6)
+    assert "allow more time" in str(error)
+
+
+def test_effort_needs_dynamics() -> None:
+    with pytest.raises(InputError, match="need dynamics"):
+        one_joint([0, 1], [0, 0], TimingLimits([1.0], [1.0], effort=[1.0]))
