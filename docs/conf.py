@@ -51,7 +51,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_type_aliases = {
-    name: name for name in ("ArrayLike", "FloatArray", "EndAcceleration", "Drawable")
+    name: name for name in ("ArrayLike", "FloatArray", "BoolArray", "EndAcceleration", "Drawable")
 }
 autodoc_class_signature = "mixed"
 autodoc_preserve_defaults = True
@@ -78,8 +78,9 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(knotwork\.view\.motions\.)?Drawable"),
     (r"py:.*", r"EndAcceleration"),
     (r"py:.*", r"(knotwork\.view\.window\.)?Window"),
-    # NumPy's array of floats under a shorter name.
+    # Arrays of NumPy under shorter names.
     (r"py:.*", r"(knotwork\.waypoints\.)?FloatArray"),
+    (r"py:.*", r"(knotwork\.timing\.problem\.)?BoolArray"),
 ]
 
 html_theme = "furo"
