@@ -48,6 +48,7 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         "start": "home",
         "near": "home",
         "branch": {"shoulder": "left", "elbow": "up", "wrist": "flip"},
+        "prefer": "clearance",
         "pull_to_middle": 1.0,
         "planner": "modified-hermite",
         "knots": {"balanced": 0.3},

@@ -21,6 +21,7 @@ from knotwork.scenario import Scenario, load_scenario
 from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
+from knotwork.verification.collisions import GROUP as COLLISIONS
 from knotwork.verification.paths import GROUP as PATHS
 from knotwork.waypoints import JointWaypoints
 
@@ -51,6 +52,8 @@ class Score:
             check finds [m]; `None` without such paths.
         tool_path_speed_error: Largest difference from the speed asked for along them, as a part of
             it; `None` where no speed is asked for.
+        clearance: How much nearer the nearest pair of bodies may come to one another than the check
+            finds it [m]: its distance beyond the margin to keep; `None` where none is checked.
         duration: [s]
         required, failed: How much the check requires, and how much of that fails: waypoints,
             continuity, limits, tool paths and whatever else it looks at.
@@ -72,6 +75,7 @@ class Score:
     path_turn: float | None
     tool_path_deviation: float | None
     tool_path_speed_error: float | None
+    clearance: float | None
     duration: float
     required: int
     failed: int
@@ -303,11 +307,18 @@ def _score(
         path_deviation=deviation.position if deviation is not None else None,
         path_turn=deviation.orientation if deviation is not None else None,
         **_along_paths(report, scenario.tolerances.path_speed),
+        clearance=_clearance(report),
         duration=trajectory.duration,
         required=required,
         failed=required - met,
         time_to_plan=seconds,
     )
+
+
+def _clearance(report: Report) -> float | None:
+    """Distance of the nearest pair beyond its margin [m]."""
+    found = report.select(group=COLLISIONS, quantity="clearance")
+    return min(((one.value or 0.0) - (one.limit or 0.0) for one in found), default=None)
 
 
 def _along_paths(report: Report, allowed: float) -> dict[str, Any]:
@@ -324,7 +335,7 @@ def _along_paths(report: Report, allowed: float) -> dict[str, Any]:
     }
 
 
-_NOT_RANKED = ("planner", "duration", "required")
+_NOT_RANKED = ("planner", "clearance", "duration", "required")
 COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
 
 TIE = 0.01

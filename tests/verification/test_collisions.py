@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import knotwork as kw
 from command_line import Command
-from knotwork.errors import InputError
+from knotwork.errors import FollowingError, InputError
 from knotwork.verification import Finding
 
 Array = NDArray[np.float64]
@@ -391,6 +391,77 @@ def test_no_shipped_robot_collides_with_itself_at_home(name: str) -> None:
     assert not [found for found in still.report.failures if found.group == "Collisions"]
     if name != "planar2":
         assert len(pairs(still.report)) > 8
+
+
+# The choice of solutions
+
+
+def test_a_sequence_whose_motion_collides_is_not_taken() -> None:
+    """The best sequence of the valve has its wrist in its forearm; with it, the check fails."""
+    plan = kw.plan("ur5_valve")
+    assert plan.report.ok
+    (tried,) = plan.report.select(quantity="sequences_tried")
+    assert "the first that does not" in tried.message
+    task = dict(plan.scenario.document.data)  # type: ignore[union-attr]
+    task.pop("scene")
+    alone = kw.plan({**task, "collisions": {"self": False}})
+    assert alone.report.ok
+    report = kw.check(alone.trajectory, plan.scenario)
+    assert {"wrist_3_link, forearm_link"} <= {found.name for found in report.failures}
+
+
+def test_solutions_that_collide_at_a_waypoint_are_not_taken() -> None:
+    """A ball is where the wrist is in the solution of least travel."""
+    place = {"position": [0.45, 0.0, 0.4], "rotation_vector": [math.pi, 0, 0]}
+    waypoints = [{"name": "there", "after": 4, "pose": place}]
+    task = {"robot": "ur5", "start": "home", "waypoints": waypoints}
+    free = kw.plan(task)
+    q = free.joint_waypoints.position[-1]
+    robot = free.space.robot
+    assert robot is not None
+    pin.forwardKinematics(robot.model, robot.data, q)
+    wrist = robot.data.oMi[4].translation  # from the root of the URDF, which is the base
+    ball = {"sphere": 0.015, "position": wrist.tolist()}
+    blocked = kw.plan({**task, "scene": {"objects": {"ball": ball}}})
+    assert blocked.report.ok
+    assert np.abs(blocked.joint_waypoints.position[-1] - q).max() > 0.1
+    assert blocked.solution is not None
+    assert blocked.solution.choices[0].alternative is not None
+
+
+def test_a_path_that_leads_into_an_object_names_it_and_where(knotwork: Command) -> None:
+    ends = [{"position": [0.45, y, 0.3], "rotation_vector": [math.pi, 0, 0]} for y in (-0.2, 0.3)]
+    along = {"along": "line", "speed": 0.1, "pose": {"position": ends[1]["position"]}}
+    task = {
+        "robot": "ur5",
+        "scene": {"objects": {"wall": {"box": [2, 0.02, 2], "position": [0, 0.35, 0]}}},
+        "start": "home",
+        "waypoints": [{"name": "on", "after": 3, "pose": ends[0]}, {**along, "name": "off"}],
+    }
+    with pytest.raises(FollowingError) as error:
+        kw.plan(task)
+    assert error.value.cause == "collision"
+    assert "comes too near to wall" in str(error.value)
+    assert 0.3 < error.value.arc_length < 0.5
+
+
+def test_clearance_is_preferred_where_it_is_asked_for() -> None:
+    place = {"position": [0.3, 0.2, 0.2], "rotation_vector": [math.pi, 0, 0]}
+    table = {"table": {"box": [0.6, 0.6, 0.1], "position": [0.5, 0, -0.06]}}
+    task = {
+        "robot": "ur5",
+        "start": "home",
+        "scene": {"objects": table},
+        "waypoints": [{"name": "there", "after": 6, "pose": place}],
+    }
+    ends = []
+    for prefer in ("travel", "clearance"):
+        plan = kw.plan({**task, "prefer": prefer})
+        q = dict(zip(plan.trajectory.joint_names, plan.joint_waypoints.position[-1], strict=True))
+        still = [{"joints": q}, {"joints": q, "after": 1}]
+        report = kw.plan({"robot": "ur5", "scene": task["scene"], "waypoints": still}).report
+        ends.append(min(found.value or 0.0 for found in report.select(quantity="clearance")))
+    assert ends[1] >= ends[0]
 
 
 # Meshes

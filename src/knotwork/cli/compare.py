@@ -38,11 +38,13 @@ _MORE = (
         "tool_path_speed_error": "speed off\nthe path's [%]",
         "path_deviation": "off the\nline [mm]",
         "path_turn": "turned off\nthe line [deg]",
+        "clearance": "clearance\n[mm]",
         "time_to_plan": "time to\nplan [ms]",
     },
 )
 _FACTORS = {
     "path_deviation": 1e3,
+    "clearance": 1e3,
     "path_turn": 57.29577951308232,
     "tool_path_deviation": 1e3,
     "tool_path_speed_error": 1e2,

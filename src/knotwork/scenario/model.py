@@ -237,6 +237,7 @@ class Scenario:
         near: Joint values (or configuration) that solutions are to be near, or `None`.
         branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
+        prefer: What decides among solutions: `"travel"` or `"clearance"`.
         pull_to_middle: For a redundant arm, how fast its joints are pulled to the middle of their
             ranges while the tool passes a waypoint [1/s]; 0 for not at all.
         planner: Name of the planner, with a rule after a colon or without.
@@ -282,6 +283,7 @@ class Scenario:
     gravity: FloatArray | None = None
     near: JointValues | None = None
     branch: str | Mapping[str, str] = "free"
+    prefer: str = "travel"
     pull_to_middle: float = 0.0
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"

@@ -124,6 +124,7 @@ class _Resolver:
             gravity=np.array(file.gravity) if file.gravity is not None else None,
             near=self.reader.joint_values(file.near, ("near",)) if file.near is not None else None,
             branch=self._branch(),
+            prefer=file.prefer,
             pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
@@ -179,8 +180,8 @@ class _Resolver:
                 )
         places: list[Location] = [
             (key,)
-            for key in ("tool", "gravity", "near", "branch", "pull_to_middle")
-            if getattr(self.file, key) not in (None, "free")
+            for key in ("tool", "gravity", "near", "branch", "prefer", "pull_to_middle")
+            if getattr(self.file, key) not in (None, "free", "travel")
         ]
         places += [(key,) for key in ("scene", "collisions") if key in self.file.model_fields_set]
         places += [

@@ -207,6 +207,11 @@ class ScenarioFile(StrictModel):
         description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
         "it, hold it fixed, or the one named; for arms of six joints, all others have near",
     )
+    prefer: Literal["travel", "clearance"] = Field(
+        "travel",
+        description="What decides among solutions that nothing else rules out: least travel, or "
+        "most room to everything at the waypoints, up to 0.1 m; near comes before",
+    )
     pull_to_middle: Positive | None = Field(
         None,
         description="For an arm of more than six joints: where it passes a pose at speed, its "

@@ -144,7 +144,9 @@ class Explanation:
         if self.found.sequence.cost.infeasible > 0.0:
             return f"least beyond the velocity limits{asked}"
         aim = "nearest to near" if self.search.near is not None else "least travel"
-        if candidates.free and self.robot.dof > 6 and self.search.near is None:
+        if self.search.prefers_clearance:
+            aim = "most clearance"
+        elif candidates.free and self.robot.dof > 6 and self.search.near is None:
             aim = "least travel, and clear of limits and singularities"
         left = len(candidates.q) - feasible
         fast = f"; {left} too fast for the joints" if left else ""
@@ -186,6 +188,8 @@ class Explanation:
         hindrance, extra = "", None
         if cost.collisions > least.collisions:
             hindrance = "collides"
+        elif self.search.prefers_clearance and cost.distance > least.distance:
+            hindrance = "comes nearer to something"
         elif not cost.worse_than(least):
             same = self.search.near is None
             extra = cost.travel - least.travel if same else cost.distance - least.distance
