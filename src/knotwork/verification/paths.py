@@ -83,8 +83,8 @@ def _stretch(
             name=f"{begin} to {end}",
             quantity="full_speed",
             verdict="information",
-            message=f"from {begin!r} to {end!r} the full speed, {scale * stretch.speed:.5g} "
-            f"{length}/s, is asked for from {full[0]:.3f} s to {full[1]:.3f} s: the tool goes at "
-            f"{scale * found.slowest:.5g} to {scale * found.fastest:.5g} {length}/s",
+            message=f"{begin!r} to {end!r}: at {scale * found.slowest:.5g} to "
+            f"{scale * found.fastest:.5g} {length}/s from {full[0]:.3f} s to {full[1]:.3f} s, "
+            f"where the full speed is {scale * stretch.speed:.5g} {length}/s",
             interval=full,
         )
