@@ -178,6 +178,19 @@ def test_a_path_that_the_arm_cannot_follow_says_where_and_why() -> None:
     assert e.value.cause == "velocity limit"
 
 
+def test_a_path_that_a_branch_cannot_follow_names_branches_that_can() -> None:
+    on = {**FIRST, "stop": True, "pose": {"position": [450, 300, 300], "rpy": [180, 60, 0]}}
+    pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
+    off = {**LINE, "speed": 250, "stop": True, "pose": pose}
+    asked = {"shoulder": "right", "elbow": "down", "wrist": "flip"}
+    with pytest.raises(FollowingError, match=r"in the branch asked for at 'on'") as error:
+        kw.plan(task(on, off, branch=asked))
+    _, _, others = str(error.value).partition("a branch that leads along it: ")
+    assert "shoulder right, elbow up, no flip; or " in others
+    assert "shoulder right, elbow down, flip" not in others
+    kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.errors import BranchError
 from knotwork.kinematics.sequence.candidates import Candidates
@@ -66,16 +67,30 @@ def allowed(scenario: Scenario, robot: Robot, index: int, candidates: Candidates
         return np.arange(1)
     if isinstance(wanted, str):
         return np.arange(len(candidates.q))
+    rows = np.flatnonzero(in_branch(scenario, candidates))
+    if not rows.size:
+        raise no_branch(scenario, robot, index, candidates)
+    return rows
+
+
+def in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_]:
+    """Which candidates are in the branch asked for by name; all if none is."""
+    wanted = scenario.branch
+    if isinstance(wanted, str):
+        return np.ones(len(candidates.q), dtype=bool)
     signs = np.array(
         [
             0.0 if k not in wanted else 1.0 if wanted[k] == words[0] else -1.0
             for k, words in FLAGS.items()
         ]
     )
-    rows = np.flatnonzero((candidates.flags * signs >= 0).all(axis=1))
-    if not rows.size:
-        raise no_branch(scenario, robot, index, candidates)
-    return rows
+    return np.asarray((candidates.flags * signs >= 0).all(axis=1))
+
+
+def described(robot: Robot, candidates: Candidates) -> tuple[str, ...]:
+    """The branches of candidates in words, each once; empty for an arm without."""
+    said = dict.fromkeys(describe_flags(robot, flags) for flags in candidates.flags)
+    return tuple(name for name in said if name)
 
 
 def no_branch(
@@ -85,7 +100,7 @@ def no_branch(
     target = scenario.waypoints[index]
     there: tuple[str, ...] = ()
     if candidates is not None:
-        there = tuple(dict.fromkeys(describe_flags(robot, flags) for flags in candidates.flags))
+        there = described(robot, candidates)
     wanted = scenario.branch
     asked = (
         "the branch of the waypoints before it"

@@ -15,6 +15,7 @@ from knotwork.kinematics.sequence.nearness import limit_nearness
 from knotwork.kinematics.solutions.configuration_flags import configuration_flags
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.task_to_joint.branches import described, in_branch
 from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.waypoints import FloatArray
 
@@ -101,12 +102,15 @@ class Ties:
         free = found.free(robot, back, turns)
         contacts = self._contacts(found, np.unique(back[free]))
         free &= ~np.isin(back, list(contacts))
-        if not free.any():
+        asked = in_branch(self.scenario, start)
+        tried = np.flatnonzero(asked if asked.any() else ~asked)
+        if not free[tried].any():
             hindrances = [
-                found.hindrance(robot, int(b), turn) or contacts[int(b)]
-                for b, turn in zip(back, turns, strict=True)
+                found.hindrance(robot, int(back[i]), turns[i]) or contacts[int(back[i])]
+                for i in tried
             ]
-            raise self._blocked(robot, path, start, hindrances)
+            others = described(robot, taken(start, free))
+            raise self._blocked(robot, path, taken(start, tried), hindrances, others)
         kept = np.flatnonzero(free)
         return kept, [
             self._candidates(robot, path, start, found, kept, back, turns, k)
@@ -153,23 +157,35 @@ class Ties:
         path: ScenarioPath,
         start: Candidates,
         hindrances: list[Hindrance],
+        others: tuple[str, ...],
     ) -> FollowingError:
         """The error for a path that can't be followed.
 
         It tells of the start with which a lower speed would do, if there is one, and else of that
-        which leads farthest.
+        which leads farthest; and of the branches that lead along the path, if another was asked
+        for.
         """
-        best = max(hindrances, key=lambda one: (one.part or 0.0, one.time))
+        index, best = max(
+            enumerate(hindrances),
+            key=lambda pair: (pair[1].part or 0.0, pair[1].time),
+        )
         k = next(k for k, one in enumerate(path.stretches) if best.time <= one.end)
         begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
-        count = len(hindrances)
+        first, count = self.scenario.waypoints[path.first], len(hindrances)
         tried = "the only solution" if count == 1 else f"the best of all {count} solutions"
+        if not isinstance(self.scenario.branch, str):
+            tried += " in the branch asked for"
+        words = "".join(f" ({name})" for name in described(robot, taken(start, [index])))
+        remedy = "begin a new path at a stop, before which the arm may change its branch"
+        if others:
+            remedy = f"ask for a branch that leads along it: {'; or '.join(others)}"
         return following_error(
             robot,
             path.motion,
             best,
-            f"the path from {begin.name!r} can't be followed: with {tried} at {begin.name!r},",
-            "begin a new path at a stop, before which the arm may change its branch",
+            f"the path from {begin.name!r} can't be followed: with {tried} at {first.name!r}"
+            f"{words},",
+            remedy,
             since=begin.time,
             shown_length=self.scenario.shown_length,
             waypoint=end.name,
