@@ -198,7 +198,7 @@ def test_a_path_that_a_branch_cannot_follow_names_branches_that_can() -> None:
         ({"along": {"arc": {"through": [450, 0, 60]}}}, "on a line"),
         ({"along": {"arc": {"radius": 20, "normal": [0, 0, 1]}}}, "must be at least"),
         ({"along": {"arc": {}}}, "gives no form of arc"),
-        ({"along": "curve"}, "must be one of line, {arc:),
+        ({"along": "curve"}, "must be one of line, {arc:"),
         ({"along": {"points": "nowhere.csv"}}, "nowhere.csv"),
         ({"blend": 5}, "rounds the corner between two lines"),
         ({"speed": None}, "neither speed nor after"),
