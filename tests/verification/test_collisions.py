@@ -12,6 +12,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from collision_truth import Truth
 from numpy.typing import NDArray
 
@@ -517,6 +518,64 @@ def test_a_hull_fills_a_bowl_and_an_exact_mesh_does_not(tmp_path: Path) -> None:
     deeper = bowl_task(tmp_path / "bowl.stl", exact=True)
     deeper["waypoints"][1]["pose"] = {"position": [500, 0, 45], "rpy": DOWN}
     assert not pairs(kw.plan(deeper).report)["tool, bowl"].ok
+
+
+def shell_of(boxes: list[tuple[float, float, bool]], path: Path) -> None:
+    """Write cubes by edge, height of the middle and whether their triangles face inwards."""
+    parts = []
+    for edge, height, inwards in boxes:
+        part = trimesh.creation.box([edge] * 3)
+        part.apply_translation([0, 0, height])
+        if inwards:
+            part.invert()
+        parts.append(part)
+    trimesh.util.concatenate(parts).export(path)
+
+
+@pytest.mark.parametrize(
+    ("boxes", "clear"),
+    [
+        ([(4.0, 0.0, False)], False),
+        ([(4.0, 0.0, True)], False),
+        ([(4.0, 0.0, False), (3.5, 0.0, True)], True),
+        ([(4.0, 0.0, True), (3.5, 0.0, False)], True),
+        ([(4.0, 0.0, False), (4.0, 0.1, True)], False),
+    ],
+)
+def test_which_way_triangles_face_makes_no_difference(
+    boxes: list[tuple[float, float, bool]], clear: bool, tmp_path: Path
+) -> None:
+    shell_of(boxes, tmp_path / "room.stl")
+    report = swing({"room": {"mesh": str(tmp_path / "room.stl"), "exact": True}}).report
+    found = report.select(quantity="clearance")
+    assert found
+    assert all(one.ok == clear for one in found)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_every_part_of_a_mesh_is_looked_for_inside_another(order: int, tmp_path: Path) -> None:
+    shell_of([(20, 60, False), (20, 400, False)][::order], tmp_path / "tool.stl")
+    shell_of([(200, 0, True)], tmp_path / "shell.stl")
+    robot = kw.load_robot("ur5")
+    home = robot.configurations["home"]
+    place = robot.forward(home)
+    joints = dict(zip(robot.joint_names, home.tolist(), strict=True))
+    task = {
+        "units": {"length": "mm"},
+        "robot": "ur5",
+        "tool": {"frame": "tool0", "shape": {"mesh": str(tmp_path / "tool.stl"), "exact": True}},
+        "scene": {"objects": {"shell": {
+            "mesh": str(tmp_path / "shell.stl"), "exact": True,
+            "position": (1000 * place.act(np.array([0, 0, 0.4]))).tolist(),
+            "rotation_vector": pin.log3(place.rotation).tolist(),
+        }}},
+        "waypoints": [
+            {"joints": joints},
+            {"joints": {**joints, robot.joint_names[-1]: joints[robot.joint_names[-1]] + 0.5},
+             "after": 3},
+        ],
+    }  # fmt: skip
+    assert not pairs(kw.plan(task).report)["tool, shell"].ok
 
 
 def test_a_body_inside_an_exact_mesh_collides(tmp_path: Path) -> None:

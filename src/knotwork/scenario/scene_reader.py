@@ -54,7 +54,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
     return Scene(
         objects=objects,
         tool=tuple(
-            _shape(reader, shape, ("tool", "shape", *(() if one else (i,))))
+            _shape(reader, shape, ("tool", "shape", *(() if one else (i,))), moves=True)
             for i, shape in enumerate(shapes)
         ),
         held=tuple(
@@ -93,7 +93,7 @@ def _held(
         raise reader.document.error(
             (*place, "to"), f"{given.leave!r} is not after {given.take!r}", "a waypoint after it"
         )
-    shape = _shape(reader, given, place)
+    shape = _shape(reader, given, place, moves=True)
     return HeldObject(name, shape, given.take, given.leave, tuple(given.allow))
 
 
@@ -102,8 +102,14 @@ def _shape(
     given: ShapeFile | SceneObjectFile | HeldObjectFile,
     place: Location,
     frame: str | None = None,
+    *,
+    moves: bool = False,
 ) -> Shape:
     """A shape in SI, placed in the frame that carries it, or if one is named in the base."""
+    if moves and given.half_space is not None:
+        raise reader.document.error(
+            (*place, "half_space"), "moves with the tool, which a half space can't", "a box"
+        )
     placement = reader.placement(given, place)
     if frame is not None:
         placement = reader.frames[reader.frames.find(frame, (*place, "in"))] * placement

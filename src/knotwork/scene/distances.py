@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import coal
@@ -101,7 +102,8 @@ def one_inside_the_other(
 ) -> bool:
     """Whether one of two solids whose surfaces do not meet is inside the other.
 
-    Coal takes a mesh for its surface: the distance from inside it is positive.
+    Coal takes a mesh for its surface: the distance from inside it is positive. Every connected part
+    of the inner one is looked at.
     """
     for outer, turn, shift, inner, turned, shifted in (
         (first, rotation1, origin1, second, rotation2, origin2),
@@ -109,19 +111,46 @@ def one_inside_the_other(
     ):
         if outer.triangles is None or inner.plane is not None:
             continue
-        point = turned @ _a_point(inner) + shifted
-        if winding_number(outer.triangles, turn.T @ (point - shift)) > 0.5:
+        points = _points(inner) @ turned.T + shifted
+        if any(_is_inside(outer, point) for point in (points - shift) @ turn):
             return True
     return False
 
 
-def _a_point(solid: Solid) -> FloatArray:
-    """A point of a solid, in its own axes [m]."""
-    if solid.triangles is not None:
-        return np.asarray(solid.triangles[0, 0])
+def _is_inside(solid: Solid, point: FloatArray) -> bool:
+    """Whether a point is inside a mesh that is taken as it is, whichever way its triangles wind.
+
+    A part within another one that winds the other way is the wall of a cavity, which is outside.
+    Where parts overlap otherwise, what two of them enclose is inside.
+    """
+    assert solid.triangles is not None
+    assert solid.parts is not None
+    around, winds = [], 0
+    for part in range(solid.parts.max() + 1):
+        triangles = solid.triangles[solid.parts == part]
+        winding = round(winding_number(triangles, point))
+        if winding:
+            winds += winding
+            corners = triangles.reshape(-1, 3)
+            around.append((corners.min(axis=0), corners.max(axis=0)))
+    if winds or not around:
+        return winds != 0
+    around.sort(key=lambda box: -float(np.prod(box[1] - box[0])))
+    nested = all(
+        (outer[0] < inner[0]).all() and (inner[1] < outer[1]).all()
+        for outer, inner in itertools.pairwise(around)
+    )
+    return not nested
+
+
+def _points(solid: Solid) -> FloatArray:
+    """A point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
+    if solid.triangles is not None and solid.parts is not None:
+        _, first = np.unique(solid.parts, return_index=True)
+        return np.asarray(solid.triangles[first, 0])
     if isinstance(solid.geometry, coal.Convex):
-        return np.array(solid.geometry.point(0))
-    return np.zeros(3)  # the middle of the other solids
+        return np.array([solid.geometry.point(0)])
+    return np.zeros((1, 3))  # the middle of the other solids
 
 
 def world_axes(

@@ -225,6 +225,15 @@ class _Builder:
     def _check_names(self, bodies: Sequence[Body]) -> None:
         names = list(dict.fromkeys([*(body.name for body in bodies), *self.robot.frame_names]))
         scene = self.scene
+        links = {link for link, *_ in placed_links(self.robot)}
+        for place, name in (
+            *((("scene", "objects", one.name), one.name) for one in scene.objects),
+            *((("tool", "holds", held.name), held.name) for held in scene.held),
+        ):
+            if name in links and self.document is not None:
+                raise self.document.error(
+                    place, "is the name of a link of the robot", "any other name"
+                )
         for i, pair in enumerate(scene.rules.ignore):
             self._known(pair, names, ("collisions", "ignore", i))
         for one in scene.objects:
@@ -241,7 +250,7 @@ class _Builder:
     def _pairs(self, bodies: Sequence[Body]) -> tuple[list[Pair], list[IgnoredPair]]:
         pairs, ignored = [], []
         at_home = self._touching_at_home(bodies)
-        reasons = self._given_reasons(bodies)
+        reasons, by_files = self._given_reasons(), self._reasons_of_files()
         for i, first in enumerate(bodies):
             for j in range(i + 1, len(bodies)):
                 second = bodies[j]
@@ -256,7 +265,8 @@ class _Builder:
                     own = {first.kind, second.kind} <= {"link", "tool"}
                     if own and not self.scene.rules.itself:
                         continue
-                    reason = reasons.get(frozenset((first.name, second.name)))
+                    names = frozenset((first.name, second.name))
+                    reason = reasons.get(names) or (by_files.get(names) if own else None)
                     reason = reason or self._reason(first, second)
                     if reason is None and own and frozenset((i, j)) in at_home:
                         reason = AT_HOME
@@ -281,16 +291,21 @@ class _Builder:
             return ADJACENT
         return None
 
-    def _given_reasons(self, bodies: Sequence[Body]) -> dict[frozenset[str], str]:
-        """Reasons that files give, by the names of the pair."""
+    def _reasons_of_files(self) -> dict[frozenset[str], str]:
+        """Reasons that the robot's file and its SRDF give for links, by the names of the pair."""
         reasons: dict[frozenset[str], str] = {}
-        robot, scene = self.robot, self.scene
+        robot = self.robot
         if robot.srdf is not None:
             changed = robot.srdf.stat().st_mtime_ns
             for first, second, why in disabled_pairs(robot.srdf, changed):
                 said = f" ({why})" if why else ""
                 reasons[frozenset((first, second))] = f"the SRDF disables it{said}"
-        reasons |= {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
+        return reasons | {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
+
+    def _given_reasons(self) -> dict[frozenset[str], str]:
+        """Reasons that the scenario gives, by the names of the pair."""
+        reasons: dict[frozenset[str], str] = {}
+        scene = self.scene
         allowed = [(one.name, one.allow) for one in scene.objects]
         allowed += [(held.name, held.allow) for held in scene.held]
         for name, others in allowed:

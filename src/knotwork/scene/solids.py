@@ -9,6 +9,9 @@ from typing import Any
 
 import coal
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from knotwork.errors import InputError
 from knotwork.meshes.reading import read_mesh, read_points
@@ -38,6 +41,7 @@ class Solid:
         plane: Unit normal and offset of a half space in the joint's axes, shape (4,), or `None`.
         triangles: Of a mesh that is not taken as its hull: corners in its own axes [m], shape
             (n, 3, 3); `None` for all that is convex.
+        parts: Which connected part each of those triangles is of, shape (n,); `None` as well.
     """
 
     shape: Shape
@@ -47,6 +51,7 @@ class Solid:
     corners: FloatArray
     plane: FloatArray | None = None
     triangles: FloatArray | None = None
+    parts: NDArray[np.intp] | None = None
 
     @property
     def hull(self) -> FloatArray | None:
@@ -75,14 +80,14 @@ def solid(shape: Shape, carrier: Any) -> Solid:
     """
     placed = carrier * shape.placement
     turn, shift = np.array(placed.rotation), np.array(placed.translation)
-    triangles = None
+    triangles, parts = None, None
     if shape.path is not None:
         try:
             changed = shape.path.stat().st_mtime_ns
         except OSError as error:
             raise InputError(f"mesh {shape.path} can't be read: {error.strerror}") from error
         if shape.exact:
-            geometry, triangles = _exact(shape.path, changed, shape.scale)
+            geometry, triangles, parts = _exact(shape.path, changed, shape.scale)
         else:
             geometry = _hull(shape.path, changed, shape.scale)
     elif shape.kind == "half_space":
@@ -103,7 +108,8 @@ def solid(shape: Shape, carrier: Any) -> Solid:
     geometry.computeLocalAABB()
     low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
     corners = low + _CORNERS * (high - low)
-    return Solid(shape, geometry, turn, shift, corners @ turn.T + shift, triangles=triangles)
+    around = corners @ turn.T + shift
+    return Solid(shape, geometry, turn, shift, around, triangles=triangles, parts=parts)
 
 
 @lru_cache(maxsize=256)
@@ -126,8 +132,10 @@ def _thickened(points: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=32)
-def _exact(path: Path, changed: int, scale: tuple[float, float, float]) -> tuple[Any, FloatArray]:
-    """A mesh as it is, and the corners of its triangles."""
+def _exact(
+    path: Path, changed: int, scale: tuple[float, float, float]
+) -> tuple[Any, FloatArray, NDArray[np.intp]]:
+    """A mesh as it is, the corners of its triangles, and the connected part that each is of."""
     parts = read_mesh(path)
     corners = np.concatenate([part.points[part.triangles] for part in parts]) * np.array(scale)
     points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
@@ -146,11 +154,13 @@ def _exact(path: Path, changed: int, scale: tuple[float, float, float]) -> tuple
     mesh.addVertices(points)
     mesh.addTriangles(faces)
     mesh.endModel()
-    return mesh, points[faces]
+    joined = coo_array((np.ones(len(edges)), edges.T), shape=(len(points), len(points)))
+    part = np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
+    return mesh, points[faces], part[faces[:, 0]]
 
 
 def winding_number(triangles: FloatArray, point: FloatArray) -> float:
-    """How often closed triangles, shape (n, 3, 3), wind around a point: 1 inside, 0 outside.
+    """How often closed triangles, shape (n, 3, 3), wind around a point: ±1 inside, 0 outside.
 
     The sum of their solid angles (van Oosterom and Strackee, 1983) over 4π.
     """
