@@ -123,8 +123,8 @@ def _is_inside(solid: Solid, point: FloatArray) -> bool:
     A part within another one that winds the other way is the wall of a cavity, which is outside.
     Where parts overlap otherwise, what two of them enclose is inside.
     """
-    assert solid.triangles is not None
-    assert solid.parts is not None
+    if solid.triangles is None or solid.parts is None:
+        return False
     around, winds = [], 0
     for part in range(solid.parts.max() + 1):
         triangles = solid.triangles[solid.parts == part]

@@ -10,8 +10,6 @@ from typing import Any
 import coal
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from knotwork.errors import InputError
 from knotwork.meshes.reading import read_mesh, read_points
@@ -136,6 +134,9 @@ def _exact(
     path: Path, changed: int, scale: tuple[float, float, float]
 ) -> tuple[Any, FloatArray, NDArray[np.intp]]:
     """A mesh as it is, the corners of its triangles, and the connected part that each is of."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     parts = read_mesh(path)
     corners = np.concatenate([part.points[part.triangles] for part in parts]) * np.array(scale)
     points, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
