@@ -317,3 +317,14 @@ def test_a_line_that_a_speed_and_the_time_speak_of_is_named(after: float, warned
     assert bool(named) is warned
     if warned:
         assert "leaves the straight line by 37" in named[0]
+
+
+def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None:
+    seam = {**LINE, "along": {"points": [[450, y, 60] for y in (-60, -50, -40, 0, 40)]}}
+    assert kw.plan(task(FIRST, seam, UP)).report.ok
+    seam["along"] = {"points": [[450, y, 60] for y in (-20, -10, 0, 10, 20, 40)]}
+    with pytest.raises(InputError) as error:
+        kw.plan(task(FIRST, seam, UP))
+    said = str(error.value)
+    assert "waypoints[1].along: the first of its points is 80 from waypoints[0]" in said
+    assert "no farther from them than 60" in said

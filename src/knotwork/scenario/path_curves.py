@@ -12,7 +12,7 @@ import numpy as np
 
 from knotwork import tool_paths
 from knotwork.documents import Document
-from knotwork.errors import InputError
+from knotwork.errors import InputError, PathError
 from knotwork.scenario.waypoint_schema import ORIENTATIONS, AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve
 from knotwork.waypoints import FloatArray
@@ -27,6 +27,9 @@ NEAR = 1e-9
 
 ROUNDED, ROUNDED_ANGLE = 1e-6, 1e-3
 """Points [m] and orientations [rad] of a file that are so near those of a waypoint are its own."""
+
+APART = 3.0
+"""Points of a curve may begin and end so many times their largest spacing from a waypoint."""
 
 ROUNDING = 1e-6
 """A blend may be longer than half a line by this part of it."""
@@ -100,6 +103,7 @@ class PathCurves:
         self, i: int, along: AlongPoints, start: FloatArray, end: FloatArray
     ) -> Curve:
         points, rotations = self._points(i, along)
+        self._check_ends(i, points, start, end)
         if np.linalg.norm(points[0] - start) > ROUNDED:
             points = np.vstack((start, points))
             if rotations is not None:
@@ -129,6 +133,24 @@ class PathCurves:
         else:
             points = self.length * np.array(along.points)
         return points @ placed.rotation.T + placed.translation, rotations
+
+    def _check_ends(self, i: int, points: FloatArray, start: FloatArray, end: FloatArray) -> None:
+        """Refuse points that are far from a waypoint of the path for how close they are."""
+        spacing = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        if not spacing.size:
+            return
+        allowed = APART * float(spacing.max())
+        ends = (("first", points[0], i - 1, start), ("last", points[-1], i, end))
+        for which, point, waypoint, place in ends:
+            gap = float(np.linalg.norm(point - place))
+            if gap > allowed:
+                raise PathError(
+                    f"the {which} of its points is {gap / self.length:.6g} from waypoints"
+                    f"[{waypoint}], more than {APART:g} times as far as the points are apart "
+                    f"({float(spacing.max()) / self.length:.6g} at most); the points must begin "
+                    f"and end at the waypoints, or no farther from them than "
+                    f"{allowed / self.length:.6g}"
+                )
 
     def _unturned(self, i: int) -> bool:
         """Whether the pose of a waypoint gives no orientation."""
