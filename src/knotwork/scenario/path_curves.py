@@ -137,7 +137,7 @@ class PathCurves:
     def _check_ends(self, i: int, points: FloatArray, start: FloatArray, end: FloatArray) -> None:
         """Refuse points that are far from a waypoint of the path for how close they are."""
         spacing = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        if not spacing.size:
+        if not spacing.size or not spacing.all():  # those that repeat are named elsewhere
             return
         allowed = APART * float(spacing.max())
         ends = (("first", points[0], i - 1, start), ("last", points[-1], i, end))
