@@ -446,6 +446,28 @@ def test_a_path_that_leads_into_an_object_names_it_and_where(knotwork: Command) 
     assert 0.3 < error.value.arc_length < 0.5
 
 
+def test_a_contact_on_a_path_is_named_before_a_joint_limit_behind_it() -> None:
+    here = {**REACH_OVER["waypoints"][0]}
+    there = {"name": "there", "along": "line", "speed": 50, "pose": {"position": [500, 200, 150]}}
+    scene = {"margin": 5, "objects": {"wall": REACH_OVER["scene"]["objects"]["wall"]}}
+    with pytest.raises(FollowingError) as error:
+        kw.plan({**REACH_OVER, "scene": scene, "waypoints": [here, there]})
+    assert error.value.cause == "collision"
+    assert "tool comes too near to wall" in str(error.value)
+    # the tool has a radius of 20 mm, the wall is 20 mm thick, and 5 mm are kept
+    assert error.value.arc_length == pytest.approx(0.165, abs=2e-4)
+
+
+def test_every_contact_of_a_pair_is_told() -> None:
+    said = pairs(kw.plan(REACH_OVER).report)["tool, wall"].message
+    times = re.findall(r"from (\d+\.\d+) s to (\d+\.\d+) s", said)
+    found = [(float(start), float(end)) for start, end in times]
+    # by distances at 3001 times
+    assert found[0] == pytest.approx((1.018, 1.324), abs=5e-3)
+    assert found[1] == pytest.approx((4.512, 4.824), abs=5e-3)
+    assert len(found) == 2
+
+
 def test_clearance_is_preferred_where_it_is_asked_for() -> None:
     place = {"position": [0.3, 0.2, 0.2], "rotation_vector": [math.pi, 0, 0]}
     table = {"table": {"box": [0.6, 0.6, 0.1], "position": [0.5, 0, -0.06]}}

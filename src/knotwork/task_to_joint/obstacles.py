@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 LOOKS = 24
 """At so many times along a path candidates are looked at; the check proves what is between."""
 
+HALVINGS = 20
+"""Of the step in which a contact begins."""
+
 FAR = 0.1
 """Where clearance is preferred, all that is farther away than this [m] is as good."""
 
@@ -115,9 +118,28 @@ class Obstacles:
                     for i in range(before + 1, k + 1)
                     if self.collides(found.position[i, start], float(found.time[i]))
                 )
-                return float(found.time[first]), self._said(found, first, start)
+                return self._begin(found, first, start), self._said(found, first, start)
             before = k
         return None
+
+    def _begin(self, found: Continuation, step: int, start: int) -> float:
+        """When the contact begins that is there at a step and not at the one before [s]."""
+        high = float(found.time[step])
+        if step == 0 or not found.time[step - 1] < high:
+            return high
+        from scipy.interpolate import CubicHermiteSpline
+
+        low, rows = float(found.time[step - 1]), slice(step - 1, step + 1)
+        way = CubicHermiteSpline(
+            found.time[rows], found.position[rows, start], found.velocity[rows, start]
+        )
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            if self.collides(way(middle), middle):
+                high = middle
+            else:
+                low = middle
+        return high
 
     def _said(self, found: Continuation, step: int, start: int) -> str:
         """What collides at a step."""

@@ -105,8 +105,9 @@ class Ties:
         asked = in_branch(self.scenario, start)
         tried = np.flatnonzero(asked if asked.any() else ~asked)
         if not free[tried].any():
+            contacts |= self._contacts(found, np.setdiff1d(back[tried], list(contacts)))
             hindrances = [
-                found.hindrance(robot, int(back[i]), turns[i]) or contacts[int(back[i])]
+                _first(found.hindrance(robot, int(back[i]), turns[i]), contacts.get(int(back[i])))
                 for i in tried
             ]
             others = described(robot, taken(start, free))
@@ -118,7 +119,7 @@ class Ties:
         ]
 
     def _contacts(self, found: Continuation, ways: Any) -> dict[int, Hindrance]:
-        """The collisions of ways on which nothing else is in the way, by their starts' indices."""
+        """The first collisions of ways that have any, by their starts' indices."""
         if self.obstacles is None:
             return {}
         contacts = {int(b): self.obstacles.first_contact(found, int(b)) for b in ways}
@@ -191,6 +192,17 @@ class Ties:
             waypoint=end.name,
             where=end.where,
         )
+
+
+def _first(other: Hindrance | None, contact: Hindrance | None) -> Hindrance:
+    """What is in the way first; a velocity limit comes last, as it is not in the way of all speeds.
+
+    Args:
+        other: A limit or a singularity, or `None`.
+        contact: A collision, or `None` where there is another hindrance.
+    """
+    both = [one for one in (other, contact) if one is not None]
+    return min(both, key=lambda one: (one.kind == "velocity limit", one.time))
 
 
 def taken(candidates: Candidates, rows: Any) -> Candidates:

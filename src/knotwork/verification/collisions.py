@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 GROUP = "Collisions"
 QUANTITY = "clearance"
 
+MOST_CONTACTS = 5
+"""So many contacts of a pair are told with their times; of more, the number."""
+
 AT_WAYPOINT = 1e-6
 """A time this near to that of a waypoint [s] is at the waypoint."""
 
@@ -153,9 +156,18 @@ def _message(
         how = f"is {-scale * found.distance:.4g} {unit} deep in"
     both = " and ".join(_shown(scale * point) for point in points)
     return (
-        f"{second} {how} {first} {where}{keep} (too near from {start:.3f} s to {end:.3f} s; "
+        f"{second} {how} {first} {where}{keep} (too near {_when(found)}; "
         f"nearest points {both} {unit}); {_way_out(found, model, motion, scenario, robot)}"
     )
+
+
+def _when(found: Clearance) -> str:
+    """From when to when two bodies are too near, each time."""
+    said = [f"from {start:.3f} s to {end:.3f} s" for start, end in found.contacts]
+    if len(said) > MOST_CONTACTS:
+        more = len(said) - MOST_CONTACTS
+        said = [*said[:MOST_CONTACTS], f"{more} more {'times' if more > 1 else 'time'}"]
+    return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
 
 
 def _between(scenario: Scenario, time: float) -> str:

@@ -54,6 +54,9 @@ BLOCK = 2000
 BUDGET = 100_000
 """Distances that are measured at most. What is open then is undecided."""
 
+LOOKS = 200
+"""Contacts of a pair that collides are looked for at so many steps of the time it is there."""
+
 EDGE = 1e-4
 """The ends of a contact are found to this [s]."""
 
@@ -72,6 +75,7 @@ class Clearance:
         nearest: The nearest points then, in the axes of the URDF's root.
         verdict: `"clear"`, `"collides"` (or is nearer than the margin) or `"undecided"`.
         interval: From when to when [s] they are too near, or it is undecided; else `None`.
+        contacts: Each time from when to when they are too near [s]; `interval` is the worst.
         evaluations: How often their distance was measured.
     """
 
@@ -85,6 +89,7 @@ class Clearance:
     nearest: Nearest
     verdict: str
     interval: tuple[float, float] | None
+    contacts: tuple[tuple[float, float], ...]
     evaluations: int
 
 
@@ -292,9 +297,11 @@ class _Search:
             distance, time = float(self.distance[worst[k]]), float(self.time[worst[k]])
             nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
             verdict, interval = "clear", None
+            contacts: tuple[tuple[float, float], ...] = ()
             left = [one for one in self.undecided if one[0] in combos[k]]
             if distance <= pair.margin:
-                verdict, interval = "collides", self._contact(k, time)
+                verdict, contacts = "collides", self._contacts(k, time)
+                interval = next((one for one in contacts if one[0] <= time <= one[1]), (time, time))
             elif left:
                 verdict = "undecided"
                 interval = min(one[1] for one in left), max(one[2] for one in left)
@@ -310,6 +317,7 @@ class _Search:
                     nearest,
                     verdict,
                     interval,
+                    contacts,
                     int(self.measurements[combos[k]].sum()),
                 )
             )
@@ -322,25 +330,38 @@ class _Search:
         bodies = self.model.bodies[pair.first], self.model.bodies[pair.second]
         return nearest_of_bodies(self.model.meter, *bodies, rotation, origin).distance
 
-    def _contact(self, k: int, time: float) -> tuple[float, float]:
-        """From when to when the bodies are too near, about a time at which they are."""
-        margin = self.model.pairs[k].margin
+    def _contacts(self, k: int, time: float) -> tuple[tuple[float, float], ...]:
+        """From when to when the bodies are too near, each time; one of the times is known.
+
+        A contact that is shorter than the steps between the looks may be missed beside that one.
+        """
+        pair = self.model.pairs[k]
         low, high = self.windows[k].tolist()
-        step = (high - low) / 200
-        ends = []
-        for bound, sign in ((low, -1.0), (high, 1.0)):
-            near, far = time, time
-            while self._distance(k, far) <= margin and far != bound:
-                near, far = far, min(max(far + sign * step, low), high)
-            if self._distance(k, far) > margin:
-                while abs(far - near) > EDGE:
-                    middle = (near + far) / 2
-                    if self._distance(k, middle) <= margin:
-                        near = middle
-                    else:
-                        far = middle
-            ends.append(far)
-        return ends[0], ends[1]
+        if self._distance(k, time) > pair.margin:
+            return ((low, high),)  # inside a mesh whose surface it never meets
+        times = np.union1d(np.linspace(low, high, LOOKS + 1), [time])
+        rotation, origin = self._placed(times.tolist())
+        bodies = self.model.bodies[pair.first], self.model.bodies[pair.second]
+        near = [
+            nearest_of_bodies(self.model.meter, *bodies, turn, shift).distance <= pair.margin
+            for turn, shift in zip(rotation, origin, strict=True)
+        ]
+        change = np.flatnonzero(np.diff(near))
+        edges = [self._edge(k, *times[i : i + 2].tolist()) for i in change.tolist()]
+        edges = [*([low] if near[0] else []), *edges, *([high] if near[-1] else [])]
+        return tuple(zip(edges[::2], edges[1::2], strict=True))
+
+    def _edge(self, k: int, low: float, high: float) -> float:
+        """When the bodies come too near, or cease to be, between two times [s]."""
+        margin = self.model.pairs[k].margin
+        before = self._distance(k, low) <= margin
+        while high - low > EDGE:
+            middle = (low + high) / 2
+            if (self._distance(k, middle) <= margin) == before:
+                low = middle
+            else:
+                high = middle
+        return low if not before else high
 
 
 def _divided(
