@@ -197,13 +197,15 @@ def test_meshes_are_found_in_the_users_folders(tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(parents=True)
         (tmp_path / name).touch()
     arm, packages = tmp_path / "arm", tmp_path / "packages"
-    assert find_mesh("package://tool/b.stl", urdf) is None
+    for name in ("package://tool/b.stl", "meshes/a.stl"):
+        with pytest.raises(InputError, match="there is no mesh"):
+            find_mesh(name, urdf)
     assert find_mesh("package://tool/b.stl", urdf, [packages]) == packages / "tool/b.stl"
     assert find_mesh("package://arm/meshes/a.stl", urdf, [arm]) == arm / "meshes/a.stl"
-    assert find_mesh("meshes/a.stl", urdf) is None
     assert find_mesh("meshes/a.stl", urdf, [packages, arm]) == arm / "meshes/a.stl"
 
 
 @pytest.mark.parametrize("name", ["x" * 5000, "package://" + "x" * 5000, "a\0b", "package://", ""])
 def test_a_name_that_no_file_can_have_is_not_found(name: str, tmp_path: Path) -> None:
-    assert find_mesh(name, tmp_path / "arm.urdf", [tmp_path]) is None
+    with pytest.raises(InputError, match="there is no mesh"):
+        find_mesh(name, tmp_path / "arm.urdf", [tmp_path])

@@ -180,6 +180,7 @@ def test_meshes_are_found_as_ros_finds_them(
     (package / "urdf").mkdir()
     (tmp_path / "other").mkdir()
     stl(package / "meshes" / "a.stl")
+    (package / "package.xml").touch()
 
     def is_found(name: str, folder: Path) -> bool:
         path = folder / "arm.urdf"

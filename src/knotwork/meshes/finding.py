@@ -1,36 +1,63 @@
-"""Finding the mesh files that a URDF names."""
+"""Finding the mesh files that a URDF names, in the folders that they may come from.
+
+URDFs come from strangers. So no address in one leads out of the URDF's own package or folder, the
+folders that the user names and those of ROS: not as an absolute path, by `..`, or through a link.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from knotwork.errors import InputError, shown
 
-def find_mesh(name: str, urdf: Path, package_paths: Sequence[Path] = ()) -> Path | None:
+_LONGEST = 200  # characters of a path in a message
+
+
+def find_mesh(
+    name: str,
+    urdf: Path,
+    package_paths: Sequence[Path] = (),
+    ros: Sequence[Path] | None = None,
+) -> Path:
     """Find the file of a mesh: below the URDF's folders, the user's, or those that ROS looks in.
+
+    Whether there are files elsewhere is not looked at.
 
     Args:
         name: As the URDF gives it: a path, a `file://`, `package://` or `model://` address.
         urdf: Path of the URDF.
         package_paths: The user's folders: of packages, or with files that relative paths name.
+        ros: Folders that ROS looks in; by default those of `ros_folders`.
 
     Returns:
-        The file, or `None` if there is none.
+        The file.
+
+    Raises:
+        InputError: There is none in the folders that meshes are taken from.
     """
+    ros = ros_folders() if ros is None else ros
+    allowed = [*_own_folders(urdf), *map(_real, (*package_paths, *ros))]
     scheme, _, rest = name.partition("://")
-    listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    listed += [f"{prefix}/share" for prefix in prefixes if prefix]
-    own = [*package_paths, *(Path(one) for one in listed if one)]
-    if scheme not in ("package", "model"):
+    own = (*package_paths, *ros)
+    if scheme in ("package", "model"):
+        allowed += _linked(rest.partition("/")[0], ros)
+        packages = _in_packages(rest, urdf, package_paths, ros)
+        places = [folder / inside for folder, inside in packages if _below(folder, allowed)]
+    else:
         places = [folder / name.removeprefix("file://") for folder in (urdf.parent, *own)]
-        return next(filter(_is_file, places), None)
-    package, _, inside = rest.partition("/")
-    above = urdf.resolve().parents
-    places = [folder / rest for folder in (*package_paths, *above, *own)]
-    places += [folder / inside for folder in (*own, *above) if folder.resolve().name == package]
-    return next(filter(_is_file, places), None)
+    for place in places:
+        if _below(place, allowed) and _is_file(place):
+            return place
+    folders = ", ".join(dict.fromkeys(str(folder) for folder in allowed if folder))
+    where = f"below {folders} (`package_paths` or --package-path adds a folder)"
+    outside = [_real(place) for place in places if not _below(place, allowed)]
+    leads = next((str(path) for path in outside if path), "")
+    if not leads:
+        raise InputError(f"there is no mesh {shown(name)} {where}")
+    leads = leads if len(leads) <= _LONGEST else f"{leads[: _LONGEST - 3]}..."
+    raise InputError(f"mesh {shown(name)} leads to {leads}; meshes are taken only from {where}")
 
 
 def mesh_package(mesh: Path) -> Path:
@@ -38,9 +65,59 @@ def mesh_package(mesh: Path) -> Path:
 
     The name in the URDF does not count: it could make any folder above the mesh a package.
     """
-    mesh = mesh.resolve()
-    packages = (folder for folder in mesh.parents if (folder / "package.xml").is_file())
-    return next(packages, mesh.parent)
+    return _package(mesh.resolve().parent)
+
+
+def _package(folder: Path) -> Path:
+    above = (folder, *folder.parents)
+    return next((one for one in above if (one / "package.xml").is_file()), folder)
+
+
+def _own_folders(urdf: Path) -> list[Path]:
+    """The URDF's package or folder: where it is, and where a link of its name leads."""
+    return [_package(urdf.parent.resolve()), _package(urdf.resolve().parent)]
+
+
+def ros_folders() -> tuple[Path, ...]:
+    """Folders that ROS looks for packages in, as the environment has them now."""
+    listed = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    listed += [f"{prefix}/share" for prefix in prefixes if prefix]
+    return tuple(Path(one) for one in listed if one)
+
+
+def _in_packages(
+    rest: str, urdf: Path, package_paths: Sequence[Path], ros: Sequence[Path]
+) -> Iterator[tuple[Path, str]]:
+    """Folders that may be the package of an address, and the path in them."""
+    package, _, inside = rest.partition("/")
+    above = urdf.resolve().parents
+    for folder in (*package_paths, *above, *ros):
+        yield folder / package, inside
+    for folder in (*package_paths, *ros, *above):
+        if folder.resolve().name == package:
+            yield folder, inside
+
+
+def _linked(package: str, ros: Sequence[Path]) -> Iterator[Path]:
+    """Where a package of ROS is whose files are links, as `colcon` can install them."""
+    for folder in ros if package not in ("", ".", "..") else ():
+        file = _real(folder / package / "package.xml")
+        if file and _is_file(file):
+            yield file.parent
+
+
+def _below(path: Path, folders: Sequence[Path | None]) -> bool:
+    real = _real(path)
+    return real is not None and any(real.is_relative_to(folder) for folder in folders if folder)
+
+
+def _real(path: Path) -> Path | None:
+    """Where a path leads; `None` if no file can have its name."""
+    try:
+        return Path(os.path.realpath(path))
+    except (OSError, ValueError):
+        return None
 
 
 def _is_file(path: Path) -> bool:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import InputError, shown
-from knotwork.meshes.finding import find_mesh
+from knotwork.errors import InputError
+from knotwork.meshes.finding import find_mesh, ros_folders
 from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes
@@ -56,7 +56,12 @@ class LinkBodies:
 def link_bodies(robot: Robot) -> LinkBodies:
     """Read the collision shapes of a robot's links; what was read is kept for the next time."""
     changed = robot.urdf.stat().st_mtime_ns
-    return _link_bodies(robot.urdf, changed, placed_links(robot), tuple(robot.package_paths))
+    return _link_bodies(robot.urdf, changed, placed_links(robot), *mesh_folders(robot))
+
+
+def mesh_folders(robot: Robot) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Folders that meshes are looked for in beside the URDF's own: the robot's, those of ROS."""
+    return tuple(robot.package_paths), ros_folders()
 
 
 def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
@@ -70,7 +75,11 @@ def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
 
 @lru_cache(maxsize=32)
 def _link_bodies(
-    urdf: Path, changed: int, placed: tuple[tuple[Any, ...], ...], packages: tuple[Path, ...]
+    urdf: Path,
+    changed: int,
+    placed: tuple[tuple[Any, ...], ...],
+    packages: tuple[Path, ...],
+    ros: tuple[Path, ...],
 ) -> LinkBodies:
     given = UrdfShapes(urdf)
     bodies, missing = [], []
@@ -83,7 +92,7 @@ def _link_bodies(
         solids = []
         for shape in shapes:
             try:
-                solids.append(solid(_placed(shape, urdf, packages), carrier))
+                solids.append(solid(_placed(shape, urdf, packages, ros), carrier))
             except InputError as error:
                 missing.append(f"link {link!r}: {error}")
         if solids:
@@ -91,16 +100,16 @@ def _link_bodies(
     return LinkBodies(tuple(bodies), tuple(missing))
 
 
-def _placed(given: UrdfShape, urdf: Path, packages: tuple[Path, ...]) -> Shape:
+def _placed(
+    given: UrdfShape, urdf: Path, packages: tuple[Path, ...], ros: tuple[Path, ...]
+) -> Shape:
     """A link's shape as the URDF gives it, as one that solids are made of.
 
     Raises:
-        InputError: There is no such mesh.
+        InputError: There is no such mesh where meshes are taken from.
     """
     placement, path = pin.SE3(given.rotation, given.translation), None
     if given.kind == "mesh":
-        path = find_mesh(given.mesh, urdf, packages)
-        if path is None:
-            raise InputError(f"there is no mesh {shown(given.mesh)}")
+        path = find_mesh(given.mesh, urdf, packages, ros)
     x, y, z = (float(factor) for factor in given.scale)
     return Shape(given.kind, given.size, placement, path, (x, y, z))

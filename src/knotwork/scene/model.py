@@ -14,7 +14,7 @@ from knotwork.documents import Document
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, Scene, Shape
-from knotwork.scene.bodies import Body, LinkBodies, link_bodies, placed_links
+from knotwork.scene.bodies import Body, LinkBodies, link_bodies, mesh_folders, placed_links
 from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
 from knotwork.scene.placements import JointTree, joint_tree, place_joints
 from knotwork.scene.solids import Solid, solid
@@ -354,7 +354,7 @@ def _alone(robot: Robot) -> _Alone:
     changed = robot.urdf.stat().st_mtime_ns
     home = tuple(_home(robot).tolist())
     return _made_alone(
-        _Key((*placed_links(robot), *robot.package_paths), robot.urdf, changed, home, robot)
+        _Key((*placed_links(robot), *mesh_folders(robot)), robot.urdf, changed, home, robot)
     )
 
 

@@ -67,10 +67,10 @@ def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterato
     """Say what can't be checked for want of shapes."""
     said = [f"{one}; it is not checked for collisions" for one in model.missing]
     if scenario.scene.asks() and not any(body.kind == "link" for body in model.bodies):
-        said = [
+        said.append(
             f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
             "it holds are checked for collisions"
-        ]
+        )
     for message in said:
         yield Finding(
             group=GROUP,

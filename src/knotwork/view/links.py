@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from knotwork.errors import InputError, shown
+from knotwork.errors import InputError
 from knotwork.meshes.finding import find_mesh, mesh_package
 from knotwork.meshes.reading import read_mesh
 from knotwork.robot import Robot
@@ -139,8 +139,6 @@ class _Drawn:
 
     def _mesh_file(self, shape: Shape) -> list[Mesh]:
         path = find_mesh(shape.mesh, self._robot.urdf, self._robot.package_paths)
-        if path is None:
-            raise InputError(f"there is no mesh {shown(shape.mesh)}")
         if path not in self._read:
             self._read[path] = [drawable(part) for part in read_mesh(path, mesh_package(path))]
         meshes = self._read[path]
