@@ -57,7 +57,8 @@ def test_a_speed_that_cannot_be_stopped_before_the_limit() -> None:
 def test_a_given_time_that_is_too_short() -> None:
     error = failure(one_joint([0, 1, 0], [0, 0, 0], duration=[np.nan, 1.0]))
     assert (error.waypoint, error.interval, error.limit) == (1, True, "duration")
-    assert error.bound == pytest.approx(2.0)  # bang-bang: 2 sqrt(1 / 1)
+    assert error.bound is not None
+    assert 2.0 < error.bound < 2.02  # bang-bang would be 2 sqrt(1 / 1)
 
 
 def test_a_time_that_only_the_jerk_makes_too_short() -> None:

@@ -19,6 +19,7 @@ from knotwork.joint_space import joint_space
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding, Objective, Progress, TimedMotion, solve
+from knotwork.timing.safe_numbers import rounded_up, with_room
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +167,7 @@ def _solved(
         with scenario.error_context("duration"):
             raise InputError(
                 f"{free.total:g} s is shorter than the least time under the limits, "
-                f"{shortest:.6g} s; accepted: {shortest:.6g} s or more"
+                f"{rounded_up(shortest):.6g} s; accepted: {with_room(shortest):.6g} s or more"
             )
     stretch = (free.total - given) / sum(spans.values())
     found = []

@@ -11,8 +11,10 @@ from knotwork.errors import TimingError
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import Attempt, solved_section
+from knotwork.timing.binding import binding_limits
 from knotwork.timing.efforts import effort_shares
-from knotwork.timing.problem import TimingProblem, part_of
+from knotwork.timing.problem import Objective, TimingProblem, part_of
+from knotwork.timing.safe_numbers import with_room
 from knotwork.timing.watch import Watch
 
 LARGEST = 8.0
@@ -98,24 +100,55 @@ def _too_short(problem: TimingProblem, first: int, search: _Search) -> TimingErr
     least = np.diff(found.found.knots.time)
     if problem.total is not None and problem.free.any():
         total = float(np.where(problem.free, least, problem.duration).sum())
-        return TimingError(
-            f"the motion is to last {problem.total:.6g} s; under the limits it takes at least "
-            f"{total:.6g} s",
-            limit="duration",
-            value=problem.total,
-            bound=total,
-        )
+        return _of_total(problem, problem.total, total)
     given = np.where(problem.free, np.inf, problem.duration)
     i = int(np.argmax(least / given))
+    knots = found.found.knots
+    held = binding_limits(longer, knots.time, found.found.curve)
+    one = next((one for one in held if one.start == problem.names[i] and one.joint), None)
     return TimingError(
-        f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {given[i]:.6g} s are given; under "
-        f"the limits it takes {least[i]:.6g} s",
+        f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {given[i]:.6g} s are given; "
+        + _passing(problem, i, search)
+        + f"under the limits it takes {with_room(float(least[i])):.6g} s"
+        + ("" if one is None else f", {one.joint!r} at its limit of {one.quantity}"),
         waypoint=first + i,
         interval=True,
+        joint="" if one is None else one.joint,
         limit="duration",
         value=float(given[i]),
-        bound=float(least[i]),
+        bound=with_room(float(least[i])),
     )
+
+
+def _of_total(problem: TimingProblem, given: float, least: float) -> TimingError:
+    """Say why a motion can't last as long as is given."""
+    found = f"the motion is to last {given:.6g} s; under the limits it takes at least "
+    if least >= given * (1.0 - 1e-9):
+        found += f"{with_room(least):.6g} s"
+    else:
+        found = (
+            f"no motion that lasts {given:.6g} s was found: joints that pass waypoints at given "
+            f"velocities can't wait; {with_room(least):.6g} s, the least, would do, or so much "
+            "more that they can stop and go back"
+        )
+    return TimingError(found, limit="duration", value=given, bound=with_room(least))
+
+
+def _passing(problem: TimingProblem, i: int, search: _Search) -> str:
+    """Say if an interval can also be shorter than given: then its joints can't wait in it."""
+    given = float(problem.duration[i])
+    part = replace(
+        part_of(problem, i, i + 1),
+        duration=np.array([np.nan]),
+        at_least=np.zeros(1),
+        total=None,
+        objective=Objective(),
+    )
+    found = search.solved(part) if part.velocity_known.all() else None
+    if found is None:
+        return ""
+    least = with_room(float(np.ptp(found.found.knots.time)))
+    return f"in passing it takes {least:.6g} s, or else " if least < given else ""
 
 
 def _raised(problem: TimingProblem, name: str, factor: float) -> TimingProblem:
@@ -154,7 +187,7 @@ def _limit_error(
     ends = f"{problem.names[0]!r} and {problem.names[-1]!r}"
     return TimingError(
         f"between {ends} no motion keeps all limits: joint {problem.joint_names[k]!r} needs "
-        f"a limit of {name} of about {value:.4g} {unit}; it is {limit:.6g} {unit}",
+        f"a limit of {name} of about {with_room(value):.4g} {unit}; it is {limit:.6g} {unit}",
         waypoint=first,
         interval=len(problem.position) == 2,
         joint=problem.joint_names[k],

@@ -8,6 +8,7 @@ from knotwork.errors import TimingError
 from knotwork.joint_quantities import rate_unit
 from knotwork.timing.bounds import feasible_durations, least_durations
 from knotwork.timing.problem import TimingProblem
+from knotwork.timing.safe_numbers import rounded_down, rounded_up
 
 ROUNDING = 1e-12
 """A given value may be beyond a limit by this part of it."""
@@ -52,7 +53,7 @@ def _check_values(problem: TimingProblem) -> None:
             raise TimingError(
                 f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} is given a "
                 f"{name} of {values[i, k]:.6g} {unit}; its limit is {most[k]:.6g} {unit}. "
-                f"{factor:.4g} times the {name} given here would be possible",
+                f"{rounded_down(factor, 4):.4g} times the {name} given here would be possible",
                 waypoint=int(i),
                 joint=problem.joint_names[k],
                 limit=name,
@@ -94,7 +95,8 @@ def _check_stopping(problem: TimingProblem) -> None:
                     raise TimingError(
                         f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} moves at "
                         f"{problem.velocity[i, k]:.6g} {unit} and can't {verb} its position limit, "
-                        f"{room[k]:.4g} {problem.joint_units[k]} away; at most {fastest[k]:.6g} "
+                        f"{room[k]:.4g} {problem.joint_units[k]} away; at most "
+                        f"{rounded_down(float(fastest[k])):.6g} "
                         f"{unit} is possible",
                         waypoint=int(i),
                         joint=problem.joint_names[k],
@@ -119,38 +121,43 @@ def _check_durations(problem: TimingProblem) -> None:
         )
     for i in np.flatnonzero(~problem.free):
         if problem.duration[i] < least[i] * (1.0 - 1e-9):
-            _raise_too_short(problem, int(i), float(least[i]))
-        _check_blocked(problem, int(i))
+            raise TooShortError(problem, int(i), float(least[i]))
+        _check_blocked(problem, int(i), float(problem.duration[i]))
     shortest = float(
         np.where(problem.free, np.maximum(least, problem.at_least), problem.duration).sum()
     )
     if problem.total is not None and problem.total < shortest * (1.0 - 1e-9):
         raise TimingError(
             f"the motion is to last {problem.total:.6g} s; under the limits it takes more than "
-            f"{shortest:.6g} s",
+            f"{rounded_up(shortest):.6g} s",
             limit="duration",
             value=problem.total,
             bound=shortest,
         )
+    if problem.total is not None and len(problem.position) == 2:
+        _check_blocked(problem, 0, problem.total)
 
 
-def _raise_too_short(problem: TimingProblem, i: int, least: float) -> None:
-    raise TimingError(
-        f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} s are "
-        f"given; under the limits it takes at least {least:.6g} s",
-        waypoint=i,
-        interval=True,
-        limit="duration",
-        value=float(problem.duration[i]),
-        bound=least,
-    )
+class TooShortError(TimingError):
+    """A given duration is below the least one under the limits of velocity and acceleration."""
+
+    def __init__(self, problem: TimingProblem, i: int, least: float) -> None:
+        super().__init__(
+            f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} s "
+            f"are given; under the limits it takes more than {rounded_up(least):.6g} s",
+            waypoint=i,
+            interval=True,
+            limit="duration",
+            value=float(problem.duration[i]),
+            bound=least,
+        )
 
 
-def _check_blocked(problem: TimingProblem, i: int) -> None:
+def _check_blocked(problem: TimingProblem, i: int, h: float) -> None:
     """A joint that may not stop can't take just any longer duration."""
     if not (problem.velocity_known[i] and problem.velocity_known[i + 1]):
         return
-    limits, h = problem.limits, float(problem.duration[i])
+    limits = problem.limits
     _, last, later = feasible_durations(
         problem.position[i + 1] - problem.position[i],
         problem.velocity[i],
@@ -162,7 +169,8 @@ def _check_blocked(problem: TimingProblem, i: int) -> None:
         raise TimingError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {h:.6g} s are given; with its "
             f"velocities at both ends joint {problem.joint_names[k]!r} takes at most "
-            f"{last[k]:.6g} s, or, as it must stop and go back, at least {later[k]:.6g} s",
+            f"{rounded_down(float(last[k])):.6g} s, or, as it must stop and go back, at least "
+            f"{rounded_up(float(later[k])):.6g} s",
             waypoint=i,
             interval=True,
             joint=problem.joint_names[k],

@@ -16,7 +16,7 @@ from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.costs import terms
 from knotwork.timing.explain import explained
-from knotwork.timing.feasible import check_feasible
+from knotwork.timing.feasible import TooShortError, check_feasible
 from knotwork.timing.motion import Progress, TimedMotion
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import rebuilt
@@ -61,7 +61,10 @@ def solve(
     watch = Watch(progress)
     if budget is not None:
         watch.deadline = watch.begun + finite_number(budget, "budget", "s", positive=True)
-    check_feasible(problem)
+    try:
+        check_feasible(problem)
+    except TooShortError as error:
+        raise _with_all_limits(problem, error) from None
     found: list[Attempt] = []
     for first, last in sections(problem):
         part = part_of(problem, first, last)
@@ -71,7 +74,7 @@ def solve(
 
         attempt = solved_windows(part, watch, guess)
         if attempt is None:
-            raise _failure(part, watch, budget)
+            raise _failure(part, watch)
         found.append(attempt)
         watch.done = last / (len(problem.position) - 1)
     return _motion(problem, found, watch)
@@ -101,12 +104,18 @@ def _motion(problem: TimingProblem, found: list[Attempt], watch: Watch) -> Timed
     )
 
 
-def _failure(problem: TimingProblem, watch: Watch, budget: float | None) -> TimingError:
+def _failure(problem: TimingProblem, watch: Watch) -> TimingError:
     if watch.late():
         return TimingError(
-            f"no motion that keeps every limit was found in the {budget:g} s given; allow more time"
+            "no motion that keeps every limit was found in the time given; allow more time"
         )
     return explained(problem)
+
+
+def _with_all_limits(problem: TimingProblem, error: TooShortError) -> TimingError:
+    """Find what a duration must be under all limits, not those of the closed form alone."""
+    found = explained(problem)
+    return found if found.limit == "duration" else error
 
 
 def sections(problem: TimingProblem) -> list[tuple[int, int]]:
