@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from knotwork.choosing.numbers import numbers
 from knotwork.choosing.path_speeds import path_speeds
-from knotwork.choosing.runs import Run, find_runs, timing_problem
+from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
 from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.documents import Document, Edits, Location, edited
 from knotwork.errors import InputError, TimingError
@@ -35,6 +35,8 @@ class ChosenTimes:
         lower_bound: No motion that does what is asked within the limits is shorter [s].
         status: `"optimal"`, or `"stopped"` where the budget ended first.
         binding: Where which limit is met.
+        assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
+            [rad/s³ or m/s³].
         objective: Value of each term that has a weight, by name.
         runs: What was found for each run.
     """
@@ -49,6 +51,7 @@ class ChosenTimes:
     binding: tuple[Binding, ...]
     objective: dict[str, float]
     runs: tuple[TimedMotion, ...] = ()
+    assumed_jerk: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def gap(self) -> float:
@@ -64,6 +67,7 @@ class ChosenTimes:
             "gap": self.gap,
             "status": self.status,
             "objective": self.objective,
+            "assumed_jerk": dict(self.assumed_jerk),
             "times": dict(zip(names, self.scenario.times.tolist(), strict=True)),
             "binding": [
                 {
@@ -133,6 +137,7 @@ def choose_times(
         binding=tuple(binding for _, motion in solved for binding in motion.binding),
         objective=objective,
         runs=tuple(motion for _, motion in solved),
+        assumed_jerk=assumed_jerk(space),
     )
 
 

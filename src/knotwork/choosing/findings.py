@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from knotwork.choosing.choice import ChosenTimes
+from knotwork.joint_quantities import rate_unit
 from knotwork.verification import Finding
 
 GROUP = "Chosen times"
@@ -41,6 +42,15 @@ def findings(chosen: ChosenTimes) -> Iterator[Finding]:
         verdict="warning" if chosen.status == "stopped" else "information",
         message=_duration(chosen),
     )
+    if chosen.runs and chosen.assumed_jerk:
+        yield Finding(
+            group=GROUP,
+            subject="motion",
+            name="",
+            quantity="assumed_jerk",
+            verdict="information",
+            message=_assumed(chosen),
+        )
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), said in _binding(chosen).items():
         yield Finding(
@@ -69,11 +79,24 @@ def _duration(chosen: ChosenTimes) -> str:
     )
 
 
+def _assumed(chosen: ChosenTimes) -> str:
+    """The bounds of jerk that nobody gave, in words."""
+    motion = chosen.runs[0].trajectory
+    units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
+    joints: dict[str, list[str]] = {}
+    for name, bound in chosen.assumed_jerk.items():
+        joints.setdefault(f"{bound:.6g} {rate_unit(units[name], 3)}", []).append(name)
+    said = "; ".join(f"{bound} for {', '.join(names)}" for bound, names in joints.items())
+    return f"no limit of jerk is given, so one is assumed: {said}"
+
+
 def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], str]:
     """Limits that bind, by interval, in words."""
     parts: dict[tuple[str, str], list[str]] = {}
     for one in chosen.binding:
         what = f"{one.joint} {one.quantity}" if one.joint else one.quantity
+        if one.quantity == "jerk" and one.joint in chosen.assumed_jerk:
+            what += " (assumed)"
         parts.setdefault((one.start, one.end), []).append(
             f"{what} for {100 * one.share:.0f} % of the time"
         )

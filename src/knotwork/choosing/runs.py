@@ -137,6 +137,13 @@ def _jerk_limits(space: JointSpace) -> FloatArray:
     return np.where(np.isfinite(jerk), jerk, np.minimum(ramped, GREATEST_JERK))
 
 
+def assumed_jerk(space: JointSpace) -> dict[str, float]:
+    """Bounds of jerk of the joints that have no limit of it [rad/s³ or m/s³]."""
+    given = np.isfinite(space.limits["jerk"])
+    bounds = zip(space.joint_names, given, _jerk_limits(space), strict=True)
+    return {name: float(bound) for name, has, bound in bounds if not has}
+
+
 def _dynamics(space: JointSpace) -> Dynamics | None:
     if space.robot is None:
         return None

@@ -109,7 +109,10 @@ class LimitsFile(StrictModel):
         description="Largest acceleration, for all joints or by joint [angle/s² or length/s²]",
     )
     jerk: JointLimits | None = Field(
-        default=None, description="Largest jerk, for all joints or by joint [angle/s³ or length/s³]"
+        default=None,
+        description="Largest jerk, for all joints or by joint [angle/s³ or length/s³]. Where times "
+        "are chosen and none is given, one is assumed: the limit of acceleration reached in 10 ms, "
+        "at most 20000 rad/s³ or m/s³",
     )
     effort: JointLimits | None = Field(
         default=None, description="Largest torque or force, for all joints or by joint [N m or N]"
