@@ -600,6 +600,29 @@ def test_every_part_of_a_mesh_is_looked_for_inside_another(order: int, tmp_path:
     assert not pairs(kw.plan(task).report)["tool, shell"].ok
 
 
+@pytest.mark.parametrize(("edge", "factor"), [(3.0, "1000"), (10_000.0, "0.001")])
+def test_a_mesh_that_may_be_in_another_unit_is_warned_of(
+    edge: float, factor: str, tmp_path: Path
+) -> None:
+    shell_of([(edge, 0, False)], tmp_path / "part.stl")
+    part = {"mesh": str(tmp_path / "part.stl"), "position": [0, 0, 9000]}
+    report = kw.plan({**REACH_OVER, "scene": {"objects": {"part": part}}}).report
+    (said,) = report.warnings
+    assert f"it may be in another unit; scale: {factor} makes it" in said.message
+
+
+def test_a_tool_that_touches_a_link_at_home_is_told() -> None:
+    tool = {**REACH_OVER["tool"], "shape": {"box": [200, 200, 400]}}
+    scene = {"objects": {"ball": {"sphere": 10, "position": [0, 0, 3000]}}}
+    report = kw.plan({**REACH_OVER, "tool": tool, "scene": scene}).report
+    said = [one.message for one in report.select(quantity="collision_shapes")]
+    assert said
+    assert all("are not checked against one another, as they touch at home" in x for x in said)
+    assert any("wrist_2_link" in one and "mm deep" in one for one in said)
+    checked = pairs(report)
+    assert all(f"tool, {one.split()[2]}" not in checked for one in said)
+
+
 def test_a_body_inside_an_exact_mesh_collides(tmp_path: Path) -> None:
     write_bowl(tmp_path / "bowl.stl")
     inside = swing(

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from knotwork.scene.placements import JointTree, joint_tree, place_joints
 from knotwork.scene.solids import Solid, solid
 from knotwork.scene.srdf import disabled_pairs
 from knotwork.waypoints import FloatArray
+
+NoteKind = Literal["warning", "information"]
 
 TOOL = "tool"
 
@@ -35,6 +37,10 @@ BY_ROBOT = "the robot's file ignores it"
 FAR_OFF = 20.0
 """A mesh this many times larger than the arm's reach, or a thousand times smaller than that, is
 plausibly in another unit."""
+
+DOUBTFUL = 4.0
+"""A mesh this many times larger than the arm's reach may be in another unit, and so may one that is
+fifty times this smaller."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +83,8 @@ class CollisionModel:
         pairs: Pairs to check.
         ignored: Pairs of bodies that are not checked, with the reason.
         missing: Sentences on links whose shapes can't be had.
+        notes: What is plausibly a slip, or is not checked: `"warning"` or `"information"`, and
+            the sentence.
     """
 
     joints: JointTree
@@ -84,6 +92,7 @@ class CollisionModel:
     pairs: tuple[Pair, ...]
     ignored: tuple[IgnoredPair, ...]
     missing: tuple[str, ...] = ()
+    notes: tuple[tuple[NoteKind, str], ...] = ()
 
     @cached_property
     def meter(self) -> DistanceMeter:
@@ -147,6 +156,7 @@ class _Builder:
         self.alone = _alone(robot)
         self.joints, self.links = self.alone.joints, self.alone.links
         self.holds = holds or {}
+        self.notes: list[tuple[NoteKind, str]] = []
 
     def model(self) -> CollisionModel:
         scene, base = self.scene, self.robot.base_placement
@@ -162,7 +172,12 @@ class _Builder:
         self._check_names(bodies)
         pairs, ignored = self._pairs(bodies)
         return CollisionModel(
-            self.joints, tuple(bodies), tuple(pairs), tuple(ignored), self.links.missing
+            self.joints,
+            tuple(bodies),
+            tuple(pairs),
+            tuple(ignored),
+            self.links.missing,
+            tuple(dict.fromkeys(self.notes)),
         )
 
     def _tool(self, shapes: Sequence[Shape]) -> Body:
@@ -206,7 +221,7 @@ class _Builder:
         return made
 
     def _check_size(self, made: Solid, shape: Shape) -> None:
-        """Refuse a mesh whose size suggests that it is in another unit."""
+        """Refuse a mesh that is plausibly in another unit; warn of one that may be."""
         size, reach = 2.0 * made.radius, self._reach
         for factor in (1e-3, 1e3):
             far = size > FAR_OFF * reach if factor < 1 else size < reach / (FAR_OFF * 50)
@@ -215,6 +230,16 @@ class _Builder:
                     f"mesh {shape.path} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
                     f"it is plausibly in another unit; scale: {factor:g} makes it "
                     f"{size * factor:.4g} m"
+                )
+            doubtful = size > DOUBTFUL * reach if factor < 1 else size < reach / (50 * DOUBTFUL)
+            if doubtful and reach / 200 <= size * factor <= FAR_OFF * reach:
+                self.notes.append(
+                    (
+                        "warning",
+                        f"mesh {shape.path} is {size:.4g} m across, and the arm reaches "
+                        f"{reach:.2g} m: it may be in another unit; scale: {factor:g} makes it "
+                        f"{size * factor:.4g} m",
+                    )
                 )
 
     @cached_property
@@ -270,6 +295,8 @@ class _Builder:
                     reason = reason or self._reason(first, second)
                     if reason is None and own and frozenset((i, j)) in at_home:
                         reason = AT_HOME
+                        if TOOL in names:
+                            self._note_home(bodies, i, j)
                 if reason is not None:
                     ignored.append(IgnoredPair(first.name, second.name, reason))
                     continue
@@ -277,6 +304,19 @@ class _Builder:
                 around = "object" in (first.kind, second.kind)
                 pairs.append(Pair(*order, self.scene.rules.margin if around else 0.0, around))
         return pairs, list(dict.fromkeys(ignored))
+
+    def _note_home(self, bodies: Sequence[Body], i: int, j: int) -> None:
+        """Say that the tool touches a link at home, and how deep it is in it."""
+        rotation, origin = (x[0] for x in place_joints(self.joints, _home(self.robot)[None]))
+        near = nearest_of_bodies(DistanceMeter(), bodies[i], bodies[j], rotation, origin)
+        link = next(body.name for body in (bodies[i], bodies[j]) if body.kind == "link")
+        self.notes.append(
+            (
+                "information",
+                f"tool and {link} are not checked against one another, as {AT_HOME}: "
+                f"{-1000 * near.distance:.3g} mm deep",
+            )
+        )
 
     def _reason(self, first: Body, second: Body) -> str | None:
         """Why two bodies are not checked: from what they are."""

@@ -64,20 +64,20 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 
 def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
-    """Say what can't be checked for want of shapes."""
+    """Say what can't be checked for want of shapes, what is not, and what may be a slip."""
     said = [f"{one}; it is not checked for collisions" for one in model.missing]
     if scenario.scene.asks() and not any(body.kind == "link" for body in model.bodies):
         said.append(
             f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
             "it holds are checked for collisions"
         )
-    for message in said:
+    for verdict, message in (*(("warning", one) for one in said), *model.notes):
         yield Finding(
             group=GROUP,
             subject="motion",
             name="",
             quantity="collision_shapes",
-            verdict="warning",
+            verdict=verdict,
             message=message,
         )
 
