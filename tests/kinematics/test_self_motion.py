@@ -61,7 +61,9 @@ def passing_task(seed: int) -> dict[str, Any]:
         del waypoint["stop"]
         twist = PANDA.twist(x, generator.uniform(-0.6, 0.6, 7))
         waypoint["velocity"] = {"linear": twist.linear.tolist(), "angular": twist.angular.tolist()}
-    return {"robot": "panda", "start": "home", "waypoints": waypoints}
+    # of limits alone: what collides is left out
+    free = {"self": False}
+    return {"robot": "panda", "start": "home", "waypoints": waypoints, "collisions": free}
 
 
 def test_margins_are_larger_with_an_eye_on_the_way_between(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -82,7 +84,8 @@ def test_many_turns_of_a_free_arm_take_no_long_search() -> None:
     bounded = np.minimum(XARM.upper_position_limit, np.pi)
     q = generator.uniform(-0.95, 0.95, (2, 7)) * bounded
     q = np.clip(q, XARM.lower_position_limit + 0.05, XARM.upper_position_limit - 0.05)
-    plan = kw.plan({"robot": "xarm7", "start": "home", "waypoints": stops_at(XARM, q)})
+    task = {"robot": "xarm7", "start": "home", "waypoints": stops_at(XARM, q)}
+    plan = kw.plan({**task, "collisions": {"self": False}})
     assert plan.report.ok
     assert plan.solution is not None
     assert max(choice.solutions for choice in plan.solution.choices) > 300

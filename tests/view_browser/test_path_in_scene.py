@@ -87,7 +87,11 @@ def test_deviation_is_coloured_and_red_beyond_the_tolerance_alone() -> None:
 
 def test_deviation_is_on_demand_and_no_limit_of_a_joint() -> None:
     data = drawn("bspline")
-    assert {one["name"] for one in data["things"] if one["hidden"]} == {"deviation"}
+    assert {one["name"] for one in data["things"] if one["hidden"]} == {
+        "deviation",
+        "knots on paths",
+        "collision shapes",
+    }
     assert not data["legend"]["broken"]
     assert data["legend"]["tolerance"] == pytest.approx(1e-4)
     (failed,) = planned("bspline").report.select(name="on to turn", quantity="path_deviation")
@@ -98,7 +102,8 @@ def test_deviation_is_on_demand_and_no_limit_of_a_joint() -> None:
 
 def test_only_waypoints_of_the_scenario_have_labels_and_ghosts() -> None:
     data, plan = drawn(None), planned(None)
-    assert [one["text"] for one in data["labels"]] == ["start", "on", "turn", "off"]
+    names = [one["text"] for one in data["labels"] if one["kind"] == "waypoint"]
+    assert names == ["start", "on", "turn", "off"]
     assert len(plan.joint_waypoints.time) > 4
     assert len(data["ghosts"]) <= 4
     for ghost in data["ghosts"]:

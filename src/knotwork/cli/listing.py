@@ -53,7 +53,7 @@ def _collisions(name: str | None, as_json: bool) -> int:
     robot = load_robot(name)
     model = robot_collision_model(robot)
     if as_json:
-        click.echo(json.dumps(robot_tables.collisions_to_dict(robot, model), indent=1))
+        echo(json.dumps(robot_tables.collisions_to_dict(robot, model), indent=1))
     else:
         robot_tables.print_collisions(robot, model)
     return PASSED

@@ -224,7 +224,7 @@ def plan(
 
 def _with_progress(scenarios: tuple[str, ...], as_json: bool) -> Any:
     """Show progress on standard error while several scenarios are planned."""
-    if len(scenarios) < 2 or as_json or not sys.stderr.isatty():
+    if len(scenarios) < 2 or as_json or sys.stderr is None or not sys.stderr.isatty():
         return scenarios
     from rich.console import Console
     from rich.progress import track

@@ -22,7 +22,7 @@ def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None
         name: What is solved.
         quiet: Show nothing.
     """
-    if quiet or not sys.stderr.isatty():
+    if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console

@@ -87,4 +87,5 @@ def _stretch(
             f"{scale * found.fastest:.5g} {length}/s from {full[0]:.3f} s to {full[1]:.3f} s, "
             f"where the full speed is {scale * stretch.speed:.5g} {length}/s",
             interval=full,
+            proof="bounded" if found.speed.proved else "sampled",
         )
