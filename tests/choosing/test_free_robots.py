@@ -110,7 +110,7 @@ def test_a_speed_along_a_path_with_a_cap() -> None:
 
 
 def test_limits_that_allow_no_speed_along_a_path() -> None:
-    with pytest.raises(InputError, match=r"waypoints\[1\]\.speed: the limits allow less than 10"):
+    with pytest.raises(InputError, match=r"waypoints\[1\]\.speed: no speed from 10 to "):
         kw.plan(reach(line("fastest"), limits={"acceleration": 1}))
 
 
@@ -141,3 +141,14 @@ def test_less_torque_for_a_longer_time() -> None:
     assert fast.peak_effort is not None
     assert slow.squared_effort is not None
     assert slow.peak_jerk < fast.peak_jerk
+
+
+@pytest.mark.parametrize("speed", ["fastest", {"at_most": 300}])
+def test_a_path_from_a_stop_on_which_low_speeds_are_harder(speed: Any) -> None:
+    """At 10 mm/s the change of speed at the start is so short that its jerk is too high."""
+    limits = {"acceleration": 600, "jerk": 6000}
+    task = reach(line(speed), limits=limits, tolerances={"path": 0.2})
+    assert not passes(reach(line(10), limits=limits, tolerances={"path": 0.2}))
+    made = kw.plan(task)
+    made.report.raise_if_failed()
+    assert made.scenario.paths[0].stretches[0].speed >= 0.29

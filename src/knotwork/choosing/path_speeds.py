@@ -27,6 +27,9 @@ DIGITS = 4
 ROUNDS = 12
 """Bisections of a factor of two: they leave less than two units of the last digit."""
 
+STEP = 1.5
+"""Speeds tried one after another, until one keeps the limits, differ by this factor."""
+
 SLOWEST = 0.1 * PROVISIONAL_SPEED
 """No speed below this is tried [m/s]."""
 
@@ -84,8 +87,6 @@ class _Search:
     def speeds(self) -> list[float]:
         """The greatest speeds that keep all limits [m/s]."""
         motion = self._motion(self.scenario)
-        if not self._kept(motion):
-            self._refuse(f"the limits allow less than {PROVISIONAL_SPEED * self.unit:g} along it")
         rooms = [self._room(motion, k) for k in self.stretches]
         if np.isinf([min(*pair) for pair in zip(rooms, self.caps, strict=True)]).any():
             self._refuse(
@@ -98,11 +99,21 @@ class _Search:
             pairs = zip(likely, self.caps, strict=True)
             return [min(max(factor * speed, SLOWEST), cap) for speed, cap in pairs]
 
-        low, high = SLOWEST / max(likely), 1.0
+        low, high = 0.0, 1.0
         while self._feasible(at(high)):
             low, high = high, 2.0 * high
             if at(low) == self.caps:
                 return at(low)
+        # a lower speed is not always easier: its changes of speed at the ends are shorter
+        slowest = PROVISIONAL_SPEED / max(likely)
+        while not low:
+            if high <= slowest:
+                self._refuse(self._tried(at(1.0)))
+            lower = max(high / STEP, slowest)
+            if self._feasible(at(lower)):
+                low = lower
+            else:
+                high = lower
         for _ in range(ROUNDS):
             middle = math.sqrt(low * high)
             if self._feasible(at(middle)):
@@ -110,6 +121,12 @@ class _Search:
             else:
                 high = middle
         return at(low)
+
+    def _tried(self, speeds: list[float]) -> str:
+        least, most = (f"{self.unit * v:.4g}" for v in (PROVISIONAL_SPEED, max(speeds)))
+        if max(speeds) <= PROVISIONAL_SPEED:
+            return f"the limits allow less than {least} along it"
+        return f"no speed from {least} to {most} was found at which the limits are kept along it"
 
     def _refuse(self, found: str, accepted: str = "higher limits, or another path") -> None:
         with self.scenario.error_context("waypoints", self.places[0], "speed"):
