@@ -87,7 +87,9 @@ class _Search:
     def speeds(self) -> list[float]:
         """The greatest speeds that keep all limits [m/s]."""
         motion = self._motion(self.scenario)
-        rooms = [self._room(motion, k) for k in self.stretches]
+        # at a speed at which the ends exceed a limit, they say nothing of the rest
+        orders = 3 if self._kept(motion) else 1
+        rooms = [self._room(motion, k, orders) for k in self.stretches]
         if np.isinf([min(*pair) for pair in zip(rooms, self.caps, strict=True)]).any():
             self._refuse(
                 "nothing bounds the speed along it", "speed: {at_most: a speed}, or limits"
@@ -163,12 +165,12 @@ class _Search:
         bounds = torque_bound(self.space.robot, motion)
         return all(one.limit is None or (one.proved and one.bound <= one.limit) for one in bounds)
 
-    def _room(self, motion: JointTrajectory, k: int) -> float:
+    def _room(self, motion: JointTrajectory, k: int, orders: int) -> float:
         """How many times faster a stretch could be, but for changes of speed and torques."""
         start, end = self.path.stretches[k].full_speed
         times = np.linspace(start, end, 200)
         factors = [math.inf]
-        for order, quantity in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        for order, quantity in enumerate(("velocity", "acceleration", "jerk")[:orders], 1):
             peak = np.abs(motion.polynomial(times, order)).max(axis=0)
             with np.errstate(divide="ignore"):
                 factors.append(float((self.space.limits[quantity] / peak).min()) ** (1.0 / order))
