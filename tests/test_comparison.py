@@ -47,8 +47,14 @@ def test_every_planner_has_its_row_on_every_scenario(name: str) -> None:
     rows = [row.planner for row in comparison.rows]
     assert [row for row in rows if ":" not in row] == list(PLANNERS)
     refused = [row for row in comparison.rows if isinstance(row, Refusal)]
-    assert not refused
-    assert list(comparison.trajectories) == rows
+    # times that are the least leave no room for planners that need more acceleration
+    free = ("_fastest", "_fast", "_parts", "palletise")
+    fastest = {"trapezoidal", "parabolic-blend"} if name.endswith(free) else set()
+    assert {row.planner for row in refused} <= fastest
+    assert all("acceleration_limit" in row.reason for row in refused)
+    assert list(comparison.trajectories) == [
+        row for row in rows if row not in {one.planner for one in refused}
+    ]
 
 
 def test_rules_make_rows_by_default_where_they_make_another_motion(paper: Comparison) -> None:
