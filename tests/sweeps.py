@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 
 ALL_EXAMPLES = "exhaustive"
 """The Hypothesis profile of `make test-all`."""
-TIMES = 10
+TIMES = 6
 """How many times as many random examples it tries."""
 
 
