@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -140,11 +138,7 @@ class Comparison:
                 [f"{item.name}.{part}" for part in _PARTS] if item.name in _PEAKS else [item.name]
             )
         names.append("reason")
-        text = io.StringIO()
-        writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        return text.getvalue()
+        return storage.rows_to_csv(names, rows)
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write `comparison.json` and `comparison.csv` into a folder, both or none.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -86,12 +84,8 @@ class Tradeoff:
 
     def to_csv(self) -> str:
         """Write the curve as CSV, a row a duration."""
-        text = io.StringIO()
         names = [item.name for item in fields(TradeoffPoint)]
-        writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(asdict(point) for point in self.points)
-        return text.getvalue()
+        return storage.rows_to_csv(names, map(asdict, self.points))
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write `tradeoff.json` and `tradeoff.csv` into a folder, both or none.

@@ -7,50 +7,21 @@ from collections.abc import Iterator
 from knotwork.choosing.choice import ChosenTimes
 from knotwork.joint_quantities import rate_unit
 from knotwork.verification import Finding
+from knotwork.verification.finding import Verdict
 
 GROUP = "Chosen times"
 
 
 def findings(chosen: ChosenTimes) -> Iterator[Finding]:
     """Say how long the chosen motion is, how far above the lower bound, and what binds where."""
-    yield Finding(
-        group=GROUP,
-        subject="motion",
-        name="",
-        quantity="duration",
-        verdict="information",
-        message=_duration(chosen),
-        value=chosen.duration,
-        unit="s",
-    )
-    yield Finding(
-        group=GROUP,
-        subject="motion",
-        name="",
-        quantity="lower_bound",
-        verdict="information",
-        message=f"no motion that does this within the limits is shorter than "
-        f"{chosen.lower_bound:.6g} s",
-        value=chosen.lower_bound,
-        unit="s",
-    )
-    yield Finding(
-        group=GROUP,
-        subject="motion",
-        name="",
-        quantity="chosen_times",
-        verdict="warning" if chosen.status == "stopped" else "information",
-        message=_duration(chosen),
-    )
+    yield _of_motion("duration", _duration(chosen), chosen.duration)
+    shortest = f"{chosen.lower_bound:.6g} s"
+    message = f"no motion that does this within the limits is shorter than {shortest}"
+    yield _of_motion("lower_bound", message, chosen.lower_bound)
+    verdict: Verdict = "warning" if chosen.status == "stopped" else "information"
+    yield _of_motion("chosen_times", _duration(chosen), verdict=verdict)
     if chosen.runs and chosen.assumed_jerk:
-        yield Finding(
-            group=GROUP,
-            subject="motion",
-            name="",
-            quantity="assumed_jerk",
-            verdict="information",
-            message=_assumed(chosen),
-        )
+        yield _of_motion("assumed_jerk", _assumed(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), said in _binding(chosen).items():
         yield Finding(
@@ -62,6 +33,17 @@ def findings(chosen: ChosenTimes) -> Iterator[Finding]:
             message=f"{start} to {end}: {said}",
             interval=(times[start], times[end]),
         )
+
+
+def _of_motion(
+    quantity: str,
+    message: str,
+    seconds: float | None = None,
+    verdict: Verdict = "information",
+) -> Finding:
+    """Say something of the motion as a whole, with a time if there is one [s]."""
+    unit = "s" if seconds is not None else ""
+    return Finding(GROUP, "motion", "", quantity, verdict, message, value=seconds, unit=unit)
 
 
 def _duration(chosen: ChosenTimes) -> str:

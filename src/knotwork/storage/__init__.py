@@ -11,6 +11,7 @@ from knotwork.lazy import lazy_names
 from knotwork.storage.files import finish_interrupted as finish_interrupted
 from knotwork.storage.files import write_file as write_file
 from knotwork.storage.files import write_files as write_files
+from knotwork.storage.writing import rows_to_csv as rows_to_csv
 from knotwork.storage.writing import to_csv as to_csv
 from knotwork.storage.writing import to_json as to_json
 from knotwork.storage.writing import trajectory_to_dict as trajectory_to_dict

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,20 @@ def to_csv(columns: Mapping[str, FloatArray]) -> str:
     text = io.StringIO()
     np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
     return ",".join(map(_quoted, columns)) + "\n" + text.getvalue()
+
+
+def rows_to_csv(names: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
+    r"""Write rows of any values as CSV with a header row; what a row has no value for is empty.
+
+    >>> from knotwork import storage
+    >>> storage.rows_to_csv(["planner", "jump"], [{"planner": "cubic"}])
+    'planner,jump\ncubic,\n'
+    """
+    text = io.StringIO()
+    writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
 
 
 def _quoted(cell: str) -> str:

@@ -11,8 +11,7 @@ from knotwork.polynomial.refined import part
 from knotwork.scenario import Scenario
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
-
-TINY = np.finfo(float).tiny
+from knotwork.verification.waypoints import furthest_off
 
 
 def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -29,10 +28,7 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
         moved = np.maximum(found.maximum - begin, begin - found.minimum)
         upwards = found.maximum - begin >= begin - found.minimum
         times = np.where(upwards, found.maximum_time, found.minimum_time)
-        beyond = ~(moved <= tolerances)
-        with np.errstate(over="ignore"):
-            share = moved / np.maximum(tolerances, TINY)
-        worst = int(share.argmax())
+        worst = furthest_off(moved, tolerances)
         distance, tolerance = float(moved[worst]), float(tolerances[worst])
         unit = space.joint_units[worst]
         yield Finding(
@@ -40,7 +36,7 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
             subject="wait",
             name=waypoint.name,
             quantity="movement",
-            verdict=judged(not beyond.any()),
+            verdict=judged(bool((moved <= tolerances).all())),
             message=f"waypoint {waypoint.name!r}: the arm is to stand still from {start:.3f} s to "
             f"{end:.3f} s, and {space.joint_names[worst]} moves by {distance:.3g} {unit}, "
             f"tolerance {tolerance:.3g} {unit}",

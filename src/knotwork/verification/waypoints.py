@@ -133,14 +133,18 @@ def _joint_finding(
     by_unit = getattr(scenario.tolerances, quantity)
     tolerances = np.array([by_unit[unit] for unit in space.joint_units])
     errors = np.abs(achieved - requested)
-    # A tolerance may be so small that it is zero in SI.
-    with np.errstate(over="ignore"):
-        share = errors / np.maximum(tolerances, TINY)
-    worst = int(share.argmax())
+    worst = furthest_off(errors, tolerances)
     return _error_finding(
         "Joints at the waypoints", name, time, quantity, requested, achieved,
         float(errors[worst]), float(tolerances[worst]), rate_unit(space.joint_units[worst], order),
     )  # fmt: skip
+
+
+def furthest_off(errors: FloatArray, tolerances: FloatArray) -> int:
+    """The joint whose error is the largest part of its tolerance."""
+    # A tolerance may be so small that it is zero in SI.
+    with np.errstate(over="ignore"):
+        return int((errors / np.maximum(tolerances, TINY)).argmax())
 
 
 def _error_finding(
