@@ -120,7 +120,8 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
     names = {waypoint.name for waypoint in plan.scenario.waypoints} | set(plan.scenario.frames)
     texts = {text for text, _ in shown}
     objects = {one.name for one in plan.scenario.scene.objects}
-    nearest = {text for text in texts if re.fullmatch(r"[\d.]+ mm at [\d.]+ s", text)}
+    of_pair = re.compile(r"[^:]+, [^:]+: [\d.]+ mm at [\d.]+ s")
+    nearest = {text for text in texts if of_pair.fullmatch(text)}
     assert names <= texts <= names | objects | nearest
     for i, (_, box) in enumerate(shown):
         assert box["height"] >= 14

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from knotwork.view.page import Page
 
 _EPILOG = """
-In the page: space plays and pauses, the arrow keys go frame by frame, the mouse turns the scene.
+In the page: space plays and pauses, the arrow keys go frame by frame, the mouse turns the scene,
+c shows the shapes of the links that collisions are checked with.
 FILE.html#t=2.5 opens at that time, FILE.html#paused at the start.
 
 Exit codes: 0 the scene is shown or written, also where a check fails, 2 the input is wrong.

@@ -59,7 +59,7 @@ function addSwitches(viewer, data, labels, ghosts) {
     const row = document.createElement("label");
     const box = document.createElement("input");
     Object.assign(box, { type: "checkbox", name, checked: !hidden.has(name) });
-    row.append(box, ` ${name}`);
+    row.append(box, ` ${name}${name === "collision shapes" ? " (key c)" : ""}`);
     byId("switches").appendChild(row);
     const changed = () => {
       change(box.checked);
