@@ -124,7 +124,7 @@ class Plan:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
 
         The report states the SHA-256 of the other two under `files`. Where times were chosen, the
-        scenario with numbers in their place goes with them as `scenario.yaml`.
+        scenario with numbers in their place goes with them as `scenario.yaml`, comments kept.
 
         Args:
             folder: Made if it does not exist; files of these names in it are replaced.
@@ -149,9 +149,9 @@ class Plan:
             "samples.csv": to_csv(self.trajectory, rate=rate),
         }
         if self.chosen is not None:
-            from knotwork.choosing import frozen_text
+            from knotwork.choosing import saved_text
 
-            files["scenario.yaml"] = frozen_text(self.chosen, Path(folder), comments=False)
+            files["scenario.yaml"] = saved_text(self.chosen, Path(folder))
         report = {**self.report_to_dict(), "files": storage.digests(files)}
         return storage.write_files(folder, {**files, "report.json": storage.to_json(report)})
 

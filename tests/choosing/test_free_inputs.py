@@ -25,7 +25,10 @@ def poses(*waypoints: dict[str, Any], **keys: Any) -> dict[str, Any]:
 ONE = {"joints": {"a": 1}}
 
 CASES = [
-    (joints({**ONE, "after": "fast"}), "waypoints[1].after: 'fast': must be 'fastest'"),
+    (
+        joints({**ONE, "after": "fast"}),
+        "waypoints[1].after: 'fast': must be a positive number of seconds, fastest, or {",
+    ),
     (joints({**ONE, "after": {"at_least": 1}}), "waypoints[1].after.fastest: is missing"),
     (
         joints({**ONE, "after": {"fastest": False}}),
@@ -76,7 +79,7 @@ CASES = [
     ),
     (
         joints({**ONE, "velocity": "any"}, times="fastest"),
-        "waypoints[1].velocity: 'any': must be 'free'",
+        "waypoints[1].velocity: 'any': must be a mapping of joint names to velocities, or free",
     ),
     (
         joints(ONE, times="fastest", knots=[0, 1]),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 import knotwork as kw
 from knotwork.errors import InputError
@@ -152,6 +153,8 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert np.array_equal(again.trajectory.polynomial.x, made.trajectory.polynomial.x)
     assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
     assert kw.check(made.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok
+    made.save(tmp_path / "out")
+    assert (tmp_path / "out" / "scenario.yaml").read_text() == text
 
 
 def test_a_mapping_is_frozen_too(tmp_path: Path) -> None:
@@ -159,6 +162,19 @@ def test_a_mapping_is_frozen_too(tmp_path: Path) -> None:
     again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))
     assert again.chosen is None
     assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
+
+
+def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None:
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "box.stl")
+    source = tmp_path / "arm.yaml"
+    source.write_text(
+        "robot: planar2\ntimes: fastest\nlimits: {velocity: 2, acceleration: 4}\n"
+        "scene: {objects: {box: {mesh: box.stl, position: [9, 0, 0]}}}\n"
+        "waypoints:\n  - joints: {shoulder: 0, elbow: 0}\n  - joints: {shoulder: 1, elbow: 1}\n"
+    )
+    saved = kw.plan(source).save(tmp_path / "out")[0].parent / "scenario.yaml"
+    assert 'mesh: "../box.stl"' in saved.read_text()
+    assert kw.plan(saved).report.ok
 
 
 def test_aliases_that_can_not_be_written_into_are_said(tmp_path: Path) -> None:
@@ -172,6 +188,10 @@ def test_aliases_that_can_not_be_written_into_are_said(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="aliases"):
         made.freeze(tmp_path / "frozen.yaml")
     assert not (tmp_path / "frozen.yaml").exists()
+    made.save(tmp_path / "out")
+    saved = tmp_path / "out" / "scenario.yaml"
+    assert "aliases" in saved.read_text().splitlines()[0]
+    assert np.array_equal(kw.plan(saved).trajectory.breaks, made.trajectory.breaks)
 
 
 def test_nothing_to_freeze(tmp_path: Path) -> None:

@@ -89,7 +89,10 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         r"\[0\]\.speed: is given where",
     ),
     "speed zero": (off(speed=0), r"speed: 0: must be greater than 0"),
-    "speed text": (off(speed="fast"), r"speed: 'fast': must be"),
+    "speed text": (
+        off(speed="fast"),
+        r"speed: 'fast': must be a positive number, fastest, or {at_most: a positive number}",
+    ),
     "speed infinite": (off(speed=float("inf")), "must be a finite number"),
     "speed beyond all measure": (off(speed=1e9), r"would have to turn at .*of the speed it could"),
     "speed and another time": (off(time=3), r"leaves 1 s, .* takes 2\.5 s"),

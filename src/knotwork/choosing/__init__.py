@@ -1,6 +1,6 @@
 """What a scenario leaves free is chosen: durations, speeds and knots, and numbers put in place."""
 
 from knotwork.choosing.choice import ChosenTimes, choose_times
-from knotwork.choosing.freezing import frozen_text
+from knotwork.choosing.freezing import frozen_text, saved_text
 
-__all__ = ["ChosenTimes", "choose_times", "frozen_text"]
+__all__ = ["ChosenTimes", "choose_times", "frozen_text", "saved_text"]

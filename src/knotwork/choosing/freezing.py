@@ -9,15 +9,18 @@ from typing import Any
 from knotwork.choosing.choice import ChosenTimes
 from knotwork.documents import Location, edited, edited_text, read_text
 from knotwork.documents.edits import block
+from knotwork.errors import InputError
+
+PATH_KEYS = frozenset({"mesh", "package_paths", "points", "robot", "srdf", "urdf"})
+"""Keys whose text is a path relative to the file, where there is such a file or folder."""
 
 
-def frozen_text(chosen: ChosenTimes, folder: Path, *, comments: bool = True) -> str:
+def frozen_text(chosen: ChosenTimes, folder: Path) -> str:
     """YAML of the scenario, with all else as its file has it; made anew where there is no file.
 
     Args:
         chosen: What was chosen.
         folder: Where the text will be, for the paths in it.
-        comments: Keep the text of the file as it is but for the numbers; else it is made anew.
 
     Raises:
         InputError: The file can't be read any more, or the numbers can't be put into its text.
@@ -25,28 +28,40 @@ def frozen_text(chosen: ChosenTimes, folder: Path, *, comments: bool = True) -> 
     document = chosen.document
     if document.file is None:
         return block(edited(document, chosen.edits).data)
-    moved = _moved(document.data, document.file.parent.resolve(), folder.resolve())
-    if not comments:
-        return block(edited(document, {**chosen.edits, **moved}).data)
-    return edited_text(read_text(document.file), {**chosen.edits, **moved})
+    return edited_text(read_text(document.file), _all_edits(chosen, folder))
 
 
-def _moved(data: Any, old: Path, new: Path) -> dict[Location, Any]:
+def saved_text(chosen: ChosenTimes, folder: Path) -> str:
+    """The same; where the text of the file can't be kept it is made anew, and says so."""
+    try:
+        return frozen_text(chosen, folder)
+    except InputError as error:
+        why = str(error).replace("\n", " ")
+        text = block(edited(chosen.document, _all_edits(chosen, folder)).data)
+        return f"# Written anew, without the comments of the file it came from: {why}\n{text}"
+
+
+def _all_edits(chosen: ChosenTimes, folder: Path) -> dict[Location, Any]:
+    file = chosen.document.file
+    if file is None:
+        return dict(chosen.edits)
+    moved = _moved(chosen.document.data, (), file.parent.resolve(), folder.resolve())
+    return {**chosen.edits, **moved}
+
+
+def _moved(data: Any, place: Location, old: Path, new: Path) -> dict[Location, Any]:
     """Paths in a file that is in another folder now."""
     if old == new:
         return {}
-    edits: dict[Location, Any] = {}
-
-    def move(place: Location, value: Any) -> None:
-        if isinstance(value, str) and not Path(value).is_absolute() and (old / value).is_file():
-            edits[place] = Path(os.path.relpath(old / value, new)).as_posix()
-
-    robot = data.get("robot")
-    move(("robot",), robot)
-    if isinstance(robot, dict):
-        move(("robot", "urdf"), robot.get("urdf"))
-    for i, waypoint in enumerate(data["waypoints"]):
-        along = waypoint.get("along")
-        if isinstance(along, dict):
-            move(("waypoints", i, "along", "points"), along.get("points"))
-    return edits
+    if isinstance(data, dict | list):
+        parts = data.items() if isinstance(data, dict) else enumerate(data)
+        inner = [_moved(value, (*place, key), old, new) for key, value in parts]
+        return {location: path for found in inner for location, path in found.items()}
+    key = next((part for part in reversed(place) if isinstance(part, str)), "")
+    if not isinstance(data, str) or key not in PATH_KEYS:
+        return {}
+    if Path(data).expanduser().is_absolute() or not (old / data).exists():
+        return {}
+    if key == "robot" and not (old / data).is_file():
+        return {}  # the name of a robot that is shipped
+    return {place: Path(os.path.relpath(old / data, new)).as_posix()}

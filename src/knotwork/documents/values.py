@@ -5,6 +5,7 @@ Fields take what they say and convert nothing: text is no number, `true` is no 1
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Annotated, Any, ClassVar
 
 from pydantic import (
@@ -70,11 +71,19 @@ def _kind(value: Any) -> str | None:
     return None
 
 
-def by_kind(accepted: str) -> Discriminator:
-    """Tell the forms of a value apart by their kind; the error says which are accepted."""
-    return Discriminator(
-        _kind, custom_error_type="kind", custom_error_message=f"must be {accepted}"
-    )
+def by_kind(accepted: str, words: Collection[str] | None = None) -> Discriminator:
+    """Tell the forms of a value apart by their kind; the error says which are accepted.
+
+    Args:
+        accepted: All forms, in words.
+        words: The text that is accepted; by default the text has its own check.
+    """
+
+    def kind(value: Any) -> str | None:
+        unknown = isinstance(value, str) and words is not None and value not in words
+        return None if unknown else _kind(value)
+
+    return Discriminator(kind, custom_error_type="kind", custom_error_message=f"must be {accepted}")
 
 
 def _range(values: list[float]) -> list[float]:

@@ -80,7 +80,10 @@ class PlannerOptionsFile(StrictModel):
         Annotated[
             Annotated[Literal["zero", "estimated"], Tag("text")]
             | Annotated[PerWaypoint, Tag("list")],
-            by_kind("zero, estimated, or a list of mappings of joint names to accelerations"),
+            by_kind(
+                "zero, estimated, or a list of mappings of joint names to accelerations",
+                ["zero", "estimated"],
+            ),
         ]
         | None
     ) = Field(
@@ -201,7 +204,10 @@ class ScenarioFile(StrictModel):
     branch: Annotated[
         Annotated[Literal["free", "keep", "fixed"], Tag("text")]
         | Annotated[Branch, Tag("mapping")],
-        by_kind("free, keep, fixed or a mapping of shoulder, elbow and wrist to words"),
+        by_kind(
+            "free, keep, fixed or a mapping of shoulder, elbow and wrist to words",
+            ["free", "keep", "fixed"],
+        ),
     ] = Field(
         "free",
         description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
@@ -225,7 +231,10 @@ class ScenarioFile(StrictModel):
         Annotated[Literal["paper", "balanced", "optimal"], Tag("text")]
         | Annotated[Balanced, Tag("mapping")]
         | Annotated[list[Number], Tag("list")],
-        by_kind("paper, balanced, optimal, {balanced: c} or a list of knot times"),
+        by_kind(
+            "paper, balanced, optimal, {balanced: c} or a list of knot times",
+            ["paper", "balanced", "optimal"],
+        ),
     ] = Field(
         "paper",
         description="Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
@@ -242,7 +251,10 @@ class ScenarioFile(StrictModel):
         Annotated[
             Annotated[Literal["time", "jerk", "effort", "acceleration"], Tag("text")]
             | Annotated[ObjectiveFile, Tag("mapping")],
-            by_kind("time, jerk, effort, acceleration, or a mapping of these to weights"),
+            by_kind(
+                "time, jerk, effort, acceleration, or a mapping of these to weights",
+                ["time", "jerk", "effort", "acceleration"],
+            ),
         ]
         | None
     ) = Field(
@@ -259,7 +271,7 @@ class ScenarioFile(StrictModel):
     end_acceleration: (
         Annotated[
             Annotated[Literal["zero"], Tag("text")] | Annotated[EndAcceleration, Tag("mapping")],
-            by_kind("zero or a mapping with start and end"),
+            by_kind("zero or a mapping with start and end", ["zero"]),
         ]
         | None
     ) = Field(

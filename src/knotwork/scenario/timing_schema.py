@@ -27,13 +27,15 @@ After = Annotated[
     Annotated[Positive, Tag("number")]
     | Annotated[Literal["fastest"], Tag("text")]
     | Annotated[Fastest, Tag("mapping")],
-    by_kind("a positive number of seconds, fastest, or {fastest: true, at_least: seconds}"),
+    by_kind(
+        "a positive number of seconds, fastest, or {fastest: true, at_least: seconds}", ["fastest"]
+    ),
 ]
 Speed = Annotated[
     Annotated[Positive, Tag("number")]
     | Annotated[Literal["fastest"], Tag("text")]
     | Annotated[AtMost, Tag("mapping")],
-    by_kind("a positive number, fastest, or {at_most: a positive number}"),
+    by_kind("a positive number, fastest, or {at_most: a positive number}", ["fastest"]),
 ]
 
 

@@ -147,7 +147,7 @@ class PoseWaypoint(_Posed):
     velocity: (
         Annotated[
             Annotated[Velocity, Tag("mapping")] | Annotated[Literal["free"], Tag("text")],
-            by_kind("a mapping of linear, angular and in, or free"),
+            by_kind("a mapping of linear, angular and in, or free", ["free"]),
         ]
         | None
     ) = Field(
@@ -284,7 +284,7 @@ class JointWaypoint(_Waypoint):
     velocity: (
         Annotated[
             Annotated[JointMap, Tag("mapping")] | Annotated[Literal["free"], Tag("text")],
-            by_kind("a mapping of joint names to velocities, or free"),
+            by_kind("a mapping of joint names to velocities, or free", ["free"]),
         ]
         | None
     ) = Field(
