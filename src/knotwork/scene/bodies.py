@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -17,7 +18,8 @@ from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes
 from knotwork.scenario import Shape
-from knotwork.scene.solids import Solid, solid
+from knotwork.scene.solids import Placed, Solid, solid
+from knotwork.waypoints import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +40,19 @@ class Body:
     solids: tuple[Solid, ...]
     start: float = -math.inf
     end: float = math.inf
+
+
+def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Iterator[Placed]:
+    """The solids of a body, from rotations and origins of all joints.
+
+    Args:
+        body: The body.
+        rotation: Of all joints, shape (n + 1, 3, 3).
+        origin: Of all joints [m], shape (n + 1, 3).
+    """
+    turn, shift = rotation[body.joint], origin[body.joint]
+    for one in body.solids:
+        yield Placed(one, turn @ one.rotation, turn @ one.translation + shift)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import coal
 import numpy as np
 
-from knotwork.scene.bodies import Body
-from knotwork.scene.solids import Solid, winding_number
+from knotwork.scene.bodies import Body, placed_solids
+from knotwork.scene.inside import one_inside_the_other
+from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
 TOLERANCE = 1e-8
@@ -18,6 +22,9 @@ TOLERANCE = 1e-8
 ROUNDING = 1e-6
 """Distances may be wrong by so much [m]: by the search for the nearest points, which ends some
 1e-8 from the truth, and by the rounding of corners and placements."""
+
+ON_SURFACE = 1e-7
+"""A point this near to a mesh [m] is on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,122 +49,66 @@ class DistanceMeter:
         self._request = coal.DistanceRequest()
         self._request.enable_signed_distance = True
         self._request.gjk_tolerance = TOLERANCE
-        self._result = coal.DistanceResult()
+        self._result, self._spot = coal.DistanceResult(), coal.DistanceResult()
         self._first, self._second = coal.Transform3s(), coal.Transform3s()
+        self._here, self._point = coal.Transform3s(), coal.Sphere(0.0)
 
-    def distance(
-        self,
-        first: Solid,
-        rotation1: FloatArray,
-        origin1: FloatArray,
-        second: Solid,
-        rotation2: FloatArray,
-        origin2: FloatArray,
-    ) -> float:
+    def distance(self, first: Placed, second: Placed, most: float = math.inf) -> float:
         """Distance between two solids [m]; not above 0 where they overlap.
 
         Args:
             first: A solid.
-            rotation1: Of its own axes, shape (3, 3).
-            origin1: Of its own axes [m], shape (3,).
             second: Another one.
-            rotation2: Of its own axes.
-            origin2: Of its own axes.
+            most: Nothing beyond this is of interest [m]: of meshes that are taken as they are and
+                are farther apart, it is not less than this, and not more than the distance.
         """
-        here, there, result = self._first, self._second, self._result
-        here.setRotation(rotation1)
-        here.setTranslation(origin1)
-        there.setRotation(rotation2)
-        there.setTranslation(origin2)
+        for at, one in ((self._first, first), (self._second, second)):
+            at.setRotation(one.rotation)
+            at.setTranslation(one.origin)
+        a, b = first.solid, second.solid
+        if a.around is not None or b.around is not None:
+            # Triangles are many. The hull is never farther away, and where it is nearest, the
+            # mesh itself is not far.
+            near = self._between(a.around or a.geometry, b.around or b.geometry)
+            most = max(most, ROUNDING)  # Coal measures nothing where 0 is known already
+            if near >= most:
+                return near
+            if near > ROUNDING:
+                points = self._result.getNearestPoint1(), self._result.getNearestPoint2()
+                off = self._off(a, self._first, points[0]) + self._off(b, self._second, points[1])
+                if off <= ON_SURFACE:
+                    return near
+                most = min(most, near + off + ROUNDING)
+            return self._between(a.geometry, b.geometry, most)
+        return self._between(a.geometry, b.geometry)
+
+    def _between(self, first: Any, second: Any, most: float = math.inf) -> float:
+        """Coal's distance between two geometries [m], or `most` if that is less."""
+        result = self._result
         result.clear()
-        coal.distance(first.geometry, here, second.geometry, there, self._request, result)
+        if most < math.inf:
+            result.min_distance = most
+        coal.distance(first, self._first, second, self._second, self._request, result)
         return float(result.min_distance)
 
-    def nearest(
-        self,
-        first: Solid,
-        rotation1: FloatArray,
-        origin1: FloatArray,
-        second: Solid,
-        rotation2: FloatArray,
-        origin2: FloatArray,
-    ) -> Nearest:
+    def _off(self, solid: Solid, placement: Any, point: Any) -> float:
+        """How far a point is off a mesh that is taken as it is [m]; 0 for all that is convex."""
+        if solid.around is None:
+            return 0.0
+        self._here.setTranslation(point)
+        self._spot.clear()
+        coal.distance(solid.geometry, placement, self._point, self._here, self._request, self._spot)
+        return max(float(self._spot.min_distance), 0.0)
+
+    def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids, as `distance`."""
-        distance = self.distance(first, rotation1, origin1, second, rotation2, origin2)
+        distance = self.distance(first, second)
         points = np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
         normal = -np.array(self._result.normal)
         apart = points[0] - points[1]
         if distance > ROUNDING and np.linalg.norm(apart) > ROUNDING:
             normal = apart / np.linalg.norm(apart)
         return Nearest(distance, points, normal)
-
-
-def one_inside_the_other(
-    first: Solid,
-    rotation1: FloatArray,
-    origin1: FloatArray,
-    second: Solid,
-    rotation2: FloatArray,
-    origin2: FloatArray,
-) -> bool:
-    """Whether one of two solids whose surfaces do not meet is inside the other.
-
-    Coal takes a mesh for its surface: the distance from inside it is positive. Every connected part
-    of the inner one is looked at.
-    """
-    for outer, turn, shift, inner, turned, shifted in (
-        (first, rotation1, origin1, second, rotation2, origin2),
-        (second, rotation2, origin2, first, rotation1, origin1),
-    ):
-        if outer.triangles is None or inner.plane is not None:
-            continue
-        points = _points(inner) @ turned.T + shifted
-        if any(_is_inside(outer, point) for point in (points - shift) @ turn):
-            return True
-    return False
-
-
-def _is_inside(solid: Solid, point: FloatArray) -> bool:
-    """Whether a point is inside a mesh that is taken as it is, whichever way its triangles wind.
-
-    A part within another one that winds the other way is the wall of a cavity, which is outside.
-    Where parts overlap otherwise, what two of them enclose is inside.
-    """
-    if solid.triangles is None or solid.parts is None:
-        return False
-    around, winds = [], 0
-    for part in range(solid.parts.max() + 1):
-        triangles = solid.triangles[solid.parts == part]
-        winding = round(winding_number(triangles, point))
-        if winding:
-            winds += winding
-            corners = triangles.reshape(-1, 3)
-            around.append((corners.min(axis=0), corners.max(axis=0)))
-    if winds or not around:
-        return winds != 0
-    around.sort(key=lambda box: -float(np.prod(box[1] - box[0])))
-    nested = all(
-        (outer[0] < inner[0]).all() and (inner[1] < outer[1]).all()
-        for outer, inner in itertools.pairwise(around)
-    )
-    return not nested
-
-
-def _points(solid: Solid) -> FloatArray:
-    """A point of each connected part of a solid, in its own axes [m], shape (m, 3)."""
-    if solid.triangles is not None and solid.parts is not None:
-        _, first = np.unique(solid.parts, return_index=True)
-        return np.asarray(solid.triangles[first, 0])
-    if isinstance(solid.geometry, coal.Convex):
-        return np.array([solid.geometry.point(0)])
-    return np.zeros((1, 3))  # the middle of the other solids
-
-
-def world_axes(
-    solid: Solid, rotation: FloatArray, origin: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Rotation and origin of a solid's own axes, from those of the joint that carries it."""
-    return rotation @ solid.rotation, rotation @ solid.translation + origin
 
 
 def nearest_of_bodies(
@@ -176,14 +127,37 @@ def nearest_of_bodies(
         rotation: Of all joints, shape (n + 1, 3, 3).
         origin: Of all joints [m], shape (n + 1, 3).
     """
-    found = [
-        meter.nearest(
-            a,
-            *world_axes(a, rotation[first.joint], origin[first.joint]),
-            b,
-            *world_axes(b, rotation[second.joint], origin[second.joint]),
-        )
-        for a in first.solids
-        for b in second.solids
-    ]
-    return min(found, key=lambda one: one.distance)
+    pairs = _pairs(first, second, rotation, origin)
+    return min((meter.nearest(a, b) for a, b in pairs), key=lambda one: one.distance)
+
+
+def nearer_than(
+    meter: DistanceMeter,
+    first: Body,
+    second: Body,
+    rotation: FloatArray,
+    origin: FloatArray,
+    margin: float,
+) -> bool:
+    """Whether two bodies are no farther apart than a margin, or one is inside the other.
+
+    Args:
+        meter: Measures.
+        first: A body.
+        second: Another one.
+        rotation: Of all joints, shape (n + 1, 3, 3).
+        origin: Of all joints [m], shape (n + 1, 3).
+        margin: Clearance to keep [m].
+    """
+    return any(
+        meter.distance(a, b, margin + ROUNDING) <= margin or one_inside_the_other(a, b)
+        for a, b in _pairs(first, second, rotation, origin)
+    )
+
+
+def _pairs(
+    first: Body, second: Body, rotation: FloatArray, origin: FloatArray
+) -> Iterator[tuple[Placed, Placed]]:
+    return itertools.product(
+        placed_solids(first, rotation, origin), placed_solids(second, rotation, origin)
+    )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knotwork.scene.bodies import Body
-from knotwork.scene.distances import nearest_of_bodies
+from knotwork.scene.distances import nearer_than
 from knotwork.scene.model import CollisionModel
 from knotwork.waypoints import FloatArray
 
@@ -61,8 +61,7 @@ def way_out(
     def clear(shift: FloatArray, obstacle: Body) -> bool:
         moved = origin.copy()
         moved[body.joint] += shift
-        near = nearest_of_bodies(model.meter, body, obstacle, rotation, moved)
-        return near.distance > margin
+        return not nearer_than(model.meter, body, obstacle, rotation, moved, margin)
 
     best: WayOut | None = None
     others = [one for one in others if clear(np.zeros(3), one)]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from knotwork.scene.distances import DistanceMeter
+from knotwork.scene.distances import ROUNDING, DistanceMeter
+from knotwork.scene.inside import one_inside_the_other
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.placements import place_joints
+from knotwork.scene.solids import Placed
 from knotwork.waypoints import FloatArray
 
 
@@ -20,6 +24,7 @@ class SolidPairs:
         first, second: Solids of each pair of solids, shape (c,).
         pair: Pair of bodies that it belongs to, shape (c,).
         margin: Clearance to keep [m], shape (c,).
+        exact: Whether one of the two is a mesh that is taken as it is, shape (c,).
         windows: From when to when [s] each pair of bodies is there, shape (p, 2).
     """
 
@@ -36,6 +41,8 @@ class SolidPairs:
         ]
         self.first, self.second, self.pair = np.array(combos).T
         self.margin = np.array([model.pairs[k].margin for k in self.pair])
+        exact = np.array([one.triangles is not None for one in self.solids])
+        self.exact = exact[self.first] | exact[self.second]
         bodies = [(model.bodies[p.first], model.bodies[p.second]) for p in model.pairs]
         self.windows = np.array([(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies])
         corners = np.array([one.corners for one in self.solids])
@@ -92,18 +99,23 @@ class SolidPairs:
             least[:, columns] = height - self._radius[others]
         return np.asarray(least)
 
-    def measured(self, combo: int, turn: FloatArray, shift: FloatArray) -> float:
+    def measured(
+        self, combo: int, turn: FloatArray, shift: FloatArray, most: float = math.inf
+    ) -> float:
         """Distance of a pair of solids [m]; not above 0 where they overlap.
 
         Args:
             combo: Which pair.
             turn: Rotations of the solids' own axes, shape (s, 3, 3).
             shift: Their origins [m], shape (s, 3).
+            most: Nothing beyond this is of interest [m], as in `DistanceMeter.distance`.
         """
+        return self._meter.distance(*self.placed(combo, turn, shift), most)
+
+    def placed(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
+        """The two solids of a pair where they are; arguments as in `measured`."""
         a, b = self.first[combo], self.second[combo]
-        return self._meter.distance(
-            self.solids[a], turn[a], shift[a], self.solids[b], turn[b], shift[b]
-        )
+        return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
         """The least distance beyond what is to be kept at configurations [m], shape (m,).
@@ -125,6 +137,9 @@ class SolidPairs:
                 if row[k] > result[i] or (most == 0.0 and result[i] < 0.0):
                     break
                 c = int(there[k])
-                apart = self.measured(c, turn[i], shift[i]) - self.margin[c]
+                far = result[i] + self.margin[c] + ROUNDING
+                apart = self.measured(c, turn[i], shift[i], far) - self.margin[c]
+                if self.exact[c] and one_inside_the_other(*self.placed(c, turn[i], shift[i])):
+                    apart = -apart
                 result[i] = min(result[i], apart if apart > 0.0 else min(apart, -1e-300))
         return result

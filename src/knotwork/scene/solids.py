@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import coal
 import numpy as np
@@ -40,6 +40,7 @@ class Solid:
         triangles: Of a mesh that is not taken as its hull: corners in its own axes [m], shape
             (n, 3, 3); `None` for all that is convex.
         parts: Which connected part each of those triangles is of, shape (n,); `None` as well.
+        around: Convex hull of such a mesh, as Coal has it; `None` as well.
     """
 
     shape: Shape
@@ -50,6 +51,7 @@ class Solid:
     plane: FloatArray | None = None
     triangles: FloatArray | None = None
     parts: NDArray[np.intp] | None = None
+    around: Any = None
 
     @property
     def hull(self) -> FloatArray | None:
@@ -66,6 +68,20 @@ class Solid:
         return float(np.linalg.norm(self.corners[-1] - self.corners[0]) / 2)
 
 
+class Placed(NamedTuple):
+    """A solid, and where it is.
+
+    Attributes:
+        solid: The solid.
+        rotation: Of its own axes, shape (3, 3).
+        origin: Of its own axes [m], shape (3,).
+    """
+
+    solid: Solid
+    rotation: FloatArray
+    origin: FloatArray
+
+
 def solid(shape: Shape, carrier: Any) -> Solid:
     """Make a solid.
 
@@ -78,14 +94,14 @@ def solid(shape: Shape, carrier: Any) -> Solid:
     """
     placed = carrier * shape.placement
     turn, shift = np.array(placed.rotation), np.array(placed.translation)
-    triangles, parts = None, None
+    triangles, parts, hull = None, None, None
     if shape.path is not None:
         try:
             changed = shape.path.stat().st_mtime_ns
         except OSError as error:
             raise InputError(f"mesh {shape.path} can't be read: {error.strerror}") from error
         if shape.exact:
-            geometry, triangles, parts = _exact(shape.path, changed, shape.scale)
+            geometry, triangles, parts, hull = _exact(shape.path, changed, shape.scale)
         else:
             geometry = _hull(shape.path, changed, shape.scale)
     elif shape.kind == "half_space":
@@ -107,7 +123,9 @@ def solid(shape: Shape, carrier: Any) -> Solid:
     low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
     corners = low + _CORNERS * (high - low)
     around = corners @ turn.T + shift
-    return Solid(shape, geometry, turn, shift, around, triangles=triangles, parts=parts)
+    return Solid(
+        shape, geometry, turn, shift, around, triangles=triangles, parts=parts, around=hull
+    )
 
 
 @lru_cache(maxsize=256)
@@ -116,8 +134,13 @@ def _hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
     points = read_points(path) * np.array(scale)
     points = points[np.lexsort(points.T)]
     distinct = np.append(True, np.any(points[1:] != points[:-1], axis=1))
+    return _convex(_thickened(points[distinct]))
+
+
+def _convex(points: FloatArray) -> Any:
+    """Convex hull of points, as Coal has it."""
     vectors = coal.StdVec_Vec3s()
-    vectors.extend(list(_thickened(points[distinct])))
+    vectors.extend(list(points))
     return coal.ConvexBase.convexHull(vectors, True, "Qt")
 
 
@@ -132,8 +155,8 @@ def _thickened(points: FloatArray) -> FloatArray:
 @lru_cache(maxsize=32)
 def _exact(
     path: Path, changed: int, scale: tuple[float, float, float]
-) -> tuple[Any, FloatArray, NDArray[np.intp]]:
-    """A mesh as it is, the corners of its triangles, and the connected part that each is of."""
+) -> tuple[Any, FloatArray, NDArray[np.intp], Any]:
+    """A mesh as it is, the corners of its triangles, the part that each is of, and their hull."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -157,17 +180,4 @@ def _exact(
     mesh.endModel()
     joined = coo_array((np.ones(len(edges)), edges.T), shape=(len(points), len(points)))
     part = np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
-    return mesh, points[faces], part[faces[:, 0]]
-
-
-def winding_number(triangles: FloatArray, point: FloatArray) -> float:
-    """How often closed triangles, shape (n, 3, 3), wind around a point: ±1 inside, 0 outside.
-
-    The sum of their solid angles (van Oosterom and Strackee, 1983) over 4π.
-    """
-    a, b, c = (triangles - point).transpose(1, 0, 2)
-    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-    dots = [np.einsum("ij,ij->i", *pair) for pair in ((a, b), (b, c), (c, a))]
-    below = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
-    return float(np.arctan2(volume, below).sum() / (2 * np.pi))
+    return mesh, points[faces], part[faces[:, 0]], _convex(points)

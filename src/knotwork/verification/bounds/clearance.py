@@ -27,10 +27,10 @@ from knotwork.scene.bodies import Body
 from knotwork.scene.distances import (
     ROUNDING,
     Nearest,
+    nearer_than,
     nearest_of_bodies,
-    one_inside_the_other,
-    world_axes,
 )
+from knotwork.scene.inside import one_inside_the_other
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.placements import place_joints
 from knotwork.scene.solid_pairs import SolidPairs
@@ -178,7 +178,7 @@ class _Search:
         rotation, origin = place_joints(self.model.joints, q)
         motion = self._motions(self._moves(intervals, rotation, origin), item, combo)
         least = self.table.least(rotation, origin)[item, combo]
-        self._measure(time[item], rotation, origin, item, combo, distance, least - motion)
+        self._measure(time[item], rotation, origin, item, combo, distance, least, motion)
         measured = ~np.isnan(distance)
         lower = np.where(measured, distance - ROUNDING, least) - motion
         decided = lower >= self._goal()[combo]
@@ -210,9 +210,13 @@ class _Search:
         item: IndexArray,
         combo: IndexArray,
         distance: FloatArray,
-        lower: FloatArray,
+        least: FloatArray,
+        motion: FloatArray,
     ) -> None:
         """Measure distances, the least ones first, as far as that may change the smallest one.
+
+        Of a mesh that is taken as it is, a distance is cut where it closes its interval and is no
+        smaller than the smallest found.
 
         Args:
             time: Of each item [s].
@@ -221,9 +225,12 @@ class _Search:
             item: Which of the k times each item is at.
             combo: Pair of solids of each item.
             distance: Of each item [m]; `nan` where it has not been measured, and filled in.
-            lower: What spheres prove of each item [m].
+            least: Distance that spheres prove of each item [m].
+            motion: How far the solids of each item move against one another at most [m].
         """
-        waiting = np.flatnonzero(np.isnan(distance) & (lower < self._goal()[combo]))
+        lower = least - motion
+        first_goal = self._goal()
+        waiting = np.flatnonzero(np.isnan(distance) & (lower < first_goal[combo]))
         goal: dict[int, float] = {}
         turn, shift = self.table.axes(rotation, origin)
         for i in waiting[np.argsort(lower[waiting], kind="stable")].tolist():
@@ -231,7 +238,9 @@ class _Search:
             if lower[i] >= goal.get(c, np.inf):
                 continue
             k = int(item[i])
-            d = self.table.measured(c, turn[k], shift[k])
+            enough = goal.setdefault(c, float(first_goal[c])) + motion[i] + 2 * ROUNDING
+            enough = max(enough, float(self.distance[c]))
+            d = self.table.measured(c, turn[k], shift[k], enough)
             distance[i] = d
             self.measurements[c] += 1
             if d < self.distance[c]:
@@ -268,16 +277,11 @@ class _Search:
         """Find solids inside meshes: if surfaces never meet, one look tells it for all time."""
         for c in np.flatnonzero(self.distance > 0.0).tolist():
             table = self.table
-            a, b = table.solids[self.first[c]], table.solids[self.second[c]]
-            if a.triangles is None and b.triangles is None:
+            if not table.exact[c]:
                 continue
             start = float(self.windows[self.pair[c]][0])
-            rotation, origin = self._placed([start])
-            placed = [
-                (one, *world_axes(one, rotation[0, j], origin[0, j]))
-                for one, j in ((a, table.joint[self.first[c]]), (b, table.joint[self.second[c]]))
-            ]
-            if one_inside_the_other(*placed[0], *placed[1]):
+            turn, shift = (x[0] for x in table.axes(*self._placed([start])))
+            if one_inside_the_other(*table.placed(c, turn, shift)):
                 self.distance[c], self.time[c] = -self.distance[c], start
                 self.bound[c] = -np.inf
 
@@ -323,29 +327,23 @@ class _Search:
             )
         return tuple(result)
 
-    def _distance(self, k: int, time: float) -> float:
-        """Distance of a pair of bodies at some time [m]."""
-        pair = self.model.pairs[k]
-        rotation, origin = (x[0] for x in self._placed([time]))
+    def _near(self, k: int, times: Sequence[float]) -> list[bool]:
+        """Whether a pair of bodies is too near at some times."""
+        pair, meter = self.model.pairs[k], self.model.meter
         bodies = self.model.bodies[pair.first], self.model.bodies[pair.second]
-        return nearest_of_bodies(self.model.meter, *bodies, rotation, origin).distance
+        return [
+            nearer_than(meter, *bodies, turn, shift, pair.margin)
+            for turn, shift in zip(*self._placed(times), strict=True)
+        ]
 
     def _contacts(self, k: int, time: float) -> tuple[tuple[float, float], ...]:
         """From when to when the bodies are too near, each time; one of the times is known.
 
         A contact that is shorter than the steps between the looks may be missed beside that one.
         """
-        pair = self.model.pairs[k]
         low, high = self.windows[k].tolist()
-        if self._distance(k, time) > pair.margin:
-            return ((low, high),)  # inside a mesh whose surface it never meets
         times = np.union1d(np.linspace(low, high, LOOKS + 1), [time])
-        rotation, origin = self._placed(times.tolist())
-        bodies = self.model.bodies[pair.first], self.model.bodies[pair.second]
-        near = [
-            nearest_of_bodies(self.model.meter, *bodies, turn, shift).distance <= pair.margin
-            for turn, shift in zip(rotation, origin, strict=True)
-        ]
+        near = self._near(k, times.tolist())
         change = np.flatnonzero(np.diff(near))
         edges = [self._edge(k, *times[i : i + 2].tolist()) for i in change.tolist()]
         edges = [*([low] if near[0] else []), *edges, *([high] if near[-1] else [])]
@@ -353,11 +351,10 @@ class _Search:
 
     def _edge(self, k: int, low: float, high: float) -> float:
         """When the bodies come too near, or cease to be, between two times [s]."""
-        margin = self.model.pairs[k].margin
-        before = self._distance(k, low) <= margin
+        (before,) = self._near(k, [low])
         while high - low > EDGE:
             middle = (low + high) / 2
-            if (self._distance(k, middle) <= margin) == before:
+            if self._near(k, [middle]) == [before]:
                 low = middle
             else:
                 high = middle
