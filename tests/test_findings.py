@@ -75,6 +75,12 @@ def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
     page = report_page(plan).html
     for said in ("Whistling", "2.125 to 2.375", "71.5", FAST.replace("'", "&#39;"), "dB", "12.25"):
         assert said in page
+    # less of it would do, so a limit from below is used in part, too
+    tight = [(found.quantity, found.use) for found in plan.report.tightest]
+    assert [use for _, use in tight] == sorted((use for _, use in tight), reverse=True)
+    assert ("loudness", 12.25 / 60) in tight
+    kinds = [(found.subject, found.quantity) for found in plan.report.tightest]
+    assert len(set(kinds)) == len(kinds)
     scene = view_plan(plan).html
     assert "three four: loudness 71.5, limit 60 dB" in scene
 

@@ -67,6 +67,24 @@ class Report:
         required = [found for found in self.findings if found.required]
         return sum(found.ok for found in required), len(required)
 
+    @property
+    def tightest(self) -> tuple[Finding, ...]:
+        """Of each quantity that is required and met, what uses most of its limit; most used first.
+
+        >>> report = kw.plan("ur5_deburring").report
+        >>> [f"{found.title} {found.use:.0%}" for found in report.tightest[:2]]
+        ['tool speed 81%', 'position 77%']
+        """
+        worst: dict[tuple[str, str], tuple[float, Finding]] = {}
+        for found in self.findings:
+            key, use = (found.subject, found.quantity), found.use
+            if found.verdict != "met" or use is None or found.detail:
+                continue
+            if key not in worst or use > worst[key][0]:
+                worst[key] = use, found
+        order = sorted(worst.values(), key=lambda pair: -pair[0])
+        return tuple(found for _, found in order)
+
     def select(self, **wanted: object) -> tuple[Finding, ...]:
         """Find findings by their attributes, for example `subject="joint", quantity="velocity"`.
 
