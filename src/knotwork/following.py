@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, PathError
 from knotwork.interpolation import get_planner
-from knotwork.kinematics.following.hindrance import Hindrance
 from knotwork.kinematics.following.insertion import follow_path
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.proof import PathTolerance
@@ -20,9 +19,6 @@ from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints, read_only
-
-AT_LIMIT = 1e-6
-"""A limit is broken beyond this, relative to the value and 1."""
 
 AT_START = 1e-6
 """The tool may be off the start of the path by this much [m, rad]."""
@@ -98,8 +94,7 @@ def follow(
     )
     _check_start(arm, motion, q)
     joints = JointsOnPath(arm, motion, q, pull)
-    if joints.hindrance is not None:
-        raise joints.error(joints.hindrance)
+    joints.check()
     followed = follow_path(joints, allowed)
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,
@@ -110,7 +105,7 @@ def follow(
         acceleration=followed.acceleration,
     )
     trajectory = get_planner("modified-hermite")(waypoints)
-    _check_limits(joints, trajectory)
+    joints.check_curve(trajectory.polynomial)
     return trajectory
 
 
@@ -166,29 +161,3 @@ def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
             "where the path begins; kw.solve_pose_ik(robot, pose, start) gives joint positions for "
             "the pose there"
         )
-
-
-def _check_limits(joints: JointsOnPath, trajectory: JointTrajectory) -> None:
-    """Raise an error if a joint goes beyond a limit between the steps of the continuation."""
-    robot = joints.robot
-    lower, upper = robot.lower_position_limit, robot.upper_position_limit
-    speed = robot.velocity_limit
-    for kind, order, low, high in (
-        ("joint limit", 0, lower, upper),
-        ("velocity limit", 1, -speed, speed),
-    ):
-        found = trajectory.extrema(order)
-        slack = AT_LIMIT * np.maximum(1.0, np.abs(found.peak))
-        over = np.maximum(found.maximum - high, low - found.minimum) - slack
-        if (over <= 0.0).all():
-            continue
-        j = int(over.argmax())
-        above = bool(found.maximum[j] > high[j] + slack[j])
-        time = float((found.maximum_time if above else found.minimum_time)[j])
-        value, limit = (found.maximum[j], high[j]) if above else (found.minimum[j], low[j])
-        q = trajectory.position(time)
-        smallest = float(np.linalg.svd(robot.jacobian(q), compute_uv=False)[-1])
-        if kind == "velocity limit":
-            value, limit = abs(value), abs(limit)
-        one = Hindrance(kind, time, j, float(value), float(limit), smallest)
-        raise joints.error(one)

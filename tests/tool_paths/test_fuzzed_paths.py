@@ -23,7 +23,6 @@ ORDINARY, ALL = 12, 504
 SAMPLES, STEPS, JOINT_STEP = 301, 200, 0.01
 # Near a singularity limits are reached so steeply that no place is told better than this [m].
 CLOSE = 1e-4
-FINE = 2e-4
 
 
 @dataclass
@@ -231,12 +230,6 @@ def check_refused(task: Task, error: FollowingError) -> None:
     assert off < max(1e-3, CLOSE * abs(rates[j]))
 
 
-def use_at(task: Task, s: float) -> float:
-    """Part of the velocity limits that the joints use at an arc length."""
-    rates = integrated(task, s)[1]
-    return float((np.abs(rates) * speed_at(task, s) / task.arm.velocity_limit).max())
-
-
 def check(seed: int) -> str:
     task = random_task(seed)
     try:
@@ -245,16 +238,10 @@ def check(seed: int) -> str:
         check_refused(task, error)
         return error.cause
     except PathError as error:
-        if isinstance(error, RampError):
-            assert 1.5 * task.speed**2 / task.acceleration > task.length
-            return "ramp"
-        # A fault that is known: joints that race past a singularity between two steps are refused
-        # for the jump that waypoints can't hold, not for the velocity limit that they exceed.
-        if "no waypoints hold the motion" not in str(error):
+        if not isinstance(error, RampError):
             raise
-        places = np.arange(FINE, task.length, FINE)
-        assert any(use_at(task, s) > 1.0 for s in places)
-        return "jump"
+        assert 1.5 * task.speed**2 / task.acceleration > task.length
+        return "ramp"
     check_followed(task, motion)
     # neither the branch nor the self-motion is another one
     np.testing.assert_allclose(
@@ -267,7 +254,11 @@ def check(seed: int) -> str:
 def test_a_random_path_is_followed_or_refused_with_a_true_reason(count: int) -> None:
     found = [check(seed) for seed in range(count)]
     assert found.count("followed") > count / 4
-    assert found.count("jump") <= count / 500
+
+
+def test_joints_that_race_past_a_singularity_are_named() -> None:
+    # at 4.0 mm, between rest and the first millimetres, one would need 1.94 of its limit
+    assert check(386) == "velocity limit"
 
 
 def test_room_for_rounding_is_not_judged_by_a_curve_of_too_few_waypoints() -> None:

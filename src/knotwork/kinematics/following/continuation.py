@@ -27,6 +27,8 @@ from knotwork.waypoints import FloatArray
 STEP = 0.1
 # Where joints have become so much faster, steps that were planned together are planned anew.
 SLACK = 1.3
+# A step on which joints turn out to move by so many times as much is taken anew.
+TOO_FAR = 2.0
 # And each piece of a path takes so many of them at least.
 LEAST_STEPS = 4
 # The path is evaluated for so many steps at once.
@@ -129,8 +131,8 @@ def continue_along(
         least = float(_piece_durations(path, np.array([0.5 * (start + end)]), "right")[0])
         least = min(least / LEAST_STEPS, end - start)
         v, smallest = _velocities(field, path, q, now, "right")
+        fastest = float(np.nanmax(np.abs(v), initial=0.0))
         while now < end and np.isfinite(q).any():
-            fastest = float(np.nanmax(np.abs(v), initial=0.0))
             h = min(least, step / fastest) if fastest else least
             parts = int(np.ceil((end - now) / h - 1e-9))
             h = (end - now) / parts
@@ -139,9 +141,13 @@ def continue_along(
             when = np.linspace(now, last, 2 * parts + 1)
             stages = Stages.of(path, when, 0.5 * (now + last))
             for k in range(0, 2 * parts, 2):
-                steps.append((float(when[k]), q.copy(), v, smallest))
                 alive = np.flatnonzero(np.isfinite(q).all(axis=1))
                 end_of = moved(field, path, limit, q[alive], v[alive], stages[k : k + 3])
+                far = float(np.nanmax(np.abs(end_of.q - q[alive]), initial=0.0))
+                if far > TOO_FAR * step:
+                    fastest = max(far / h, fastest)
+                    break  # joints became faster on the way: shorter steps from here
+                steps.append((float(when[k]), q.copy(), v, smallest))
                 q[alive] = end_of.q
                 gone = np.isnan(end_of.q).any(axis=1)
                 lost[alive[gone]], smallest_lost[alive[gone]] = (
@@ -152,14 +158,21 @@ def continue_along(
                     field, q, stages.twist[k + 2], float(stages.share[k + 2])
                 )
                 now = float(when[k + 2])
-                if h * float(np.nanmax(np.abs(v), initial=0.0)) > SLACK * step:
+                fastest = float(np.nanmax(np.abs(v), initial=0.0))
+                if h * fastest > SLACK * step:
                     break  # joints have become faster: shorter steps from here
         steps.append((now, q.copy(), v, smallest))
         if float(end) in at:
             result[at[float(end)]] = q
     time, positions, velocities, values = (np.array(column) for column in zip(*steps, strict=True))
-    full = path.speed(time) > (1.0 - AT_SPEED) * path.speed_asked_for(time)
-    return Continuation(result, time, positions, velocities, values, full, lost, smallest_lost)
+    return Continuation(
+        result, time, positions, velocities, values, at_full_speed(path, time), lost, smallest_lost
+    )
+
+
+def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
+    """Whether the tool has the full speed of its stretch at times, shape (k,)."""
+    return np.asarray(path.speed(time) > (1.0 - AT_SPEED) * path.speed_asked_for(time))
 
 
 def _velocities(

@@ -114,7 +114,9 @@ class Steps:
         return float(abs(v[0] + (v[1] - v[0]) * u + 6.0 * u * (1.0 - u) * bulge))
 
 
-def hindrance_of(robot: Robot, steps: Steps, lost: float, smallest: float) -> Hindrance | None:
+def hindrance_of(
+    robot: Robot, steps: Steps, lost: float, smallest: float, slack: float = AT_LIMIT
+) -> Hindrance | None:
     """What is in the way of a start.
 
     A joint limit or a singularity is named before a velocity limit, as it is in the way at any
@@ -125,22 +127,23 @@ def hindrance_of(robot: Robot, steps: Steps, lost: float, smallest: float) -> Hi
         steps: Its joints along the path.
         lost: When they lead no further [s]; infinite where they lead to the end.
         smallest: Smallest singular value then.
+        slack: A limit is broken beyond this [rad or m, for velocities a part of the limit].
     """
-    blocked = _beyond_range(robot, steps)
+    blocked = _beyond_range(robot, steps, slack)
     if smallest < SINGULAR and (blocked is None or lost < blocked.time):
         return Hindrance("singularity", lost, 0, 0.0, 0.0, smallest)
     if blocked is not None:
         return blocked
-    fast = _too_fast(robot, steps, math.isinf(lost))
+    fast = _too_fast(robot, steps, math.isinf(lost), slack)
     if fast is None and math.isfinite(lost):
         return Hindrance("singularity", lost, 0, 0.0, 0.0, smallest)
     return fast
 
 
-def _beyond_range(robot: Robot, steps: Steps) -> Hindrance | None:
+def _beyond_range(robot: Robot, steps: Steps, slack: float) -> Hindrance | None:
     lower, upper = (bound - steps.turns for bound in limits_of(robot))
     over = np.maximum(steps.q - upper, lower - steps.q)
-    beyond = over > AT_LIMIT
+    beyond = over > slack
     when = np.flatnonzero(beyond.any(axis=1))
     if not when.size:
         return None
@@ -157,11 +160,11 @@ def _beyond_range(robot: Robot, steps: Steps) -> Hindrance | None:
     return Hindrance("joint limit", time, j, value, float(bound), float(steps.smallest[k]))
 
 
-def _too_fast(robot: Robot, steps: Steps, to_the_end: bool) -> Hindrance | None:
+def _too_fast(robot: Robot, steps: Steps, to_the_end: bool, slack: float) -> Hindrance | None:
     limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
     speeds, where = fastest(steps.time, steps.q, steps.v)
     use = speeds / limit
-    beyond = use > 1.0 + AT_LIMIT
+    beyond = use > 1.0 + slack
     when = np.flatnonzero(beyond.any(axis=1))
     if not when.size:
         return None

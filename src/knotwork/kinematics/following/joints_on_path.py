@@ -9,11 +9,13 @@ from knotwork.errors import FollowingError
 from knotwork.kinematics.following.continuation import (
     Continuation,
     accelerations,
+    at_full_speed,
     continue_along,
 )
-from knotwork.kinematics.following.hindrance import Hindrance, following_error
+from knotwork.kinematics.following.hindrance import Hindrance, Steps, following_error, hindrance_of
 from knotwork.kinematics.following.joint_field import JointField
 from knotwork.kinematics.following.steps import LOST, STRAY
+from knotwork.kinematics.following.within_limits import AT_LIMIT
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.robot import Robot
@@ -23,6 +25,10 @@ from knotwork.waypoints import FloatArray
 # Joints move by no more than this in a step [rad or m]: self-motion is then exact to about 1e-9,
 # and what lies between two steps is near enough to be brought onto the path.
 STEP = 0.05
+# Where limits are broken, so many parts of each step are looked at.
+CLOSELY = 8
+# A curve, which is a little off the path, breaks a limit beyond this [rad or m, relative].
+ON_CURVE = 1e-6
 
 
 class JointsOnPath:
@@ -40,7 +46,6 @@ class JointsOnPath:
 
     Attributes:
         robot, path: As given.
-        hindrance: What is in the way, or `None`.
         time: Of the steps [s], shape (n,).
         position: Joint positions then [rad or m], shape (n, d).
 
@@ -54,9 +59,9 @@ class JointsOnPath:
         place, rotation, _, _ = path.state([path.start_time])
         q = self.field.corrected(start[None], place, rotation)[0]
         found = continue_along(robot, path, q, path.breaks, pull=pull, step=STEP)
-        self.hindrance = found.hindrance(robot, 0, np.zeros(robot.dof))
-        if self.hindrance is not None and np.isfinite(found.lost[0]):
-            raise self.error(self.hindrance)
+        self._seen = found.hindrance(robot, 0, np.zeros(robot.dof))
+        if self._seen is not None and np.isfinite(found.lost[0]):
+            raise self._error(self._seen)
         # where a piece ends and the next begins there are two steps at one time
         steps = np.flatnonzero(np.diff(found.time) > 0.0)
         self.time, self.position = (
@@ -77,7 +82,45 @@ class JointsOnPath:
             ]
         return two_point_coefficients(time, (q, v, a))[:, ::2]
 
-    def error(self, one: Hindrance) -> FollowingError:
+    def check(self) -> None:
+        """Check that the joints keep their limits, if they do not at the steps of the integral.
+
+        Raises:
+            FollowingError: They don't.
+        """
+        broken = None if self._seen is None else self._closely()
+        if broken is not None:
+            raise self._error(broken)
+
+    def check_curve(self, curve: PiecewisePolynomial) -> None:
+        """Check that a cubic curve along the whole path keeps the limits, between steps too.
+
+        Raises:
+            FollowingError: It doesn't.
+        """
+        far = curve.extrema()
+        time = np.unique(np.concatenate((curve.x, far.minimum_time, far.maximum_time)))
+        broken = self._hindrance(time, curve(time), curve(time, 1), ON_CURVE)
+        if broken is not None:
+            raise self._error(self._closely() or broken)
+
+    def _closely(self) -> Hindrance | None:
+        """What is in the way, at more times than the steps of the integral."""
+        starts, lengths = self.time[:-1, None], np.diff(self.time)[:, None]
+        inner = (starts + lengths * np.arange(CLOSELY) / CLOSELY).ravel()
+        time = np.append(inner, self.time[-1])
+        q = self.positions(time)
+        return self._hindrance(time, q, self.rates(time, q)[0])
+
+    def _hindrance(
+        self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float = AT_LIMIT
+    ) -> Hindrance | None:
+        smallest = np.asarray(np.linalg.svd(self.field.axes.jacobians(q), compute_uv=False)[:, -1])
+        still, full = np.zeros(self.robot.dof), at_full_speed(self.path, time)
+        steps = Steps(time, q, v, still, smallest, full)
+        return hindrance_of(self.robot, steps, np.inf, np.nan, slack)
+
+    def _error(self, one: Hindrance) -> FollowingError:
         """The error for what is in the way."""
         what = "the path can't be followed from start:"
         remedy = "start from another solution (robot.solve_all)"

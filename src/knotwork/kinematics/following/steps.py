@@ -16,6 +16,9 @@ LOST = 1e-7
 # end in another branch. After so many halvings the arm can't go on.
 STRAY = 1e-3
 HALVINGS = 9
+# So is a step whose velocities differ so much in its middle [rad or m]: it could pass where joints
+# race, and the self-motion of redundant arms would no more be that of the integral.
+BENT = 1e-3
 # Joint speeds so many times the limits end a continuation, if they come from the arm and not from a
 # speed of the tool above 1 m/s or rad/s: the arm is singular there.
 HOPELESS = 1000.0
@@ -62,12 +65,12 @@ def moved(
 ) -> Moved:
     """Take one step from some starts; in halves where it strays from the path."""
     start, middle, end = stages.time
-    guess = _step(field, q, v, stages.twist, stages.share, end - start)
+    guess, bent = _step(field, q, v, stages.twist, stages.share, end - start)
     end_q, error = field.corrected(guess, stages.position[2], stages.rotation[2])
     fast = max(1.0, float(np.abs(stages.twist[0]).max()))
     hopeless = (np.abs(v) > HOPELESS * fast * limit).any(axis=1)
     stray = ~(error <= LOST) | ~(np.abs(end_q - guess).max(axis=1, initial=0.0) <= STRAY)
-    stray |= hopeless
+    stray |= hopeless | ~(bent <= BENT)
     found = Moved(end_q, np.full(len(q), end), np.full(len(q), np.nan))
     if not stray.any():
         return found
@@ -93,9 +96,13 @@ def moved(
 
 def _step(
     field: JointField, q: FloatArray, v: FloatArray, twist: FloatArray, share: FloatArray, h: float
-) -> FloatArray:
-    """One Runge-Kutta step; `v` are the velocities at its start, twists are at three times."""
+) -> tuple[FloatArray, FloatArray]:
+    """One Runge-Kutta step, and how far apart its two middles lead: large where joints race.
+
+    `v` are the velocities at its start, twists are at three times.
+    """
     k2, _ = field.velocities(q + 0.5 * h * v, twist[1], share[1])
     k3, _ = field.velocities(q + 0.5 * h * k2, twist[1], share[1])
     k4, _ = field.velocities(q + h * k3, twist[2], share[2])
-    return np.asarray(q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4))
+    bent = h * np.abs(k3 - k2).max(axis=1, initial=0.0)
+    return q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4), bent
