@@ -19,6 +19,7 @@ from knotwork.kinematics.chain.joint_ranges import (
     starts,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.solutions.closed_form import closed_form
 from knotwork.kinematics.solutions.configuration_flags import all_branches
 from knotwork.kinematics.solutions.near_singular import (
     MOST_RESIDUAL,
@@ -89,11 +90,7 @@ def find_branches(
 ) -> list[FloatArray]:
     """Find all solutions for each pose, without regard to position limits of joints that turn.
 
-    Rounds of searches go on for a pose until all solutions that its configuration flags allow are
-    found, or until each has been found twice: what has not been found then is hit by few searches,
-    if any (Good, 1953). Near a singularity it takes a round that brings nothing new. Starts are the
-    points of a low-discrepancy sequence, the mirror images of what has been found near
-    singularities, and where searches were given up with a small error.
+    In closed form where the arm has one that can tell, otherwise by searches.
 
     Args:
         robot: An arm of up to six joints.
@@ -101,8 +98,27 @@ def find_branches(
         known: Configurations that may be near solutions of each pose, n arrays (k, d).
 
     Returns:
-        For each pose the solutions in the order they were found, revolute joints within half a
-        turn of zero, shape (b, d).
+        For each pose the solutions, revolute joints within half a turn of zero, shape (b, d).
+    """
+    told = closed_form(robot, targets)
+    left = [i for i, one in enumerate(told) if one is None]
+    near = None if known is None else [known[i] for i in left]
+    found = iter(_search(robot, targets.take(left), near) if left else [])
+    return [next(found) if one is None else one for one in told]
+
+
+def _search(
+    robot: Robot, targets: Targets, known: Sequence[FloatArray] | None
+) -> list[FloatArray]:
+    """Find all solutions for each pose by searches.
+
+    Rounds of searches go on for a pose until all solutions that its configuration flags allow are
+    found, or until each has been found twice: what has not been found then is hit by few searches,
+    if any (Good, 1953). Near a singularity it takes a round that brings nothing new. Starts are the
+    points of a low-discrepancy sequence, the mirror images of what has been found near
+    singularities, and where searches were given up with a small error.
+
+    Args and returns as of `find_branches`.
     """
     revolute, n, d = joint_axes(robot).revolute, len(targets), robot.dof
     box, used = _slide_limits(robot), FIRST_STARTS if known is None else BESIDE_KNOWN

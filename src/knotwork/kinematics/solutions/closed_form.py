@@ -1,0 +1,187 @@
+"""All configurations of a six-joint arm for a pose in closed form, where its geometry has one.
+
+Those are the arms that configuration flags are defined for: axes 2 and 3 parallel and square to
+axis 1, and either a spherical wrist (Pieper, 1968) or axis 4 parallel to 3 and axes 5 and 6 meeting
+(a Universal Robots arm). Each joint follows from one equation a cos x + b sin x = c. Its two angles
+are those of one flag: they meet where the arm is singular in that way, and beyond that there are
+none.
+
+Positions and directions are those of the base frame with all joints at zero, as in `JointAxes`.
+Arrays have shape (n, 8, ...): poses and the eight ways to choose shoulder, wrist and elbow.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from knotwork.kinematics.chain.batch import Targets
+from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
+from knotwork.kinematics.chain.joint_ranges import BoolArray
+from knotwork.kinematics.solutions.configuration_flags import geometry
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray
+
+# An equation's two angles are apart, or out of reach, by a sine of this, for the shoulder by this
+# length [m]. Nearer, rounding and the tolerance of a pose decide, and a search has to look.
+CLEAR = 3e-3
+# A pose is met to this [m, rad], or a search has to look.
+RESIDUAL = 1e-11
+# Both signs of the shoulder's, the wrist's and the elbow's equation.
+_SIGNS = np.array([(a, b, c) for a in (1.0, -1.0) for b in (1.0, -1.0) for c in (1.0, -1.0)]).T
+
+
+def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
+    """Find all configurations for each pose, without regard to position limits.
+
+    Args:
+        robot: The arm.
+        targets: n poses in the base frame.
+
+    Returns:
+        For each pose the configurations, shape (b, 6). `None` where the arm has no closed form or
+        is too near a singularity for it to tell how many there are.
+    """
+    equations = _equations(robot)
+    if equations is None:
+        return [None] * len(targets)
+    q, exists, clear = equations.solve(targets)
+    n = len(q)
+    chain, flat = joint_axes(robot), q.reshape(8 * n, 6)
+    tip, rotation, *_ = chain.forward(np.where(np.isfinite(flat), flat, 0.0))
+    asked = targets.take(np.repeat(np.arange(n), 8))
+    _, distance, angle = pose_errors(tip, rotation, asked.position, asked.rotation)
+    met = (np.maximum(distance, angle) <= RESIDUAL).reshape(n, 8)
+    told = clear & (met | ~exists).all(axis=1)
+    return [one[there] if sure else None for one, there, sure in zip(q, exists, told, strict=True)]
+
+
+class _Equations:
+    """The equations of one arm."""
+
+    def __init__(self, robot: Robot, parallel: bool, centre: FloatArray) -> None:
+        chain = joint_axes(robot)
+        tip, rotation, *_ = chain.forward(np.zeros((1, 6)))
+        self.tip, self.turned = tip[:, 0], rotation[:, :, 0].T
+        self.axes, self.parallel = chain.axes, parallel
+        # Where the wrist's axes meet, and where the lower arm ends: what the elbow moves.
+        self.centre = self.tip + self.turned @ centre
+        self.end = chain.origins[3] if parallel else self.centre
+        self.origins = chain.origins
+        # Axes 2, 3 and 4 count as one direction; a joint about its opposite turns the other way.
+        self.senses = np.sign(self.axes @ self.axes[1])
+        # The direction that joints 1 to 3, or 1 to 4, leave where the last two of the wrist see it.
+        self.fixed = self.axes[1] if parallel else self.axes[3]
+
+    def solve(self, targets: Targets) -> tuple[FloatArray, BoolArray, BoolArray]:
+        """Joint positions (n, 8, 6), which of them exist (n, 8), and where that is clear (n,)."""
+        shoulder, wrist, elbow = _SIGNS
+        a, o = self.axes, self.origins
+        # R and p take points at zero to where they are at the pose.
+        R = targets.rotation.transpose(2, 1, 0) @ self.turned.T
+        R = np.repeat(R[:, None], 8, axis=1)
+        p = targets.position.T[:, None] - R @ self.tip
+        q, rooms = np.empty((len(R), 8, 6)), []
+
+        def solved(x: Any, y: Any, z: Any, sign: FloatArray) -> FloatArray:
+            """The angle with x cos + y sin = z of the given sign."""
+            size = np.hypot(x, y)
+            rooms.append(size * size - z * z)
+            cosine = z / np.maximum(size, 1e-300)
+            return np.asarray(np.arctan2(y, x) + sign * np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+        # Joints 2 and on leave the wrist's centre as far along axis 2 as it is.
+        w = R @ self.centre + p - o[0]
+        along = (self.centre - o[0]) @ a[1]
+        q[..., 0] = solved(w @ a[1], w @ np.cross(a[0], a[1]), along, shoulder)
+        first = _turn(a[0], -q[..., 0])
+        R, p = first @ R, _apply(first, p - o[0]) + o[0]
+        if self.parallel:
+            self._wrist(q, R, solved, wrist)
+            last = _turn(a[4], q[..., 4]) @ _turn(a[5], q[..., 5])
+            # Where joints 1 to 3 take the end of the lower arm: joints 5 and 6 turned back.
+            back = R @ last.swapaxes(2, 3)
+            end = _apply(R, self.centre) + p + _apply(back, self.end - self.centre)
+            self._elbow(q, end, solved, elbow)
+            angle = _angle(a[1], _square(a[1]), back @ _square(a[1]))
+            together = angle - self.senses[1] * q[..., 1] - self.senses[2] * q[..., 2]
+            q[..., 3] = self.senses[3] * together
+        else:
+            self._elbow(q, _apply(R, self.centre) + p, solved, elbow)
+            arm = _turn(a[1], q[..., 1]) @ _turn(a[2], q[..., 2])
+            R = arm.swapaxes(2, 3) @ R
+            self._wrist(q, R, solved, wrist)
+            fifth = _turn(a[4], q[..., 4])
+            q[..., 3] = _angle(a[3], fifth @ a[5], R @ a[5])
+        room = np.array(rooms)
+        clear = (room > CLEAR**2).all(axis=0) | (room < -(CLEAR**2)).any(axis=0)
+        exists = (room > 0.0).all(axis=0)
+        return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, clear.all(axis=1)
+
+    def _wrist(self, q: FloatArray, R: FloatArray, solved: Any, sign: FloatArray) -> None:
+        """Joints 5 and 6, from the rotation that the joints from the fixed direction on make."""
+        fifth, sixth, fixed = self.axes[4], self.axes[5], self.fixed
+        # Seen from the fixed direction, axis 6 is where joint 5 alone has turned it.
+        level = (fixed @ fifth) * (fifth @ sixth)
+        across = sixth - (fifth @ sixth) * fifth
+        seen = R @ sixth @ fixed
+        q[..., 4] = solved(fixed @ across, fixed @ np.cross(fifth, sixth), seen - level, sign)
+        before = _turn(fifth, -q[..., 4]) @ fixed
+        q[..., 5] = _angle(sixth, R.swapaxes(2, 3) @ fixed, before)
+
+    def _elbow(self, q: FloatArray, end: FloatArray, solved: Any, sign: FloatArray) -> None:
+        """Joints 2 and 3, which take the end of the lower arm to a point (n, 8, 3)."""
+        axis, o = self.axes[1], self.origins
+        upper, lower = o[2] - o[1], self.end - o[2]
+        upper = upper - (upper @ axis) * axis
+        lower = lower - (lower @ axis) * axis
+        reach = end - o[1]
+        reach = reach - (reach @ axis)[..., None] * axis
+        square = (reach * reach).sum(axis=2) - upper @ upper - lower @ lower
+        turned = np.cross(axis, lower)
+        both = 2.0 * float(np.sqrt((upper @ upper) * (lower @ lower)))
+        x, y = 2.0 * (upper @ lower) / both, 2.0 * (upper @ turned) / both
+        elbow = solved(x, y, square / both, sign)
+        bent = upper + np.cos(elbow)[..., None] * lower + np.sin(elbow)[..., None] * turned
+        q[..., 1] = _angle(axis, bent, reach)
+        q[..., 2] = self.senses[2] * elbow
+
+
+_EQUATIONS: WeakKeyDictionary[Robot, list[_Equations | None]] = WeakKeyDictionary()
+
+
+def _equations(robot: Robot) -> _Equations | None:
+    """The equations of a robot, kept for as long as the robot is."""
+    if robot not in _EQUATIONS:
+        found = geometry(robot)
+        made = None if found is None else _Equations(robot, found.parallel, found.centre)
+        _EQUATIONS[robot] = [made]
+    return _EQUATIONS[robot][0]
+
+
+def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:
+    """Rotations about an axis by angles of shape (n, 8), shape (n, 8, 3, 3)."""
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    sine, versine = np.sin(angle)[..., None, None], 1.0 - np.cos(angle)[..., None, None]
+    return np.asarray(np.eye(3) + sine * K + versine * (K @ K))
+
+
+def _apply(R: FloatArray, points: FloatArray) -> FloatArray:
+    """Rotate points, shape (3,) or (n, 8, 3)."""
+    return np.asarray((R @ points[..., None])[..., 0])
+
+
+def _square(axis: FloatArray) -> FloatArray:
+    """A unit vector square to another."""
+    other = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    return np.asarray(other / np.linalg.norm(other))
+
+
+def _angle(axis: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Angles about an axis from one vector to another, shape (n, 8) from (n, 8, 3) or (3,)."""
+    sine = (np.cross(start, end) @ axis)
+    cosine = (start * end).sum(axis=-1) - (start @ axis) * (end @ axis)
+    return np.asarray(np.arctan2(sine, cosine))
