@@ -11,7 +11,10 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.kinematics.chain.batch import Targets
 from knotwork.kinematics.sequence import find_candidates
+from knotwork.kinematics.solutions.closed_form import closed_form as in_closed_form
+from knotwork.kinematics.solutions.enumeration import search_branches
 from knotwork.robot import Robot, load_robot, robot_names
 from knotwork.waypoints import CartesianWaypoint
 from sweeps import first_of, mostly_exhaustive
@@ -61,6 +64,19 @@ def test_every_branch_of_the_closed_form_is_found(arm: str, count: int, spherica
             assert max(branch.position_error, branch.orientation_error) <= 1e-8
     assert wanted > 6.3 * count
     assert found == wanted
+
+
+@pytest.mark.parametrize("arm", ["ur10", "z1", "kinova"])
+def test_the_closed_form_finds_what_searches_find(arm: str) -> None:
+    robot = kw.load_robot(arm)
+    asked = np.random.default_rng(8).uniform(-np.pi, np.pi, (12, 6))
+    targets = Targets.of([robot.forward(q) for q in asked])
+    told = in_closed_form(robot, targets)
+    assert sum(one is not None for one in told) > 8
+    for one, searched, q in zip(told, search_branches(robot, targets, None), asked, strict=True):
+        if one is not None:
+            assert len(one) == len(searched)
+            assert np.abs(closed_form.turned(one - q)).max(axis=1).min() < 1e-9
 
 
 @pytest.mark.parametrize("arm", ["ur5", "spherical"])

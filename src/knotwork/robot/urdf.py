@@ -11,6 +11,7 @@ import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from xml.dom.minidom import Document, Element
@@ -26,6 +27,8 @@ from knotwork.robot.urdf_rules import check_tree, child_elements, link_of, plain
 _WIDE = "1e9"
 MOST_BYTES = 32_000_000
 MOST_ELEMENTS = 100_000
+# What is read of longer files is not kept for the next time.
+MOST_KEPT = 1_000_000
 # Other descriptions of robots in XML, by their outermost element.
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 
@@ -65,7 +68,7 @@ class Urdf:
 
 
 def read_urdf(path: Path, robot: str) -> Urdf:
-    """Read a URDF file.
+    """Read a URDF file; what is read is kept by its text, and never changed.
 
     Args:
         path: The file.
@@ -77,6 +80,15 @@ def read_urdf(path: Path, robot: str) -> Urdf:
             instead.
     """
     text = read_text(path, most=MOST_BYTES)
+    return _kept(text, path, robot) if len(text) <= MOST_KEPT else _parsed(text, path, robot)
+
+
+@lru_cache(maxsize=32)
+def _kept(text: str, path: Path, robot: str) -> Urdf:
+    return _parsed(text, path, robot)
+
+
+def _parsed(text: str, path: Path, robot: str) -> Urdf:
     try:
         document = parse_xml(text.encode(), MOST_ELEMENTS)
     except InputError as error:

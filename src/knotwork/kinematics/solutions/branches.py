@@ -68,9 +68,10 @@ def solve_all(
 ) -> tuple[Branch, ...]:
     """Find every branch that takes the TCP to a pose inside the joint limits, with its turns.
 
-    The search is numerical and the same for every arm. For an arm of up to six joints it goes on
-    until a round of searches brings nothing new; closed-form solutions confirm it for a UR5 and an
-    arm with a spherical wrist. A redundant arm has infinitely many solutions, and so has one that
+    An arm whose geometry has one is solved in closed form: axes 2 and 3 parallel and square to
+    axis 1, and a spherical wrist or the wrist of a Universal Robots arm. Near singularities, and
+    for all other arms of up to six joints, searches go on until a round of them brings nothing
+    new. A redundant arm has infinitely many solutions, and so has one that
     is singular at the pose: they get a spread of configurations over the self-motion instead,
     marked `sampled`. The same arguments always give the same answer. `robot.solve_all(pose)` is
     the same.

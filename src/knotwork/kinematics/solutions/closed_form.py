@@ -47,7 +47,8 @@ def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
     equations = _equations(robot)
     if equations is None:
         return [None] * len(targets)
-    q, exists, clear = equations.solve(targets)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is not clear
+        q, exists, clear = equations.solve(targets)
     n = len(q)
     chain, flat = joint_axes(robot), q.reshape(8 * n, 6)
     tip, rotation, *_ = chain.forward(np.where(np.isfinite(flat), flat, 0.0))
@@ -115,9 +116,10 @@ class _Equations:
             self._wrist(q, R, solved, wrist)
             fifth = _turn(a[4], q[..., 4])
             q[..., 3] = _angle(a[3], fifth @ a[5], R @ a[5])
-        room = np.array(rooms)
-        clear = (room > CLEAR**2).all(axis=0) | (room < -(CLEAR**2)).any(axis=0)
-        exists = (room > 0.0).all(axis=0)
+        exists = (np.array(rooms) > 0.0).all(axis=0)
+        clear = np.ones_like(exists)
+        for room in reversed(rooms):  # what follows from an unclear angle is not clear either
+            clear = (room < -(CLEAR**2)) | ((room > CLEAR**2) & clear)
         return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, clear.all(axis=1)
 
     def _wrist(self, q: FloatArray, R: FloatArray, solved: Any, sign: FloatArray) -> None:
@@ -182,6 +184,6 @@ def _square(axis: FloatArray) -> FloatArray:
 
 def _angle(axis: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Angles about an axis from one vector to another, shape (n, 8) from (n, 8, 3) or (3,)."""
-    sine = (np.cross(start, end) @ axis)
+    sine = np.cross(start, end) @ axis
     cosine = (start * end).sum(axis=-1) - (start @ axis) * (end @ axis)
     return np.asarray(np.arctan2(sine, cosine))

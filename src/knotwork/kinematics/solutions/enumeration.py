@@ -103,11 +103,11 @@ def find_branches(
     told = closed_form(robot, targets)
     left = [i for i, one in enumerate(told) if one is None]
     near = None if known is None else [known[i] for i in left]
-    found = iter(_search(robot, targets.take(left), near) if left else [])
+    found = iter(search_branches(robot, targets.take(left), near) if left else [])
     return [next(found) if one is None else one for one in told]
 
 
-def _search(
+def search_branches(
     robot: Robot, targets: Targets, known: Sequence[FloatArray] | None
 ) -> list[FloatArray]:
     """Find all solutions for each pose by searches.
