@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import BranchError
-from knotwork.kinematics.sequence.candidates import Candidates
-from knotwork.kinematics.solutions.configuration_flags import (
+from knotwork.kinematics.geometry.configuration_flags import (
     FLAGS,
     configuration_flags,
     describe_flags,
     geometry,
 )
+from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.waypoints import CartesianWaypoint

@@ -6,11 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.sequence.alternatives import AlternativeSequence, find_alternatives
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.choice import positions_of
 from knotwork.kinematics.sequence.costs import AT_LIMIT
-from knotwork.kinematics.solutions.configuration_flags import configuration_flags, describe_flags
 from knotwork.task_to_joint.search import Found, Search
 from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility
 from knotwork.waypoints import FloatArray

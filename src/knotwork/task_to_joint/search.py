@@ -13,6 +13,7 @@ from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import difference, middle, unbounded, whole_turns
 from knotwork.kinematics.chain.velocity import pull_to_middle, solve_velocity_ik
 from knotwork.kinematics.following.continuation import velocity_on_path
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import (
     Candidates,
     find_candidates,
@@ -29,7 +30,6 @@ from knotwork.kinematics.sequence.costs import (
 from knotwork.kinematics.sequence.lazy_choice import choose_with_intervals
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
-from knotwork.kinematics.solutions.configuration_flags import configuration_flags
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch

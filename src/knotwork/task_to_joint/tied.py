@@ -10,9 +10,9 @@ import numpy as np
 from knotwork.errors import FollowingError
 from knotwork.kinematics.following.continuation import Continuation, continue_along
 from knotwork.kinematics.following.hindrance import Hindrance, following_error
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.nearness import limit_nearness
-from knotwork.kinematics.solutions.configuration_flags import configuration_flags
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.task_to_joint.branches import described, in_branch

@@ -12,9 +12,9 @@ from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.costs import AT_LIMIT
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
-from knotwork.kinematics.solutions.configuration_flags import configuration_flags
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
 from knotwork.kinematics.solutions.inside import brought_inside, in_order
 from knotwork.kinematics.solutions.pose import solve_pose_ik

@@ -12,7 +12,7 @@ from knotwork.kinematics.arguments import check_count, check_distance, check_req
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of, middle
 from knotwork.kinematics.chain.levenberg_marquardt import MARGIN, PoseSearch
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
-from knotwork.kinematics.solutions.configuration_flags import configuration_flags, describe_flags
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES
 from knotwork.kinematics.solutions.inside import in_order, solutions_inside
 from knotwork.kinematics.solutions.self_motion import farthest_apart

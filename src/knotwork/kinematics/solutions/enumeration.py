@@ -19,8 +19,8 @@ from knotwork.kinematics.chain.joint_ranges import (
     starts,
 )
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
-from knotwork.kinematics.solutions.closed_form import closed_form
-from knotwork.kinematics.solutions.configuration_flags import all_branches
+from knotwork.kinematics.geometry.closed_form import closed_form
+from knotwork.kinematics.geometry.configuration_flags import all_branches
 from knotwork.kinematics.solutions.near_singular import (
     MOST_RESIDUAL,
     near_singular_solutions,

@@ -20,7 +20,7 @@ import numpy as np
 from knotwork.kinematics.chain.batch import Targets
 from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import BoolArray
-from knotwork.kinematics.solutions.configuration_flags import geometry
+from knotwork.kinematics.geometry.configuration_flags import geometry
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -116,11 +116,12 @@ class _Equations:
             self._wrist(q, R, solved, wrist)
             fifth = _turn(a[4], q[..., 4])
             q[..., 3] = _angle(a[3], fifth @ a[5], R @ a[5])
-        exists = (np.array(rooms) > 0.0).all(axis=0)
+        room = np.array(rooms)
+        exists = np.asarray((room > 0.0).all(axis=0))
         clear = np.ones_like(exists)
-        for room in reversed(rooms):  # what follows from an unclear angle is not clear either
-            clear = (room < -(CLEAR**2)) | ((room > CLEAR**2) & clear)
-        return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, clear.all(axis=1)
+        for one in room[::-1]:  # what follows from an unclear angle is not clear either
+            clear = np.asarray((one < -(CLEAR**2)) | ((one > CLEAR**2) & clear))
+        return q - 2.0 * np.pi * np.rint(q / (2.0 * np.pi)), exists, np.asarray(clear.all(axis=1))
 
     def _wrist(self, q: FloatArray, R: FloatArray, solved: Any, sign: FloatArray) -> None:
         """Joints 5 and 6, from the rotation that the joints from the fixed direction on make."""

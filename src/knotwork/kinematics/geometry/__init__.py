@@ -1,0 +1,1 @@
+"""Arms whose geometry tells their solutions: configuration flags, and the closed form."""
