@@ -124,19 +124,23 @@ def test_a_million_distances_are_not_below_the_proved_clearances() -> None:
                 continue  # a box stands where the arm starts
 
 
-def swing(objects: dict[str, Any], blade: float = 1e-3, **more: Any) -> kw.Plan:
-    """A planar arm swings a thin blade at its tip by 150 degrees in a second."""
+def swing(objects: dict[str, Any], margin: float = 0.0, resolution: float = 1e-4) -> kw.Plan:
+    """A planar arm swings a thin blade at its tip by 150 degrees; all else may touch."""
+    allow = {"allow": ["base", "upper_arm", "forearm"]}
     return kw.plan(
         {
             "robot": "planar2",
-            "tool": {"shape": {"box": [0.1, blade, 0.02], "position": [0.05, 0, 0]}},
-            "scene": {"objects": objects},
+            "tool": {"shape": {"box": [0.1, 1e-3, 0.02], "position": [0.05, 0, 0]}},
+            "scene": {
+                "margin": margin,
+                "objects": {name: one | allow for name, one in objects.items()},
+            },
             "limits": {"velocity": 50.0, "acceleration": 500.0, "jerk": 5000.0, "effort": 1e6},
             "waypoints": [
                 {"joints": {"shoulder": 0, "elbow": 0}},
                 {"joints": {"shoulder": 2.6, "elbow": 0}, "after": 1},
             ],
-            **more,
+            "collisions": {"self": False, "resolution": resolution},
         }
     )
 
@@ -187,13 +191,11 @@ def test_rods_that_are_just_out_of_the_way_are_clear_and_how_far_is_known() -> N
 
 def test_a_clearance_within_the_resolution_of_the_margin_is_undecided_and_fails() -> None:
     objects = {"rod": rod(1.3, 1.0 + 2e-3 + 2e-4 + 1e-6)}
-    (one,) = swing({}, scene={"margin": 2e-3, "objects": objects}).report.select(
-        quantity="clearance"
-    )
+    (one,) = swing(objects, margin=2e-3).report.select(quantity="clearance")
     assert not one.ok
     assert "not decided" in one.message
     assert one.interval is not None
-    finer = swing({}, scene={"margin": 2e-3, "objects": objects}, collisions={"resolution": 1e-8})
+    finer = swing(objects, margin=2e-3, resolution=1e-8)
     (one,) = finer.report.select(quantity="clearance")
     assert one.value == pytest.approx(2e-3 + 1e-6, abs=1e-6)
 
@@ -609,6 +611,20 @@ def test_a_mesh_that_may_be_in_another_unit_is_warned_of(
     report = kw.plan({**REACH_OVER, "scene": {"objects": {"part": part}}}).report
     (said,) = report.warnings
     assert f"it may be in another unit; scale: {factor} makes it" in said.message
+
+
+@pytest.mark.parametrize(
+    "scene", [{}, {"objects": {"ball": {"sphere": 0.1, "position": [3, 0, 0]}}}]
+)
+def test_links_without_collision_shapes_are_named(scene: dict[str, Any]) -> None:
+    robot = kw.load_robot("z1")
+    home = dict(zip(robot.joint_names, robot.configurations["home"].tolist(), strict=True))
+    first = robot.joint_names[0]
+    ends = [{"joints": home}, {"joints": home | {first: home[first] + 0.1}, "after": 2}]
+    report = kw.plan({"robot": "z1", "scene": scene, "waypoints": ends}).report
+    (said,) = report.select(quantity="collision_shapes")
+    assert said.verdict == ("warning" if scene else "information")
+    assert said.message.startswith("links link01 and link05 have no collision shapes")
 
 
 def test_a_tool_that_touches_a_link_at_home_is_told() -> None:

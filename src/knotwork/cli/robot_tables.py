@@ -53,7 +53,7 @@ def print_collisions(robot: Robot, model: CollisionModel) -> None:
     for link, count in data["links"].items():
         shapes.add_row(cell(link), str(count))
     out.print(shapes)
-    for sentence in model.missing:
+    for sentence in filter(None, (*model.missing, model.said_of_bare)):
         out.print(f"[yellow]warning[/] {cell(sentence)}", soft_wrap=True)
     ignored = plain_table("Pairs that are not checked", ["link", "link", "why"], 3)
     for pair in data["ignored"]:
@@ -78,6 +78,7 @@ def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
             for one in model.ignored
         ],
         "missing": list(model.missing),
+        "without_shapes": list(model.bare),
     }
 
 

@@ -62,10 +62,12 @@ class LinkBodies:
     Attributes:
         bodies: One for each such link.
         missing: Sentences on links whose shapes can't be had.
+        bare: Names of links that have shapes to be seen, but none for collisions.
     """
 
     bodies: tuple[Body, ...]
     missing: tuple[str, ...]
+    bare: tuple[str, ...]
 
 
 def link_bodies(robot: Robot) -> LinkBodies:
@@ -97,13 +99,15 @@ def _link_bodies(
     ros: tuple[Path, ...],
 ) -> LinkBodies:
     given = UrdfShapes(urdf)
-    bodies, missing = [], []
+    bodies, missing, bare = [], [], []
     for link, joint, *numbers in placed:
         if link not in given.links:
             continue
         carrier = pin.SE3(np.array(numbers).reshape(4, 4))
         shapes, lost = given.of(link, "collision")
         missing += [f"link {link!r}: {fault}" for fault in lost]
+        if not shapes and not lost and any(given.of(link, "visual")):
+            bare.append(link)
         solids = []
         for shape in shapes:
             try:
@@ -112,7 +116,7 @@ def _link_bodies(
                 missing.append(f"link {link!r}: {error}")
         if solids:
             bodies.append(Body(link, "link", joint, tuple(solids)))
-    return LinkBodies(tuple(bodies), tuple(missing))
+    return LinkBodies(tuple(bodies), tuple(missing), tuple(bare))
 
 
 def _placed(

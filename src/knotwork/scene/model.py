@@ -83,6 +83,7 @@ class CollisionModel:
         pairs: Pairs to check.
         ignored: Pairs of bodies that are not checked, with the reason.
         missing: Sentences on links whose shapes can't be had.
+        bare: Names of links that have shapes to be seen, but none for collisions.
         notes: What is plausibly a slip, or is not checked: `"warning"` or `"information"`, and
             the sentence.
     """
@@ -92,7 +93,18 @@ class CollisionModel:
     pairs: tuple[Pair, ...]
     ignored: tuple[IgnoredPair, ...]
     missing: tuple[str, ...] = ()
+    bare: tuple[str, ...] = ()
     notes: tuple[tuple[NoteKind, str], ...] = ()
+
+    @property
+    def said_of_bare(self) -> str:
+        """A sentence on the links that have no collision shapes, or nothing if all have."""
+        *others, last = self.bare or ("",)
+        if not others:
+            said = f"link {last} has no collision shapes and is not checked for collisions"
+            return said if last else ""
+        listed = f"{', '.join(others)} and {last}"
+        return f"links {listed} have no collision shapes and are not checked for collisions"
 
     @cached_property
     def meter(self) -> DistanceMeter:
@@ -177,6 +189,7 @@ class _Builder:
             tuple(pairs),
             tuple(ignored),
             self.links.missing,
+            self.links.bare,
             tuple(dict.fromkeys(self.notes)),
         )
 

@@ -66,12 +66,19 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
     """Say what can't be checked for want of shapes, what is not, and what may be a slip."""
     said = [f"{one}; it is not checked for collisions" for one in model.missing]
-    if scenario.scene.asks() and not any(body.kind == "link" for body in model.bodies):
-        said.append(
-            f"the links of robot {robot.name!r} have no collision shapes: only its tool and what "
-            "it holds are checked for collisions"
+    notes = [*(("warning", one) for one in said), *model.notes]
+    asks = scenario.scene.asks()
+    if asks and not any(body.kind == "link" for body in model.bodies):
+        notes.append(
+            (
+                "warning",
+                f"the links of robot {robot.name!r} have no collision shapes: only its tool and "
+                "what it holds are checked for collisions",
+            )
         )
-    for verdict, message in (*(("warning", one) for one in said), *model.notes):
+    elif model.bare:
+        notes.append(("warning" if asks else "information", model.said_of_bare))
+    for verdict, message in notes:
         yield Finding(
             group=GROUP,
             subject="motion",
