@@ -8,7 +8,7 @@ from __future__ import annotations
 import copyreg
 import difflib
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -320,7 +320,28 @@ class ExportError(InputError):
 
 
 class PathError(InputError):
-    """A tool path, or a part of one, that can't be made as asked."""
+    """A tool path, or a part of one, that can't be made as asked.
+
+    Attributes:
+        text: The message with the names of `values` in braces; empty where it has none.
+        values: Lengths [m] and points in the axes of the path [m] that the message names.
+    """
+
+    text: str = ""
+    values: Mapping[str, Any] = MappingProxyType({})
+
+    def told(self, length: Callable[[float], str], point: Callable[[Any], str]) -> str:
+        """The message with its lengths and points in other words, as in another unit or frame.
+
+        Args:
+            length: Says a length [m].
+            point: Says a point [m], shape (3,).
+        """
+        if not self.text:
+            return str(self)
+        return self.text.format(
+            **{k: length(v) if isinstance(v, float) else point(v) for k, v in self.values.items()}
+        )
 
 
 class CornerError(PathError):

@@ -101,8 +101,22 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
     "time after a speed": (task(ON, OFF, then(90, time=9, speed=NO)), "does not say how long"),
     "time too short": (off(after=0.01, speed=NO, stop=True), r"takes at least 0\.67\d* s"),
     "no length": (off(pose={"position": [450, -100, 60]}), "has no length"),
-    "arc of three points on a line": (arc(through=[450, 0, 60]), "are on a line"),
-    "arc too tight": (arc(radius=20, normal=[0, 0, 1]), r"must be at least 0\.075 m"),
+    "arc of three points on a line": (
+        arc(through=[450, 0, 60]),
+        r"\(450, -100, 60\) mm, \(450, 0, 60\) mm and \(450, 50, 60\) mm are on a line",
+    ),
+    "arc too tight": (
+        arc(radius=20, normal=[0, 0, 1]),
+        r"radius is 20 mm, .* 150 mm apart; it must be at least 75 mm",
+    ),
+    "points on a line in a frame": (
+        changed(
+            arc(through=[450, 0, 60]),
+            frame="table",
+            frames={"table": {"position": [100, 30, 9], "rpy": [10, 20, 30]}},
+        ),
+        r"\(450, -100, 60\) mm, \(450, 0, 60\) mm and \(450, 50, 60\) mm are on a line",
+    ),
     "arc with its normal along it": (arc(radius=90, normal=[0, 1, 0]), "must be 90 deg"),
     "arc with a normal of zero": (arc(radius=90, normal=[0, 0, 0]), "normal is zero"),
     "arc with its centre aside": (arc(centre=[450, 0, 60]), "both must be the radius"),

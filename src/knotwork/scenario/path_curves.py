@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -30,6 +31,9 @@ ROUNDED, ROUNDED_ANGLE = 1e-6, 1e-3
 
 APART = 3.0
 """Points of a curve may begin and end so many times their largest spacing from a waypoint."""
+
+DIGITS = 9
+"""Points and lengths are said to so many digits after the point, in the file's unit."""
 
 ROUNDING = 1e-6
 """A blend may be longer than half a line by this part of it."""
@@ -67,7 +71,21 @@ class PathCurves:
         try:
             yield
         except InputError as error:
-            raise self.document.error(("waypoints", i, *(key or ("along",))), str(error)) from error
+            said = (
+                error.told(self._length, partial(self._place, i))
+                if isinstance(error, PathError)
+                else str(error)
+            )
+            raise self.document.error(("waypoints", i, *(key or ("along",))), said) from error
+
+    def _length(self, length: float) -> str:
+        """Say a length as the file does."""
+        return f"{round(length / self.length, DIGITS):.9g} {self.file.units.length}"
+
+    def _place(self, i: int, point: FloatArray) -> str:
+        """Say a point as the file does: in the frame of the path to waypoint i."""
+        own = np.round(self.frames[i].actInv(np.array(point)) / self.length, DIGITS) + 0.0
+        return f"({', '.join(f'{value:.9g}' for value in own)}) {self.file.units.length}"
 
     def _point(self, i: int, given: list[float]) -> FloatArray:
         return np.asarray(self.frames[i].act(self.length * np.array(given)))

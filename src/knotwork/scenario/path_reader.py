@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork import tool_paths
-from knotwork.documents import Document
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
 from knotwork.scenario.free_reader import given_speed
 from knotwork.scenario.free_times import PROVISIONAL_SPEED
@@ -19,11 +17,6 @@ from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.waypoint_schema import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    import pinocchio as pin
-
-    from knotwork.scenario.schema import ScenarioFile
 
 ACCELERATION = 1.0
 """Largest acceleration along a path where its speed changes, if the file gives none [m/s²]."""
@@ -43,24 +36,16 @@ class PathReader:
     """Reads the tool paths of one file.
 
     Attributes:
-        file: What the file says.
-        document: Where it says it, for errors.
-        length: The file's unit of length [m].
-        curves: Makes their curves.
-        poses: Of waypoints given by poses, by index; paths correct those of theirs.
+        curves: Makes their curves, and has what the file says.
         stops: Whether the tool stands still at a waypoint, by index.
     """
 
-    file: ScenarioFile
-    document: Document
-    length: float
     curves: PathCurves
-    poses: dict[int, pin.SE3]
     stops: Callable[[int], bool]
 
     def begins(self, i: int) -> bool:
         """Whether a path begins at a waypoint, rather than going on through it."""
-        given = self.file.waypoints
+        given = self.curves.file.waypoints
         if i + 1 >= len(given) or not isinstance(given[i + 1], PathWaypoint):
             return False
         return not isinstance(given[i], PathWaypoint) or self.stops(i)
@@ -68,7 +53,7 @@ class PathReader:
     def read(self, first: int, start: float) -> ScenarioPath:
         """The path that begins at a waypoint and ends where the next one stops, or is none.
 
-        Its first waypoint is that of the file. `poses` then holds those of its waypoints, too.
+        Its first waypoint is that of the file. The poses of `curves` are then right.
 
         Args:
             first: Index of the waypoint in the file.
@@ -77,14 +62,14 @@ class PathReader:
         Raises:
             DocumentError: The path can't be made as asked.
         """
-        given = self.file.waypoints
-        if first not in self.poses:
+        given = self.curves.file.waypoints
+        if first not in self.curves.poses:
             found = (
                 f"the path begins at waypoint {first + 1}, which is given by joint values"
                 if first >= 0
                 else "the path has no waypoint that it begins at"
             )
-            raise self.document.error(
+            raise self.curves.document.error(
                 ("waypoints", first + 1, "along"),
                 found,
                 "a waypoint with a pose before this one: where the path begins",
@@ -100,10 +85,10 @@ class PathReader:
         return self._path(first, last, start)
 
     def _check_start(self, first: int) -> None:
-        waypoint = self.file.waypoints[first]
+        waypoint = self.curves.file.waypoints[first]
         for key in ("velocity", "speed"):
             if not isinstance(waypoint, PathWaypoint) and getattr(waypoint, key, None) is not None:
-                raise self.document.error(
+                raise self.curves.document.error(
                     ("waypoints", first, key),
                     "is given where a path begins, which has its own",
                     f"no {key} here: the waypoint takes that of the path; or stop: true",
@@ -129,16 +114,16 @@ class PathReader:
             lines = all(kind_of(one) == "line" for one in given[k : k + 2])
             back = error.angle > np.pi - HAIRPIN
             name = given[k].name or str(first + 2 + k)
-            raise self.document.error(
+            raise self.curves.document.error(
                 ("waypoints", first + 1 + k),
                 f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
                 "blend: a length, or stop: true" if lines and not back else "stop: true",
             ) from error
         except PathError as error:
-            raise self.document.error(("waypoints", last, "along"), str(error)) from error
+            raise self.curves.document.error(("waypoints", last, "along"), str(error)) from error
         timing, speeds = self._timing(first, lengths, given, start)
         # a rounded corner is passed in its middle
-        self.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})
+        self.curves.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})
         times, full = start + timing.times, start + timing.full_speed
         stretches = tuple(
             Stretch(kind_of(one), float(begin), float(end), speed, (float(low), float(high)))
@@ -157,20 +142,20 @@ class PathReader:
             if one.time is not None and before is not None:
                 taken = one.time - before
             elif one.time is not None and one.speed is None:
-                raise self.document.error(
+                raise self.curves.document.error(
                     ("waypoints", first + 1 + k, "time"),
                     "does not say how long the path takes, as the time of the waypoint before it "
                     "follows from a speed",
                     "after: the time that it takes [s], or speed",
                 )
             if taken is not None and taken <= 0.0:
-                raise self.document.error(
+                raise self.curves.document.error(
                     ("waypoints", first + 1 + k, "time"),
                     f"is not later than {before:g} s, the time of the waypoint before it",
                     f"a time greater than {before:g} s",
                 )
             if taken is None and one.speed is None:
-                raise self.document.error(
+                raise self.curves.document.error(
                     ("waypoints", first + 1 + k),
                     "has neither speed nor after, so that nothing says how fast the tool moves",
                     "speed: along the path, or after: the time that it takes [s]",
@@ -182,14 +167,14 @@ class PathReader:
 
     def _speed(self, waypoint: PathWaypoint) -> float | None:
         """The speed that the file gives [m/s]; a provisional one where it is chosen."""
-        speed = given_speed(waypoint.speed, PROVISIONAL_SPEED / self.length)
-        return None if speed is None else self.length * speed
+        speed = given_speed(waypoint.speed, PROVISIONAL_SPEED / self.curves.length)
+        return None if speed is None else self.curves.length * speed
 
     def _timing(
         self, first: int, lengths: FloatArray, given: list[PathWaypoint], start: float
     ) -> tuple[Timing, tuple[float, ...]]:
-        acceleration = self.file.path.acceleration
-        limit = ACCELERATION if acceleration is None else self.length * acceleration
+        unit, acceleration = self.curves.length, self.curves.file.path.acceleration
+        limit = ACCELERATION if acceleration is None else unit * acceleration
         last = first + len(given)
         ends: list[float | None] = [None, None]
         if self.stops(first):
@@ -202,28 +187,28 @@ class PathReader:
             timing, found = timed(lengths, speeds, durations, ends, limit)
         except RampError as error:
             fits = error.highest_speed
-            raise self.document.error(
+            raise self.curves.document.error(
                 ("waypoints", first + 1 + error.stretch, "speed"),
-                f"the path is {error.length / self.length:.6g} long here, but its changes of speed "
-                f"take {error.needed / self.length:.6g} at {limit / self.length:.6g} per s²",
-                (f"at most {fits / self.length:.6g}, or " if fits else "")
-                + f"path: {{acceleration: {error.lowest_acceleration / self.length:.6g}}} or more",
+                f"the path is {error.length / unit:.6g} long here, but its changes of speed "
+                f"take {error.needed / unit:.6g} at {limit / unit:.6g} per s²",
+                (f"at most {fits / unit:.6g}, or " if fits else "")
+                + f"path: {{acceleration: {error.lowest_acceleration / unit:.6g}}} or more",
             ) from error
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"
-            raise self.document.error(
+            raise self.curves.document.error(
                 ("waypoints", first + 1 + k, "after" if given[k].after else "time"),
-                f"leaves {durations[k]:.6g} s, but the path is {lengths[k] / self.length:.6g} long "
+                f"leaves {durations[k]:.6g} s, but the path is {lengths[k] / unit:.6g} long "
                 f"here, and with its changes of speed it takes at least {error.least:.6g} s"
-                f"{'' if error.most == np.inf else upper} at {limit / self.length:.6g} per s²",
+                f"{'' if error.most == np.inf else upper} at {limit / unit:.6g} per s²",
                 "a time that it can take, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
-            raise self.document.error(("waypoints", last), str(error)) from error
+            raise self.curves.document.error(("waypoints", last), str(error)) from error
         for k, (one, taken) in enumerate(zip(given, np.diff(timing.times), strict=True)):
             said = durations[k]
             if said is not None and abs(taken - said) > AGREE * taken:
-                raise self.document.error(
+                raise self.curves.document.error(
                     ("waypoints", first + 1 + k, "after" if one.after else "time"),
                     f"leaves {said:.6g} s, but at the speed given the path takes {taken:.6g} s",
                     "speed or time, not both",

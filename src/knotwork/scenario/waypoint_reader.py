@@ -174,7 +174,7 @@ class WaypointReader:
 
         axes = {i: self._axes(i, frame) for i, frame in frames.items()}
         curves = PathCurves(self.file, self.document, self.length, frames, axes, poses)
-        return PathReader(self.file, self.document, self.length, curves, poses, self._stops)
+        return PathReader(curves, self._stops)
 
     def _poses(self) -> dict[int, pin.SE3]:
         """Poses in the base frame of those waypoints that are given by one."""

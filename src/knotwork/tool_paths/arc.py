@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, number, shown, unit
+from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, number, unit, unplaced
 from knotwork.waypoints import FloatArray, read_only
 
 STRAIGHT = 1e-6
@@ -43,7 +43,9 @@ class Arc(Curve):
         spoke = self.start - self.centre
         self.radius = float(np.linalg.norm(spoke))
         if self.radius <= REPEATED:
-            raise PathError(f"the arc's start {shown(self.start)} is its centre; they must differ")
+            raise unplaced(
+                "the arc's start {start} is its centre; they must differ", start=self.start
+            )
         self._outward: FloatArray = spoke / self.radius
         self.normal = _square(normal, self._outward, "the radius at the start")
         self._forward: FloatArray = np.cross(self.normal, self._outward)
@@ -73,22 +75,27 @@ class Arc(Curve):
             for point, name in ((start, "start"), (through, "through"), (end, "end"))
         )
         if np.linalg.norm(c - a) <= REPEATED:
-            raise PathError(
-                f"the arc starts and ends at {shown(a)}: one more point does not say which circle; "
-                "give its centre and, as a full circle needs, its normal"
+            raise unplaced(
+                "the arc starts and ends at {start}: one more point does not say which circle; "
+                "give its centre and, as a full circle needs, its normal",
+                start=a,
             )
         for point, name in ((a, "start"), (c, "end")):
             if np.linalg.norm(b - point) <= REPEATED:
-                raise PathError(
-                    f"the point to pass through, {shown(b)}, is the arc's {name}; "
-                    "it must lie between both ends"
+                raise unplaced(
+                    f"the point to pass through, {{through}}, is the arc's {name}; "
+                    "it must lie between both ends",
+                    through=b,
                 )
         u, v = b - a, c - a
         normal = np.cross(u, v)
         if np.linalg.norm(normal) <= STRAIGHT * np.linalg.norm(u) * np.linalg.norm(c - b):
-            raise PathError(
-                f"{shown(a)}, {shown(b)} and {shown(c)} are on a line, and no arc goes through "
-                "them; use a line or move the point to pass through aside"
+            raise unplaced(
+                "{start}, {through} and {end} are on a line, and no arc goes through "
+                "them; use a line or move the point to pass through aside",
+                start=a,
+                through=b,
+                end=c,
             )
         return cls._between(a, a + _circumcentre(u, v, normal), c, normal)
 
@@ -133,9 +140,12 @@ class Arc(Curve):
         from_a, from_c = a - m, c - m
         radii = float(np.linalg.norm(from_a)), float(np.linalg.norm(from_c))
         if abs(radii[0] - radii[1]) > RADII * max(radii) or min(radii) <= REPEATED:
-            raise PathError(
-                f"the centre {shown(m)} is {radii[0]:.9g} m from the start and {radii[1]:.9g} m "
-                f"from the end; both must be the radius, greater than 0, within {RADII:g} of it"
+            raise unplaced(
+                "the centre {centre} is {first} from the start and {last} "
+                f"from the end; both must be the radius, greater than 0, within {RADII:g} of it",
+                centre=m,
+                first=radii[0],
+                last=radii[1],
             )
         plane = np.cross(from_a, from_c)
         chord = c - a
@@ -184,15 +194,19 @@ class Arc(Curve):
         chord = c - a
         distance = float(np.linalg.norm(chord))
         if distance <= REPEATED:
-            raise PathError(
-                f"the arc starts and ends at {shown(a)}: its radius does not say which circle; "
-                "give its centre and normal"
+            raise unplaced(
+                "the arc starts and ends at {start}: its radius does not say which circle; "
+                "give its centre and normal",
+                start=a,
             )
         r = number(radius, "radius")
         if not (math.isfinite(r) and r >= 0.5 * distance * (1.0 - RADII)):
-            raise PathError(
-                f"radius is {r:.9g} m, but start and end are {distance:.9g} m apart; "
-                f"it must be at least {0.5 * distance:.9g} m"
+            raise unplaced(
+                "radius is {radius}, but start and end are {apart} apart; it must be at least "
+                "{least}",
+                radius=r,
+                apart=distance,
+                least=0.5 * distance,
             )
         axis = _square(normal, chord / distance, "the way from start to end")
         height = math.sqrt(max(r**2 - 0.25 * distance**2, 0.0)) * (-1.0 if large else 1.0)

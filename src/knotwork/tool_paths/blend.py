@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, number, shown
+from knotwork.tool_paths.curve import REPEATED, number, unplaced
 from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
 
@@ -60,9 +60,10 @@ class Blend(PolynomialCurve):
         v = _way(self.corner, read_only(after, (3,), "after"), "after", self.distance)
         self.angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), -float(u @ v))
         if math.pi - self.angle < BACK:
-            raise PathError(
-                f"the path turns back at the corner {shown(self.corner)}, by "
-                f"{math.degrees(self.angle):.6g} deg; a blend can't round this: stop there"
+            raise unplaced(
+                "the path turns back at the corner {corner}, by "
+                f"{math.degrees(self.angle):.6g} deg; a blend can't round this: stop there",
+                corner=self.corner,
             )
         root = math.sqrt(math.cos(0.5 * self.angle))
         parts = self.distance * (1.0 - np.array([0.0, *SPACING]) * root)
@@ -82,11 +83,16 @@ def _way(corner: FloatArray, point: FloatArray, what: str, distance: float) -> F
     way = point - corner
     length = float(np.linalg.norm(way))
     if length <= REPEATED:
-        raise PathError(f"the point {what} the corner {shown(corner)} is the corner itself")
+        raise unplaced(
+            f"the point {what} the corner {{corner}} is the corner itself", corner=corner
+        )
     if distance > length * (1.0 + 1e-9):
-        raise PathError(
-            f"blend distance is {distance:.9g} m, but the line {what} the corner "
-            f"{shown(corner)} is {length:.9g} m long; at most that is accepted"
+        raise unplaced(
+            f"blend distance is {{distance}}, but the line {what} the corner {{corner}} is "
+            "{length} long; at most that is accepted",
+            distance=distance,
+            corner=corner,
+            length=length,
         )
     return np.asarray(way / length)
 

@@ -109,6 +109,18 @@ def unit(direction: ArrayLike, what: str) -> FloatArray:
     return np.asarray(vector / size)
 
 
+def unplaced(text: str, **values: float | FloatArray) -> PathError:
+    """The error for points and lengths that make no curve.
+
+    Args:
+        text: The message, with the names of the values in braces.
+        values: Points [m], shape (3,), and lengths [m].
+    """
+    error = PathError(text=text, values=values)
+    error.args = (error.told(lambda length: f"{length:.9g} m", shown),)
+    return error
+
+
 def shown(point: FloatArray) -> str:
     """Write a point for a message: `(0.1, 0.2, 0.3) m`."""
     return f"({', '.join(f'{value:.9g}' for value in point)}) m"

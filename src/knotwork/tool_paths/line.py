@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, shown
+from knotwork.tool_paths.curve import REPEATED, Curve, checked_order, unplaced
 from knotwork.waypoints import FloatArray, read_only
 
 
@@ -33,9 +32,10 @@ class Line(Curve):
         way = self.end - self.start
         self.length = float(np.linalg.norm(way))
         if self.length <= REPEATED:
-            raise PathError(
-                f"the line from {shown(self.start)} to {shown(self.end)} has no length; "
-                "its ends must differ"
+            raise unplaced(
+                "the line from {start} to {end} has no length; its ends must differ",
+                start=self.start,
+                end=self.end,
             )
         self.direction: FloatArray = way / self.length
 

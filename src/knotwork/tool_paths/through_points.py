@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.curve import REPEATED, shown, unit
+from knotwork.tool_paths.curve import REPEATED, unit, unplaced
 from knotwork.tool_paths.points_file import read_points
 from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
@@ -58,8 +58,9 @@ class ThroughPoints(PolynomialCurve):
             raise PathError(f"{count} points are given; a curve needs at least two")
         chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
         for i in np.flatnonzero(chords <= REPEATED)[:1]:
-            raise PathError(
-                f"points {i} and {i + 1} are the same, {shown(self.points[i])}; leave one out"
+            raise unplaced(
+                f"points {i} and {i + 1} are the same, {{point}}; leave one out",
+                point=self.points[i],
             )
         x = np.concatenate(([0.0], np.cumsum(chords)))
         ends = [
