@@ -155,6 +155,22 @@ def test_what_can_not_be_finished_is_an_error(tmp_path: Path, knotwork: Command)
     assert knotwork("check", tmp_path, "-s", "paper_case").code == 2
 
 
+def test_a_link_named_as_a_set_that_was_decided_moves_no_files(
+    tmp_path: Path, knotwork: Command
+) -> None:
+    """A stranger's folder must not take away the files of who reads it."""
+    own, folder = tmp_path / "own", tmp_path / "folder"
+    own.mkdir(), folder.mkdir()
+    (own / "key").write_text("secret")
+    for name in (".knotwork-0.whole", ".knotwork-0.part"):
+        (folder / name).symlink_to(own)
+    (folder / ".knotwork-1.whole").write_text("no folder")
+    assert knotwork("check", folder, "-s", "paper_case").code == 2
+    storage.write_file(folder / "a", "x")
+    assert (own / "key").read_text() == "secret"
+    assert not (folder / "key").exists()
+
+
 def test_a_reader_finishes_what_was_decided(
     paper_case: Plan, tmp_path: Path, knotwork: Command
 ) -> None:

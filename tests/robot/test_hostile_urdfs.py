@@ -41,6 +41,7 @@ ARM = (
     *(joint("j", "continuous", "a", "b"), joint("k", "revolute", "b", "c")),
 )
 LAUGHS = '<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]>'
+DEFAULTS = f'<!DOCTYPE robot [<!ATTLIST x y CDATA "{"a" * 5_000_000}">]>'
 MASS = '<link name="c"><inertial><mass value="{}"/></inertial></link>'
 
 HOSTILE = {
@@ -50,6 +51,7 @@ HOSTILE = {
     "nested": (robot(*ARM, "<x>" * 2_000, "</x>" * 2_000), "nested more than 100 deep"),
     "elements": (robot(*ARM, "<x/>" * 200_000), "more than 100000 elements"),
     "entities": (LAUGHS + robot(*ARM), "declares an entity"),
+    "attributes": (DEFAULTS + robot(*ARM, "<x/>" * 90_000), "declares an attribute"),
     "unknown encoding": ('<?xml version="1.0" encoding="x"?>' + robot(*ARM), "not XML"),
     "ring": (
         robot(*ARM[:2], joint("j", "fixed", "a", "b"), joint("k", "fixed", "b", "a")),

@@ -31,7 +31,8 @@ def check_xml(data: bytes, most_elements: int) -> None:
 
     Raises:
         InputError: It is no XML, has more elements than asked for, elements nested deeper than
-            `MOST_NESTED`, or declares entities, of which a short text can make a long one.
+            `MOST_NESTED`, or declares entities or attributes, of which a short text can make a
+            long one.
     """
     depth = count = 0
 
@@ -50,9 +51,12 @@ def check_xml(data: bytes, most_elements: int) -> None:
     def entity(*_: object) -> None:
         raise _refused(parser, "it declares an entity; write out what it stands for")
 
+    def attribute(*_: object) -> None:
+        raise _refused(parser, "it declares an attribute; write it where it is meant")
+
     parser = expat.ParserCreate()
     parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.EntityDeclHandler = entity
+    parser.EntityDeclHandler, parser.AttlistDeclHandler = entity, attribute
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:

@@ -16,13 +16,17 @@ from xml.etree import ElementTree
 import numpy as np
 
 from knotwork.documents import check_xml
-from knotwork.errors import InputError
+from knotwork.errors import InputError, shown
 from knotwork.meshes.bounds import MOST_ELEMENTS, MOST_NESTED, MOST_SHAPES, check_triangles
-from knotwork.meshes.part import Colour, MeshPart
+from knotwork.meshes.part import MeshPart
 from knotwork.waypoints import FloatArray
 
 # Elements of COLLADA that say what surfaces look like.
 _LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")
+
+
+# Elements of COLLADA that are a part of a geometry.
+_PARTS = ("triangles", "polylist", "polygons", "tristrips", "trifans", "lines", "linestrips")
 
 
 def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...]:
@@ -54,21 +58,30 @@ def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...
     scale = 1.0 if scale is None else scale
     unit = np.diag([scale, scale, scale, 1.0])
     parts: list[MeshPart] = []
+    triangles = 0
     for shape in document.scene.objects("geometry"):
         for part in _shape_parts(shape, unit @ shape.matrix, folder, inside):
             parts.append(part)
-            check_triangles(sum(len(one.triangles) for one in parts))
+            triangles += len(part.triangles)
+            check_triangles(triangles)
     return tuple(parts)
 
 
 def _check_shapes(root: ElementTree.Element) -> None:
     """Count the shapes that nodes show, through the nodes that they show in turn.
 
+    Each part of a geometry counts, since each is made anew wherever it is shown.
+
     Raises:
         InputError: They are more than `MOST_SHAPES`, a node shows itself, or nodes are in one
             another deeper than `MOST_NESTED`.
     """
     named = {e.get("id"): e for e in root.iter() if _tag(e) == "node" and e.get("id")}
+    parts = {
+        e.get("id"): sum(_tag(part) in _PARTS for part in e.iter())
+        for e in root.iter()
+        if _tag(e) == "geometry"
+    }
     counts: dict[ElementTree.Element, int] = {}
     open_nodes: set[ElementTree.Element] = set()
 
@@ -79,19 +92,21 @@ def _check_shapes(root: ElementTree.Element) -> None:
             raise InputError(f"its nodes are in one another more than {MOST_NESTED} deep")
         if node not in counts:
             open_nodes.add(node)
-            counts[node] = sum(map(shown, node))
+            counts[node] = sum(map(shown_by, node))
             open_nodes.discard(node)
         return counts[node]
 
-    def shown(element: ElementTree.Element) -> int:
+    def shown_by(element: ElementTree.Element) -> int:
         kind = _tag(element)
+        target = (element.get("url") or "").removeprefix("#")
         if kind == "instance_node":
-            target = named.get((element.get("url") or "").removeprefix("#"))
-            return 0 if target is None else count(target)
-        return count(element) if kind == "node" else int(kind.startswith("instance_"))
+            return count(named[target]) if target in named else 0
+        if kind.startswith("instance_"):
+            return max(1, parts.get(target, 1))
+        return count(element) if kind == "node" else 0
 
     scenes = [element for element in root.iter() if _tag(element) == "visual_scene"]
-    shapes = sum(shown(node) for scene in scenes for node in scene)
+    shapes = sum(shown_by(node) for scene in scenes for node in scene)
     if shapes > MOST_SHAPES:
         raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MOST_SHAPES} are read")
 
@@ -133,23 +148,28 @@ def _shape_parts(
             uv = faces.texcoordset[0][faces.texcoord_indexset[0]][:, order, :2]
         material = shape.materialnodebysymbol.get(primitive.material)
         diffuse = material.target.effect.diffuse if material else None
-        colour, image = _look(diffuse, folder, inside)
+        colour, image, fault = None, None, ""
+        if isinstance(diffuse, tuple):
+            red, green, blue, opacity = (*diffuse, 1.0)[:4]
+            colour = (red, green, blue, opacity)
+        elif diffuse is not None:
+            image, fault = _image(diffuse.sampler.surface.image.path, folder, inside)
         points = faces.vertex @ turn.T + placement[:3, 3]
         triangles = faces.vertex_index[:, order].astype(np.int64)
-        yield MeshPart(points, triangles, normals, corner_normals, uv, colour, image)
+        yield MeshPart(points, triangles, normals, corner_normals, uv, colour, image, fault)
 
 
-def _look(diffuse: Any, folder: Path, inside: Path) -> tuple[Colour | None, Path | None]:
-    """Colour, or file of the image, of a material's diffuse light.
+def _image(address: str, folder: Path, inside: Path) -> tuple[Path | None, str]:
+    """File of a material's image, and why it is not taken, if it is not.
 
     An image elsewhere on the disk is not taken, because pages that show it are sent to others.
+    Whether there is one is not told.
     """
-    if diffuse is None:
-        return None, None
-    if isinstance(diffuse, tuple):
-        red, green, blue, opacity = (*diffuse, 1.0)[:4]
-        return (red, green, blue, opacity), None
-    address = diffuse.sampler.surface.image.path
     path = (folder / unquote(address.strip().removeprefix("file://"))).resolve()
-    allowed = path.is_relative_to(inside.resolve()) and path.is_file()
-    return None, path if allowed else None
+    if not path.is_relative_to(inside.resolve()):
+        why = f"leads out of {inside}, and images are taken only from below it"
+    elif not path.is_file():
+        why = f"is not below {inside}"
+    else:
+        return path, ""
+    return None, f"image {shown(address)} {why}; what it colours is drawn grey"

@@ -26,6 +26,7 @@ class MeshPart:
         uv: Place of each corner in the image, from the lower left, shape (m, 3, 2), or `None`.
         colour: Red, green, blue and opacity in 0 … 1; `None` if the file gives none.
         image: File of the image that colours it, or `None`.
+        fault: Why the image that the file names is not taken, or empty.
     """
 
     points: FloatArray
@@ -35,3 +36,4 @@ class MeshPart:
     uv: FloatArray | None = None
     colour: Colour | None = None
     image: Path | None = None
+    fault: str = ""

@@ -12,6 +12,7 @@ import contextlib
 import os
 import secrets
 import shutil
+import stat
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -167,9 +168,14 @@ def finish_interrupted(folder: Path) -> None:
 
 
 def _left_in(folder: Path) -> list[str]:
+    """Hidden folders that writers left behind.
+
+    A link of such a name is none: where a stranger made it, it leads to files of the user's own.
+    """
     names = os.listdir(folder) if folder.is_dir() else []
     ends = (UNDECIDED, DECIDED, REPLACED)
-    return [name for name in names if name.startswith(_PREFIX) and name.endswith(ends)]
+    ours = [name for name in names if name.startswith(_PREFIX) and name.endswith(ends)]
+    return [name for name in ours if stat.S_ISDIR((folder / name).lstat().st_mode)]
 
 
 @contextlib.contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -22,6 +22,8 @@ from knotwork.waypoints import FloatArray
 LINE_RADIUS = 0.012
 MOST_TRIANGLES = 3_000_000
 """Of all shapes of a robot."""
+MOST_BYTES = 512_000_000
+"""Of all mesh files of a robot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,14 +61,14 @@ def link_shapes(robot: Robot) -> LinkShapes:
         if link not in frames:
             continue
         shapes, lost = urdf.of(link, "visual")
-        parts, missing = drawn.meshes(shapes)
+        parts, missing, said = drawn.meshes(shapes)
+        said += [shape.fault for shape in shapes if shape.fault]
         if not all(part.coloured for part in parts):
             plain.append(link)
-        said = [shape.fault for shape in shapes if shape.fault]
         if missing or lost:
             said += [*lost, *missing]
             shapes, lost = urdf.of(link, "collision")
-            instead, missing = drawn.meshes(shapes)
+            instead, missing, _ = drawn.meshes(shapes)
             if instead and not (lost or missing):
                 parts = instead
                 said.append("drawn from its collision shape")
@@ -109,43 +111,79 @@ def _skeleton(robot: Robot) -> list[list[Mesh]]:
     return carried
 
 
+@dataclass(frozen=True, eq=False)
+class _MeshFile:
+    """A mesh file that was read: its parts, faults of their images, or why it can't be read."""
+
+    meshes: list[Mesh] = field(default_factory=list)
+    faults: tuple[str, ...] = ()
+    unread: str = ""
+
+
 class _Drawn:
     """Shapes as meshes; each mesh file is read once, and all together are bounded."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._read: dict[Path, list[Mesh]] = {}
-        self._triangles = 0
+        self._files: dict[Path, _MeshFile] = {}
+        self._triangles = self._bytes = 0
 
-    def meshes(self, shapes: Sequence[Shape]) -> tuple[list[Mesh], list[str]]:
-        """Shapes of a link in its axes, and why others are missing."""
+    def meshes(self, shapes: Sequence[Shape]) -> tuple[list[Mesh], list[str], list[str]]:
+        """Shapes of a link in its axes, why others are missing, and why images are."""
         found: list[Mesh] = []
         missing: list[str] = []
+        faults: dict[str, None] = {}
         for shape in shapes:
             try:
-                meshes = [mesh for mesh in self._meshes(shape) if len(mesh.faces)]
-                found += [mesh.moved(shape.rotation, shape.translation) for mesh in meshes]
+                if shape.kind == "mesh":
+                    file = self._file(shape.mesh)
+                    self._count(file.meshes)
+                    meshes = _changed(file.meshes, shape)
+                    if shape.colour is None:
+                        faults |= dict.fromkeys(file.faults)
+                else:
+                    meshes = [_solid(shape)]
+                    self._count(meshes)
+                shown = [mesh for mesh in meshes if len(mesh.faces)]
+                found += [mesh.moved(shape.rotation, shape.translation) for mesh in shown]
             except InputError as error:
                 missing.append(str(error))
-        return found, missing
+        return found, missing, list(faults)
 
-    def _meshes(self, shape: Shape) -> list[Mesh]:
-        meshes = self._mesh_file(shape) if shape.kind == "mesh" else [_solid(shape)]
+    def _count(self, meshes: Sequence[Mesh]) -> None:
         count = sum(len(mesh.faces) for mesh in meshes)
         if self._triangles + count > MOST_TRIANGLES:
             raise InputError(f"the robot's shapes have more than {MOST_TRIANGLES} triangles")
         self._triangles += count
-        return meshes
 
-    def _mesh_file(self, shape: Shape) -> list[Mesh]:
-        path = find_mesh(shape.mesh, self._robot.urdf, self._robot.package_paths)
-        if path not in self._read:
-            self._read[path] = [drawable(part) for part in read_mesh(path, mesh_package(path))]
-        meshes = self._read[path]
-        if (shape.scale != 1.0).any():
-            meshes = [mesh.scaled(shape.scale) for mesh in meshes]
-        colour = shape.colour
-        return [mesh.painted(colour) for mesh in meshes] if colour is not None else meshes
+    def _file(self, name: str) -> _MeshFile:
+        path = find_mesh(name, self._robot.urdf, self._robot.package_paths)
+        real = path.resolve()
+        if real not in self._files:
+            self._files[real] = self._opened(path)
+        if self._files[real].unread:
+            raise InputError(self._files[real].unread)
+        return self._files[real]
+
+    def _opened(self, path: Path) -> _MeshFile:
+        self._bytes += path.stat().st_size
+        if self._bytes > MOST_BYTES:
+            unread = f"mesh {path} is not read: the robot's have more than {MOST_BYTES} bytes"
+            return _MeshFile(unread=unread)
+        try:
+            parts = read_mesh(path, mesh_package(path))
+        except InputError as error:
+            return _MeshFile(unread=str(error))
+        faults = tuple(dict.fromkeys(part.fault for part in parts if part.fault))
+        return _MeshFile([drawable(part) for part in parts], faults)
+
+
+def _changed(meshes: list[Mesh], shape: Shape) -> list[Mesh]:
+    """The meshes of a file in the size and colour that a URDF gives them."""
+    if (shape.scale != 1.0).any():
+        meshes = [mesh.scaled(shape.scale) for mesh in meshes]
+    colour = shape.colour
+    return [mesh.painted(colour) for mesh in meshes] if colour is not None else meshes
 
 
 def _solid(shape: Shape) -> Mesh:

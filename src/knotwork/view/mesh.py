@@ -34,7 +34,7 @@ class Mesh:
         faces: Indices of vertices, counter-clockwise from outside, shape (m, 3).
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
         opacity: From 0, not seen, to 1, opaque.
-        coloured: Whether its colours were given; else it is grey.
+        coloured: Whether its colours were given, or it was said why not; else it is grey.
         uv: Place in its image of each vertex, from the lower left corner, shape (n, 2), or `None`.
         image: File of the image that gives it its colours, or `None`.
     """
@@ -100,7 +100,7 @@ def drawable(part: MeshPart) -> Mesh:
     if part.image is not None and part.uv is not None:
         return replace(from_triangles(corners, WHITE, part.uv), image=part.image)
     mesh = _with_own_normals(part) or from_triangles(corners, part.colour or GREY)
-    return replace(mesh, coloured=part.colour is not None)
+    return replace(mesh, coloured=part.colour is not None or bool(part.fault))
 
 
 def _with_own_normals(part: MeshPart) -> Mesh | None:
