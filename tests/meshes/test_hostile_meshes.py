@@ -33,6 +33,15 @@ def doubling(levels: int) -> str:
     return text.replace("<library_visual_scenes>", f"{nodes}<library_visual_scenes>")
 
 
+def many_parts() -> str:
+    """A shape of many parts, shown often: each part is made anew wherever it is shown."""
+    text = collada('<instance_node url="#n"/>' * 100)
+    nodes = '<library_nodes><node id="n"><instance_geometry url="#g"/></node></library_nodes>'
+    part = re.findall(r"<triangles.*?</triangles>", text, re.DOTALL)[0]
+    text = text.replace(part, part * 100)
+    return text.replace("<library_visual_scenes>", f"{nodes}<library_visual_scenes>")
+
+
 def showing_itself() -> str:
     loop = '<node id="a"><instance_node url="#b"/></node><node id="b"><instance_node url="#a"/>'
     text = collada('<instance_node url="#a"/>')
@@ -63,6 +72,7 @@ HUGE_COUNT = {"componentType": 5126, "count": 4_000_000_000, "type": "VEC3"}
 
 HOSTILE = {
     "nodes that double": ("a.dae", doubling(16), r"show 6.55e\+04 shapes; at most 5000"),
+    "parts of a shape": ("a.dae", many_parts(), r"show 1\.01e\+04 shapes; at most 5000"),
     "nodes that double for ever": ("a.dae", doubling(90), "shapes; at most 5000"),
     "long way down": ("a.dae", doubling(150), "more than 100 deep"),
     "itself": ("a.dae", showing_itself(), "shows itself"),
@@ -96,6 +106,23 @@ def test_a_hostile_mesh_is_refused_in_a_line_and_at_once(case: str, tmp_path: Pa
     assert time.process_time() - begun < SECONDS
     assert "\n" not in str(error.value)
     assert len(str(error.value)) < 600
+
+
+MANY = {
+    "a.obj": obj() + "".join(f"usemtl {i}\nf 1 2 3\n" for i in range(40_000)),
+    "a.stl": "".join(ascii_stl().replace("four", str(i)) for i in range(10_000)),
+    "b.stl": ascii_stl() + "solid x\nendsolid x\n" * 100_000,
+}
+
+
+@pytest.mark.parametrize("name", MANY)
+def test_a_mesh_divided_into_many_is_read_at_once(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text(MANY[name], encoding="utf-8")
+    begun = time.process_time()
+    (part,) = read_mesh(path)
+    assert time.process_time() - begun < SECONDS
+    assert len(part.triangles) in (4, 40_000, 40_004)
 
 
 def test_no_more_bytes_are_read_than_the_bound(tmp_path: Path) -> None:
@@ -189,6 +216,7 @@ def test_pictures_are_taken_from_the_package_alone(
         (tmp_path / "arm" / "package.xml").touch()
     (part,) = read_mesh(path, mesh_package(path))
     assert (part.image is not None) == taken
+    assert ("it colours is drawn grey" in part.fault) == (not taken)
 
 
 def test_meshes_are_found_in_the_users_folders(tmp_path: Path) -> None:

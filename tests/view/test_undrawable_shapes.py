@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,11 @@ from PIL import Image
 
 import knotwork as kw
 from command_line import Command
+from knotwork.meshes.part import MeshPart
+from knotwork.meshes.reading import read_mesh
 from knotwork.view import images, links
 from knotwork.view.links import link_shapes
+from knotwork.view.mesh import from_triangles
 
 STL = "solid a\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\nendsolid a\n"
 FLAT = STL.format("vertex 0 0 0\n" * 3)
@@ -126,6 +130,48 @@ def test_triangles_of_all_shapes_together_are_bounded(arm, monkeypatch: pytest.M
     monkeypatch.setattr(links, "MOST_TRIANGLES", 20)
     (warning,) = link_shapes(arm(urdf())).warnings
     assert "more than 20 triangles" in warning
+
+
+def test_each_mesh_file_is_read_once_and_all_together_are_bounded(
+    arm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also one that can't be read, and whatever name it is given."""
+    read: list[Path] = []
+
+    def counted(path: Path, inside: Path) -> tuple[MeshPart, ...]:
+        read.append(path)
+        return read_mesh(path, inside)
+
+    monkeypatch.setattr(links, "read_mesh", counted)
+    names = ("good.stl", "./good.stl", "flat.stl", ".//flat.stl")
+    shapes = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names]
+    robot = arm(urdf().replace("<visual>", "".join(shapes) + "<visual>", 1))
+    assert len(link_shapes(robot).parts[0]) == 4  # two, the box and the line
+    assert len(read) == 2
+    monkeypatch.setattr(links, "MOST_BYTES", len(GOOD))
+    assert "flat.stl is not read" in link_shapes(robot).warnings[0]
+
+
+def test_an_image_that_is_not_taken_is_a_warning(arm, monkeypatch: pytest.MonkeyPatch) -> None:
+    part = MeshPart(np.eye(3), np.array([[0, 1, 2]]), fault="image 'a.png' is not taken")
+    monkeypatch.setattr(links, "read_mesh", lambda *_: (part, part))
+    shape = '<mesh filename="good.stl"/>'
+    (warning,) = link_shapes(arm(urdf(shape))).warnings
+    assert warning == "link 'a': image 'a.png' is not taken"
+    painted = '<material name="m"><color rgba="1 0 0 1"/></material>'
+    assert not link_shapes(arm(urdf(shape, painted))).warnings
+
+
+def test_a_mesh_whose_faces_all_share_a_point_is_drawn_at_once() -> None:
+    """A mean over each pair of them would take hundreds of gigabytes."""
+    turn = np.linspace(0.0, 6.0, 100_001)
+    rim = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
+    corners = np.stack([np.zeros_like(rim[1:]), rim[:-1], rim[1:]], axis=1)
+    begun = time.process_time()
+    mesh = from_triangles(corners, (1, 1, 1, 1))
+    assert time.process_time() - begun < 5.0
+    assert len(mesh.faces) == 100_000
+    np.testing.assert_allclose(mesh.normals, np.broadcast_to([0, 0, 1], mesh.normals.shape))
 
 
 def test_meshes_come_from_the_users_packages(

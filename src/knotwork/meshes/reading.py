@@ -1,4 +1,4 @@
-"""Reading mesh files: COLLADA with pycollada, STL, OBJ, PLY, OFF and glTF with trimesh.
+"""Reading mesh files: STL here, COLLADA with pycollada, OBJ, PLY, OFF and glTF with trimesh.
 
 Of all formats but COLLADA only shapes are read. Files come from strangers, so both readers are
 written in Python: Coal's reader, which is in C++, ends the process on broken files.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,11 @@ from knotwork.meshes.bounds import (
 from knotwork.meshes.collada_file import read_collada
 from knotwork.meshes.part import MeshPart
 from knotwork.waypoints import FloatArray
+
+_VERTEX = rb"\s+vertex\s+([^\s]{1,32})\s+([^\s]{1,32})\s+([^\s]{1,32})"
+_FACET = re.compile(rb"outer\s+loop" + 3 * _VERTEX + rb"\s+endloop", re.IGNORECASE)
+# What else lines of OBJ say may divide them into many thousand shapes.
+_OBJ_SHAPE = re.compile(rb"^[ \t]*(?:v|vn|vt|f)[ \t].*$", re.MULTILINE)
 
 SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 
@@ -53,6 +59,8 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
         data = read_bounded(path)
         if path.suffix.lower() == ".dae":
             parts = read_collada(data, path.parent, inside or path.parent)
+        elif path.suffix.lower() == ".stl":
+            parts = (_read_stl(data),)
         else:
             parts = (_read_shape(data, path.suffix.lower()[1:]),)
         _check(parts)
@@ -64,7 +72,7 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
 def read_points(path: Path) -> FloatArray:
     """Read the corners of a mesh file's triangles alone [m], shape (n, 3), as often as it has them.
 
-    Binary STL files, which most collision shapes are, are read without loading trimesh.
+    STL files, which most collision shapes are, are read without loading trimesh.
 
     >>> meshes = kw.load_robot("ur5").urdf.parents[1] / "meshes"
     >>> len(np.unique(read_points(meshes / "ur5/collision/base.stl"), axis=0))
@@ -73,25 +81,23 @@ def read_points(path: Path) -> FloatArray:
     Raises:
         InputError: As for `read_mesh`.
     """
-    try:
-        data = read_bounded(path) if path.suffix.lower() == ".stl" else b""
-        points = _binary_stl(data)
-        if points is not None:
-            check_triangles(len(points) // 3)
-            _check((MeshPart(points, np.arange(len(points)).reshape(-1, 3)),))
-            return points
-    except (InputError, OSError) as error:
-        raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
-    return np.concatenate([part.points[np.unique(part.triangles)] for part in read_mesh(path)])
+    parts = read_mesh(path)
+    return np.concatenate([part.points[np.unique(part.triangles)] for part in parts])
 
 
-def _binary_stl(data: bytes) -> FloatArray | None:
-    """Corners of the triangles of a binary STL file; `None` for all others."""
-    if len(data) < 84 or len(data) != 84 + 50 * int.from_bytes(data[80:84], "little"):
-        return None
-    rows = np.frombuffer(data[84:], [("v", "<f4", (4, 3)), ("attribute", "<u2")])
-    with np.errstate(invalid="ignore"):
-        return np.asarray(rows["v"][:, 1:].reshape(-1, 3).astype(float))
+def _read_stl(data: bytes) -> MeshPart:
+    """Read an STL file; one of another length than a binary file of its facets is text."""
+    facets = int.from_bytes(data[80:84], "little")
+    if len(data) >= 84 and len(data) == 84 + 50 * facets:
+        check_triangles(facets)
+        rows = np.frombuffer(data[84:], [("v", "<f4", (4, 3)), ("attribute", "<u2")])
+        with np.errstate(invalid="ignore"):
+            points = rows["v"][:, 1:].reshape(-1, 3).astype(float)
+    else:
+        found = _FACET.findall(data)
+        check_triangles(len(found))
+        points = np.array(found, dtype="S32").astype(float).reshape(-1, 3)
+    return MeshPart(points, np.arange(len(points)).reshape(-1, 3))
 
 
 def _reason(error: Exception) -> str:
@@ -145,12 +151,15 @@ def _has_area(part: MeshPart) -> bool:
 
 
 def _read_shape(data: bytes, kind: str) -> MeshPart:
-    """Read the shape of a file of any format but COLLADA; no other file is opened for it."""
+    """Read the shape of a file of any other format; no other file is opened for it."""
     import trimesh
 
     if kind in ("glb", "gltf"):
         _check_gltf(data, kind)
-    options: dict[str, Any] = {"skip_materials": True} if kind == "obj" else {}
+    options: dict[str, Any] = {}
+    if kind == "obj":
+        data = b"\n".join(_OBJ_SHAPE.findall(data.replace(b"\\\n", b" ")))
+        options = {"skip_materials": True}
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **options)
     shown = [scene.geometry[name] for _, name in map(scene.graph.get, scene.graph.nodes_geometry)]
     shapes = [shape for shape in shown if isinstance(shape, trimesh.Trimesh)]

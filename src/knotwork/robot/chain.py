@@ -11,6 +11,8 @@ import pinocchio as pin
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.robot.urdf import Urdf
 
+MOST_JOINTS = 200
+"""Joints that are planned for; proofs of what hundreds in a row do take gigabytes."""
 # A character that XML can't hold, so that no joint's name begins with it.
 _NO_JOINT = "\x01"
 
@@ -68,7 +70,14 @@ def select_chain(
         moving = [i for i in moving if full.names[i] not in locked]
     else:
         moving = _moving_joints(urdf, robot, base, tool_frame, locked)
-    still = [i for i in range(1, full.njoints) if i not in moving]
+    if len(moving) > MOST_JOINTS:
+        raise RobotError(
+            robot,
+            f"{len(moving)} joints would be planned for, and at most {MOST_JOINTS} can be; give a "
+            "tool frame that fewer of them carry, or list others under `locked`",
+        )
+    planned = set(moving)
+    still = [i for i in range(1, full.njoints) if i not in planned]
     reference, values = _reference(urdf, robot, still, locked)
     return Chain(
         model=_reduced(full, still, reference),

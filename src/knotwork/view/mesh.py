@@ -22,6 +22,10 @@ WHITE: Colour = (1.0, 1.0, 1.0, 1.0)
 MOST_CORNERS = 0.6
 # Faces that meet at less than this are shaded as one smooth surface.
 CREASE = np.cos(np.radians(35.0))
+MOST_AROUND = 64
+"""Faces around a point of which a mean is made: a file may have all of its faces around one."""
+MOST_PAIRS = 1_000_000
+"""Of faces around a point that are looked at together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,21 +157,30 @@ def from_triangles(
 
 
 def _creased(areas: FloatArray, index: IndexArray, points: int) -> FloatArray:
-    """Normal at each corner of each face: the mean of the faces around that are nearly level."""
+    """Normal at each corner of each face: the mean of the faces around that are nearly level.
+
+    Where very many faces share a point, each keeps its own.
+    """
     faces = np.repeat(np.arange(len(areas)), 3)
     order = np.argsort(index, kind="stable")
     counts = np.bincount(index, minlength=points)
     starts = np.cumsum(counts) - counts
-    # Each corner with each face that shares its point.
-    repeats = counts[index]
-    corner = np.repeat(np.arange(len(index)), repeats)
-    first = np.cumsum(repeats) - repeats
-    within = np.arange(len(corner)) - np.repeat(first, repeats)
-    neighbour = faces[order[starts[index[corner]] + within]]
     unit = normalised(areas)
-    level = np.einsum("ij,ij->i", unit[faces[corner]], unit[neighbour]) > CREASE
-    normals = np.where(level[:, np.newaxis], areas[neighbour], 0.0)
-    return normalised(np.add.reduceat(normals, first))
+    normals = unit[faces]
+    corners = np.flatnonzero(counts[index] <= MOST_AROUND)
+    parts = -(-int(counts[index[corners]].sum()) // MOST_PAIRS)
+    for some in np.array_split(corners, max(1, parts)):
+        # Each corner with each face that shares its point.
+        repeats = counts[index[some]]
+        corner = np.repeat(some, repeats)
+        first = np.cumsum(repeats) - repeats
+        within = np.arange(len(corner)) - np.repeat(first, repeats)
+        neighbour = faces[order[starts[index[corner]] + within]]
+        level = np.einsum("ij,ij->i", unit[faces[corner]], unit[neighbour]) > CREASE
+        near = np.where(level[:, np.newaxis], areas[neighbour], 0.0)
+        if len(some):
+            normals[some] = normalised(np.add.reduceat(near, first))
+    return normals
 
 
 def unique_rows(rows: NDArray[_Number]) -> tuple[NDArray[_Number], IndexArray]:
