@@ -266,6 +266,30 @@ def test_a_motion_through_a_wall_says_where_a_waypoint_between_would_have_to_go(
     assert kw.plan(task).report.ok
 
 
+@pytest.mark.parametrize("several", [True, False])
+def test_the_way_out_is_clear_of_all_objects_and_leads_out_of_exact_meshes(
+    several: bool, tmp_path: Path
+) -> None:
+    trimesh.creation.icosphere(subdivisions=3, radius=100).export(tmp_path / "ball.stl")
+    ball = {"mesh": str(tmp_path / "ball.stl"), "exact": True, "position": [500, 0, 170]}
+    post = {"box": [60, 60, 350], "position": [520, 20, 155]}
+    wall = REACH_OVER["scene"]["objects"]["wall"]
+    scene = {"margin": 5, "objects": {"wall": wall, "post": post} if several else {"ball": ball}}
+    report = kw.plan({**REACH_OVER, "scene": scene}).report
+    assert len(report.failures) == len(scene["objects"])
+    for failed in report.failures:
+        said = re.search(
+            r"towards \[(.*?)\]: a waypoint .* the tool at \[(.*?)\] mm", failed.message
+        )
+        assert said is not None
+        towards, place = (np.array([float(x) for x in one.split(",")]) for one in said.groups())
+        pose = {"position": (place + 30 * towards).tolist(), "rpy": DOWN}
+        over = {"name": "over", "after": 2, "speed": 150, "pose": pose}
+        here, there = REACH_OVER["waypoints"]
+        task = {**REACH_OVER, "scene": scene, "waypoints": [here, over, {**there, "after": 2}]}
+        assert kw.plan(task).report.ok
+
+
 def test_a_plan_under_the_floor_fails_once_there_is_a_floor() -> None:
     down = {
         "units": {"angle": "deg"},

@@ -117,6 +117,10 @@ class SolidPairs:
         a, b = self.first[combo], self.second[combo]
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
+    def _inside(self, combo: int, turn: FloatArray, shift: FloatArray) -> bool:
+        """Whether a solid of a pair is inside the other, whose surface it does not meet."""
+        return bool(self.exact[combo]) and one_inside_the_other(*self.placed(combo, turn, shift))
+
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
         """The least distance beyond what is to be kept at configurations [m], shape (m,).
 
@@ -139,7 +143,7 @@ class SolidPairs:
                 c = int(there[k])
                 far = result[i] + self.margin[c] + ROUNDING
                 apart = self.measured(c, turn[i], shift[i], far) - self.margin[c]
-                if self.exact[c] and one_inside_the_other(*self.placed(c, turn[i], shift[i])):
+                if apart > 0.0 and self._inside(c, turn[i], shift[i]):
                     apart = -apart
                 result[i] = min(result[i], apart if apart > 0.0 else min(apart, -1e-300))
         return result

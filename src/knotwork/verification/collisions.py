@@ -24,6 +24,8 @@ QUANTITY = "clearance"
 MOST_CONTACTS = 5
 """So many contacts of a pair are told with their times; of more, the number."""
 
+APART = "another solution, or a waypoint between that keeps them apart, would help"
+
 AT_WAYPOINT = 1e-6
 """A time this near to that of a waypoint [s] is at the waypoint."""
 
@@ -39,8 +41,9 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     yield from _missing(model, scenario, robot)
     found = clearances(model, motion.curve, scene.rules.resolution)
     nearest = _nearest_of_each(found)
+    ways = _WaysOut(model, motion, scenario, robot)
     for one in sorted(found, key=lambda one: one.distance - one.margin):
-        yield _finding(one, model, motion, scenario, robot, detail=one not in nearest)
+        yield _finding(one, ways, scenario, robot, detail=one not in nearest)
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:
@@ -100,13 +103,7 @@ def _nearest_of_each(found: Sequence[Clearance]) -> list[Clearance]:
 
 
 def _finding(
-    found: Clearance,
-    model: CollisionModel,
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
-    *,
-    detail: bool,
+    found: Clearance, ways: _WaysOut, scenario: Scenario, robot: Robot, *, detail: bool
 ) -> Finding:
     clear = found.verdict == "clear"
     world = robot.base_placement.inverse()
@@ -117,7 +114,7 @@ def _finding(
         name=f"{found.second.name}, {found.first.name}",
         quantity=QUANTITY,
         verdict="met" if clear else "failed",
-        message=_message(found, points, model, motion, scenario, robot),
+        message=_message(found, points, ways, scenario),
         value=found.distance,
         limit=found.margin,
         margin=(found.bound if clear else found.distance) - found.margin,
@@ -132,12 +129,7 @@ def _finding(
 
 
 def _message(
-    found: Clearance,
-    points: Sequence[FloatArray],
-    model: CollisionModel,
-    motion: Motion,
-    scenario: Scenario,
-    robot: Robot,
+    found: Clearance, points: Sequence[FloatArray], ways: _WaysOut, scenario: Scenario
 ) -> str:
     """All of it in words: how near, when, where, and what would help."""
     scale, unit = scenario.shown_length
@@ -164,7 +156,7 @@ def _message(
     both = " and ".join(_shown(scale * point) for point in points)
     return (
         f"{second} {how} {first} {where}{keep} (too near {_when(found)}; "
-        f"nearest points {both} {unit}); {_way_out(found, model, motion, scenario, robot)}"
+        f"nearest points {both} {unit}); {ways.said(found)}"
     )
 
 
@@ -191,41 +183,49 @@ def _between(scenario: Scenario, time: float) -> str:
     return "outside the waypoints"
 
 
-def _way_out(
-    found: Clearance, model: CollisionModel, motion: Motion, scenario: Scenario, robot: Robot
-) -> str:
-    """Which side is free, and where a waypoint in between would have to be."""
-    apart = "another solution, or a waypoint between that keeps them apart, would help"
-    if not found.around or robot.tcp_frame_id is None:
-        return apart
-    from knotwork.scene.escape import way_out
-    from knotwork.scene.placements import place_joints
+class _WaysOut:
+    """Where waypoints would have to go; one place for all that collides at once."""
 
-    start, end = found.interval or (found.time, found.time)
-    inside = [one for one in scenario.waypoints if start <= one.time <= end]
-    time = inside[0].time if inside else found.time
-    q, v = motion.curve(time), motion.curve(time, 1)
-    rotation, origin = (array[0] for array in place_joints(model.joints, q[None]))
-    turn = robot.base_placement.rotation
-    along = np.zeros(3) if inside else turn @ (robot.jacobian(q) @ v)[:3]
-    way = way_out(model, found.second, found.first, found.margin, rotation, origin, along)
-    if way is None:
-        return apart
-    scale, unit = scenario.shown_length
-    direction = turn.T @ way.direction
-    far = way.distance + scenario.scene.rules.resolution
-    tool = robot.forward(q).translation + far * direction
-    move = f"{scale * far:.4g} {unit} towards {_shown(direction)}"
-    place = f"{_shown(scale * tool)} {unit}"
-    if inside:
+    def __init__(
+        self, model: CollisionModel, motion: Motion, scenario: Scenario, robot: Robot
+    ) -> None:
+        self.model, self.motion, self.scenario, self.robot = model, motion, scenario, robot
+        self.known: list[tuple[float, str]] = []
+
+    def said(self, found: Clearance) -> str:
+        """Which side is free, and where a waypoint in between would have to be."""
+        start, end = found.interval or (found.time, found.time)
+        if not found.around or self.robot.tcp_frame_id is None:
+            return APART
+        for time, said in self.known:
+            if start <= time <= end:
+                return said
+        inside = [one for one in self.scenario.waypoints if start <= one.time <= end]
+        time = inside[0].time if inside else found.time
+        said = self._searched(time, inside[0].name if inside else None)
+        self.known.append((time, said))
+        return said
+
+    def _searched(self, time: float, waypoint: str | None) -> str:
+        from knotwork.scene.escape import way_out
+
+        q, v = self.motion.curve(time), self.motion.curve(time, 1)
+        along = np.zeros(3) if waypoint is not None else (self.robot.jacobian(q) @ v)[:3]
+        way = way_out(self.model, self.robot, q, time, along)
+        if way is None:
+            return APART
+        scale, unit = self.scenario.shown_length
+        move = f"{scale * way.distance:.4g} {unit} towards {_shown(way.direction)}"
+        place = f"{_shown(scale * way.tool)} {unit}"
+        if waypoint is not None:
+            return (
+                f"waypoint {waypoint!r} is in it and has to move itself: with the tool at "
+                f"{place}, {move}, or farther, it would be clear"
+            )
         return (
-            f"waypoint {inside[0].name!r} is in it and has to move itself: with the tool at "
-            f"{place}, {move}, or farther, it would be clear"
+            f"free is the side {move}: a waypoint near {time:.3f} s with the tool at {place}, or "
+            "farther that way, would lead past"
         )
-    return (
-        f"free is the side {move}: a waypoint near {time:.3f} s with the tool at {place}, or "
-        "farther that way, would lead past"
-    )
 
 
 def _shown(vector: FloatArray) -> str:
