@@ -46,6 +46,10 @@ if TYPE_CHECKING:
     from knotwork.scenario import Scenario as Scenario
     from knotwork.scenario import load_scenario as load_scenario
     from knotwork.storage import load_trajectory as load_trajectory
+    from knotwork.sweeps import Study as Study
+    from knotwork.sweeps import SweepProgress as SweepProgress
+    from knotwork.sweeps import plan_many as plan_many
+    from knotwork.sweeps import sweep as sweep
     from knotwork.tradeoffs import Tradeoff as Tradeoff
     from knotwork.tradeoffs import tradeoff as tradeoff
     from knotwork.trajectory import JointTrajectory as JointTrajectory

@@ -319,6 +319,18 @@ class ExportError(InputError):
     time: float | None = None
 
 
+class CollisionError(InputError):
+    """Something that stands around touches the robot where it starts.
+
+    Attributes:
+        names: What touches: the object and the link.
+        depth: How far they are within the margin [m].
+    """
+
+    names: Sequence[str] = ()
+    depth: float = 0.0
+
+
 class PathError(InputError):
     """A tool path, or a part of one, that can't be made as asked.
 

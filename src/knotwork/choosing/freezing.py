@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.choosing.choice import ChosenTimes
-from knotwork.documents import Location, edited, edited_text, read_text
+from knotwork.documents import Document, Edits, Location, edited, edited_text, read_text
 from knotwork.documents.edits import block
 from knotwork.errors import InputError
 
@@ -25,10 +25,7 @@ def frozen_text(chosen: ChosenTimes, folder: Path) -> str:
     Raises:
         InputError: The file can't be read any more, or the numbers can't be put into its text.
     """
-    document = chosen.document
-    if document.file is None:
-        return block(edited(document, chosen.edits).data)
-    return edited_text(read_text(document.file), _all_edits(chosen, folder))
+    return text_with(chosen.document, chosen.edits, folder)
 
 
 def saved_text(chosen: ChosenTimes, folder: Path) -> str:
@@ -36,17 +33,28 @@ def saved_text(chosen: ChosenTimes, folder: Path) -> str:
     try:
         return frozen_text(chosen, folder)
     except InputError as error:
-        why = str(error).replace("\n", " ")
-        text = block(edited(chosen.document, _all_edits(chosen, folder)).data)
-        return f"# Written anew, without the comments of the file it came from: {why}\n{text}"
+        return text_anew(chosen.document, chosen.edits, folder, str(error))
 
 
-def _all_edits(chosen: ChosenTimes, folder: Path) -> dict[Location, Any]:
-    file = chosen.document.file
-    if file is None:
-        return dict(chosen.edits)
-    moved = _moved(chosen.document.data, (), file.parent.resolve(), folder.resolve())
-    return {**chosen.edits, **moved}
+def text_with(document: Document, edits: Edits, folder: Path) -> str:
+    """YAML of a scenario with other values, to be written into a folder: see `frozen_text`."""
+    if document.file is None:
+        return block(edited(document, edits).data)
+    return edited_text(read_text(document.file), _all_edits(document, edits, folder))
+
+
+def text_anew(document: Document, edits: Edits, folder: Path, why: str) -> str:
+    """The same without its comments, and why."""
+    why = why.replace("\n", " ")
+    text = block(edited(document, _all_edits(document, edits, folder)).data)
+    return f"# Written anew, without the comments of the file it came from: {why}\n{text}"
+
+
+def _all_edits(document: Document, edits: Edits, folder: Path) -> dict[Location, Any]:
+    if document.file is None:
+        return dict(edits)
+    moved = _moved(document.data, (), document.file.parent.resolve(), folder.resolve())
+    return {**edits, **moved}
 
 
 def _moved(data: Any, place: Location, old: Path, new: Path) -> dict[Location, Any]:

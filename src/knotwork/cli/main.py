@@ -33,6 +33,7 @@ from knotwork.cli.plot import plot
 from knotwork.cli.progress import shown_progress
 from knotwork.cli.report import report as report_command
 from knotwork.cli.sources import read_checked
+from knotwork.cli.sweep import sweep
 from knotwork.cli.terminal import echo
 from knotwork.cli.tradeoff import tradeoff
 from knotwork.cli.view import view
@@ -327,6 +328,7 @@ for _command, _summary in (
     (plan, "Plan scenarios, check the result, print the verdict."),
     (check, "Check a stored trajectory against a scenario."),
     (compare, "Plan a scenario with every planner, side by side."),
+    (sweep, "Plan a scenario many times, with other values."),
     (tradeoff, "Show what the least time is traded for."),
     (plot, "Draw joints and tool over time."),
     (view, "Show the arm make the move in a browser, or in a file."),

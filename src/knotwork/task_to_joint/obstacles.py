@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.errors import InputError
+from knotwork.errors import CollisionError
 from knotwork.joint_space import JointSpace
 from knotwork.kinematics.following.continuation import Continuation
 from knotwork.kinematics.sequence.candidates import Candidates
@@ -63,7 +63,7 @@ class Obstacles:
             q: Joint positions at the start [rad or m], shape (d,).
 
         Raises:
-            DocumentError: An object does.
+            CollisionError: An object does.
         """
         held = {one.name for one in self.scenario.scene.held}
         margin = self.scenario.scene.rules.margin
@@ -73,9 +73,11 @@ class Obstacles:
                 scale, unit = self.scenario.shown_length
                 with self.scenario.error_context(*place, first.name):
                     depth = f"{-scale * (distance + margin):.4g} {unit}"
-                    raise InputError(
+                    raise CollisionError(
                         f"touches {second.name} where the robot starts, by {depth}; move it, or "
-                        f"if it may touch it say `allow: [{second.name}]`"
+                        f"if it may touch it say `allow: [{second.name}]`",
+                        names=(first.name, second.name),
+                        depth=-(distance + margin),
                     )
 
     def collide(self, index: int, candidates: Candidates) -> FloatArray:

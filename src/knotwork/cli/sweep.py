@@ -1,0 +1,316 @@
+"""The command `knotwork sweep`."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knotwork.cli.parameters import (
+    FAILED,
+    PASSED,
+    Names,
+    NewPath,
+    Seconds,
+    json_option,
+    package_path_option,
+)
+from knotwork.cli.terminal import cell, echo
+from knotwork.errors import InputError
+
+if TYPE_CHECKING:
+    from knotwork.sweeps import Study, SweepProgress
+
+PICTURE = "study.png"
+"""In the folder of a study, where `--plot` names no file."""
+MOST_REASONS = 12
+
+
+@click.command(
+    epilog="Exit codes: 0 a row passes, 1 none does, 2 the input is wrong. Needs the packages of "
+    "`pip install 'knotwork[sweep]'`."
+)
+@click.argument("source", metavar="SCENARIO|STUDY")
+@click.option(
+    "--vary",
+    metavar="PATH=VALUES",
+    multiple=True,
+    help="A value of the file and what it is to be: a range -200:200:41, values divided by commas, "
+    "or uniform(-50, 50). May be repeated: all combinations are planned.",
+)
+@click.option(
+    "--rows",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="CSV whose header has paths of values; a scenario for each row.",
+)
+@click.option(
+    "--zip",
+    "together",
+    is_flag=True,
+    help="Vary all together, row by row, in place of all combinations.",
+)
+@click.option(
+    "--samples",
+    metavar="N",
+    type=click.IntRange(min=1),
+    help="Number of random samples of what is uniform(…).",
+)
+@click.option(
+    "--seed", metavar="N", type=int, default=0, help="Of the random samples."
+)
+@click.option("--out", "-o", metavar="DIR", type=NewPath(), help="Folder for the study.")
+@click.option("--resume", is_flag=True, help="Go on with the study in the folder.")
+@click.option(
+    "--workers",
+    metavar="N",
+    type=click.IntRange(min=0),
+    help="Processes of this machine, by default one a processor; 0 for this process alone.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Plan on the workers of a Dask scheduler, for example tcp://host:8786.",
+)
+@click.option(
+    "--stop-after",
+    metavar="N feasible",
+    type=(click.IntRange(min=1), click.Choice(["feasible"])),
+    help="Stop once so many rows pass.",
+)
+@click.option(
+    "--time-limit",
+    metavar="TIME",
+    type=Seconds(),
+    help="Of one row, for example 20s; 60 s if left out.",
+)
+@click.option(
+    "--plot",
+    "picture",
+    metavar="[FILE]",
+    is_flag=False,
+    flag_value="",
+    help=f"Draw maps: PNG, SVG or PDF, by the suffix; {PICTURE} in the folder of the study if no "
+    "file is given.",
+)
+@click.option(
+    "--figures",
+    metavar="A,B,…",
+    type=Names(),
+    help="Figures that are drawn beside the verdict.",
+)
+@click.option(
+    "--best", metavar="FIGURE", help="Figure of the best row, by default duration."
+)
+@click.option(
+    "--freeze",
+    metavar="FILE",
+    type=NewPath(),
+    help="Write the scenario of the best row there, comments kept.",
+)
+@package_path_option
+@json_option
+def sweep(
+    source: str,
+    vary: tuple[str, ...],
+    rows: Path | None,
+    together: bool,
+    samples: int | None,
+    seed: int,
+    out: Path | None,
+    resume: bool,
+    workers: int | None,
+    scheduler: str | None,
+    stop_after: tuple[int, str] | None,
+    time_limit: float | None,
+    picture: str | None,
+    figures: list[str] | None,
+    best: str | None,
+    freeze: Path | None,
+    as_json: bool,
+) -> int:
+    """Plan and check SCENARIO many times, with other values: a row for each.
+
+    Values are chosen by their path in the file, as frames.block.position[0] or
+    waypoints[pick].after, in the file's units. A row says whether all checks pass, else why not,
+    and figures of the motion; all rows go into the folder of the study, as Parquet. Where STUDY is
+    such a folder, nothing is planned: its rows are shown, drawn (--plot) or frozen (--best,
+    --freeze).
+    """
+    from knotwork import sweeps
+    from knotwork.sweeps.folder import is_study
+    from knotwork.sweeps.run import TIME_LIMIT
+
+    target = _picture_path(picture, Path(source) if is_study(source) else out)
+    if best is not None:
+        from knotwork.sweeps.figures import figure_named
+
+        figure_named(best)
+    if is_study(source):
+        _refuse_planning(source, {"--vary": vary, "--rows": rows, "--resume": resume, "--out": out})
+        study = sweeps.Study.open(source)
+    else:
+        with _shown_progress(as_json) as progress:
+            study = sweeps.sweep(
+                source,
+                _varied(vary),
+                rows=rows,
+                together=together,
+                samples=samples,
+                seed=seed,
+                out=out,
+                resume=resume,
+                workers=workers,
+                scheduler=scheduler,
+                stop_after=stop_after[0] if stop_after is not None else None,
+                progress=progress,
+                time_limit=time_limit if time_limit is not None else TIME_LIMIT,
+            )
+    written = []
+    if target is not None:
+        from knotwork.view.files import save_figure
+
+        written.append(save_figure(study.plot(figures), target))
+    found = None
+    if study.passed:
+        found = study.best(best or "duration")
+    if freeze is not None:
+        if found is None:
+            raise InputError(f"{freeze} was not written: no row passes, so there is no best one")
+        written.append(study.freeze(found["row"], freeze))
+    if as_json:
+        echo(json.dumps(_to_dict(study, best or "duration", found), indent=1, allow_nan=False))
+    else:
+        print_study(study, best or "duration", found)
+        for path in written:
+            echo(f"wrote {path}")
+    return PASSED if study.passed else FAILED
+
+
+def _varied(given: tuple[str, ...]) -> dict[str, str]:
+    """Values by path."""
+    found: dict[str, str] = {}
+    for one in given:
+        path, mark, values = one.partition("=")
+        if not mark:
+            raise InputError(
+                f"--vary {one}: has no values; accepted: PATH=VALUES, for example "
+                "frames.block.position[0]=-200:200:41"
+            )
+        if path.strip() in found:
+            raise InputError(f"--vary {path.strip()}: is given twice; leave out one")
+        found[path.strip()] = values
+    return found
+
+
+def _picture_path(given: str | None, folder: Path | None) -> Path | None:
+    if given is None:
+        return None
+    if not given and folder is None:
+        raise InputError("--plot: there is no folder for the picture; name a file, or give --out")
+    from knotwork.view.files import checked_picture_path
+
+    return checked_picture_path(given or (folder or Path()) / PICTURE)
+
+
+def _refuse_planning(source: str, given: dict[str, Any]) -> None:
+    for option, value in given.items():
+        if value:
+            raise InputError(
+                f"{option}: {source} is the folder of a study, whose rows are only shown; to plan, "
+                "give the scenario"
+            )
+
+
+@contextmanager
+def _shown_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
+    """Show rows, rate, time left and how many pass in one line, which is cleared in the end."""
+    if quiet or sys.stderr is None or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    line = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with line:
+        task = line.add_task("planning some rows, to learn how long they take", total=None)
+
+        def show(at: SweepProgress) -> None:
+            line.update(task, description=progress_line(at), total=at.total, completed=at.done)
+
+        yield show
+
+
+def progress_line(at: SweepProgress) -> str:
+    """Say how far a sweep has come."""
+    left = "" if at.left is None else f", {_duration(at.left)} left"
+    share = 100.0 * at.passed / at.done if at.done else 0.0
+    return (
+        f"{at.done} of {at.total} rows, {at.rate:.3g} a second{left}, "
+        f"{at.passed} pass ({share:.0f} %)"
+    )
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def _to_dict(study: Study, figure: str, best: dict[str, Any] | None) -> dict[str, Any]:
+    return {
+        "ok": study.passed > 0,
+        "scenario": study.name,
+        "rows": len(study.spec),
+        "finished": len(study),
+        "passed": study.passed,
+        "reasons": study.reasons,
+        "best": None if best is None else {"figure": figure, "row": _plain(best)},
+        "folder": str(study.folder) if study.folder is not None else None,
+    }
+
+
+def _plain(row: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in row.items()
+    }
+
+
+def print_study(study: Study, figure: str, best: dict[str, Any] | None) -> None:
+    """Print how many rows pass, why the others do not, and the best one."""
+    from knotwork.cli import tables
+
+    count, total = len(study), len(study.spec)
+    done = f"{count} rows" if count == total else f"{count} of {total} rows are finished"
+    table = tables.plain_table(f"{study.name}: {done}, {study.passed} pass", ["", "rows", "%"])
+    counted = {"passed": study.passed, **study.reasons}
+    for reason, number in list(counted.items())[: 1 + MOST_REASONS]:
+        style = "" if reason == "passed" else "[red]"
+        table.add_row(f"{style}{cell(reason)}", str(number), f"{100 * number / max(1, count):.1f}")
+    console = tables.console()
+    console.print(table)
+    if len(study.reasons) > MOST_REASONS:
+        console.print(f"and {len(study.reasons) - MOST_REASONS} more reasons")
+    if best is not None:
+        values = ", ".join(f"{name} = {best[name]}" for name in study.varied)
+        known = study.figures[figure]
+        unit = f" {known.unit}" if known.unit else ""
+        console.print(
+            cell(f"best {known.title}: {best[figure]:.6g}{unit} in row {best['row']}, {values}")
+        )
+    if study.folder is not None:
+        console.print(cell(f"{study.folder}: {count} of {total} rows"))

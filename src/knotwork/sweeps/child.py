@@ -1,0 +1,176 @@
+"""A child process that plans: it may hang or crash, and its parent goes on.
+
+Parent and child send each other pickled data through the child's standard input and output. A
+child ends with its parent, whose end closes the input, and by itself if a call takes far too long.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import importlib
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+GRACE = 30.0
+"""So much later than its parent a child ends itself [s]."""
+START_LIMIT = 120.0
+"""Time that a child may take until it answers [s]; importing is not the fault of a row."""
+END_PATIENCE = 5.0
+"""A process that has closed its pipes may take so long to end [s]."""
+# One process is one thread of work; NumPy's would be in the way of the others.
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class ChildTimeoutError(Exception):
+    """A call took longer than it may."""
+
+
+class ChildCrashedError(Exception):
+    """The child ended during a call; says how."""
+
+
+class Child:
+    """A child process with a `Bench`; started when it is first called, and again after its end."""
+
+    def __init__(self) -> None:
+        self._process: Any = None
+
+    @property
+    def running(self) -> bool:
+        """Whether there is a process, which knows what it was told."""
+        return self._process is not None
+
+    def call(self, method: str, *arguments: Any, limit: float) -> Any:
+        """Call a method of the bench.
+
+        Args:
+            method: Its name.
+            arguments: What it takes.
+            limit: Time that it may take [s].
+
+        Raises:
+            ChildTimeoutError: It took longer.
+            ChildCrashedError: The process came to its end.
+        """
+        if self._process is None:
+            self._process = _Process()
+            self._answer(START_LIMIT)
+        return self._answer(limit, (method, arguments, limit))
+
+    def _answer(self, limit: float, question: Any = None) -> Any:
+        """What the child says next, if it is in time."""
+        process, late = self._process, threading.Event()
+
+        def stop() -> None:
+            late.set()
+            process.popen.kill()
+
+        timer = threading.Timer(limit, stop)
+        timer.daemon = True
+        timer.start()
+        try:
+            if question is not None:
+                pickle.dump(question, process.sink)
+                process.sink.flush()
+            ok, answer = pickle.load(process.source)
+        except (EOFError, OSError, pickle.UnpicklingError) as error:
+            code = self._ended(END_PATIENCE)
+            if late.is_set():
+                raise ChildTimeoutError(f"took longer than {limit:g} s") from error
+            raise ChildCrashedError(_said(code)) from error
+        finally:
+            timer.cancel()
+        if not ok:
+            raise answer
+        return answer
+
+    def _ended(self, patience: float = 0.0) -> int:
+        """Have the process gone; its exit code."""
+        process, self._process = self._process, None
+        return 0 if process is None else process.end(patience)
+
+    def close(self) -> None:
+        """End the process."""
+        self._ended()
+
+
+class _Process:
+    """The process and both ends of its pipes."""
+
+    def __init__(self) -> None:
+        self.popen = subprocess.Popen(
+            [sys.executable, "-m", "knotwork.sweeps.child"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
+        )
+        self.sink: Any = self.popen.stdin
+        self.source: Any = self.popen.stdout
+
+    def end(self, patience: float) -> int:
+        """Have the process gone, if need be by force; its exit code."""
+        try:
+            code = self.popen.wait(patience)
+        except subprocess.TimeoutExpired:
+            self.popen.kill()
+            code = self.popen.wait()
+        for pipe in (self.sink, self.source):
+            with contextlib.suppress(OSError):
+                pipe.close()
+        return code
+
+
+def _said(code: int) -> str:
+    """How a process ended, in words."""
+    if code >= 0:
+        return f"the process that planned it ended with code {code}"
+    with contextlib.suppress(ValueError):
+        return f"the process that planned it was ended by {signal.Signals(-code).name}"
+    return f"the process that planned it was ended by signal {-code}"
+
+
+def main() -> None:
+    """Answer calls until there are no more."""
+    from knotwork.sweeps.bench import Bench
+
+    importlib.import_module("knotwork.sweeps.outcome")  # before the first row's time runs
+    # Whatever else writes to standard output must not come between the answers.
+    source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nothing, 0)
+    os.dup2(nothing, 1)
+    # An interrupt from the keyboard goes to the parent, which ends this process.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    bench = Bench()
+    _send(sink, (True, None))
+    for method, arguments, limit in _calls(source):
+        faulthandler.dump_traceback_later(limit + GRACE, exit=True, file=nothing)
+        try:
+            answer = True, getattr(bench, method)(*arguments)
+        except Exception as error:
+            answer = False, error
+        _send(sink, answer)
+        faulthandler.cancel_dump_traceback_later()
+
+
+def _send(sink: Any, answer: tuple[bool, Any]) -> None:
+    pickle.dump(answer, sink)
+    sink.flush()
+
+
+def _calls(source: Any) -> Iterator[tuple[str, tuple[Any, ...], float]]:
+    with contextlib.suppress(EOFError):
+        while True:
+            yield pickle.load(source)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,147 @@
+"""Where chunks are planned: in this process, in a child of it, or by the workers of Dask."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import secrets
+import tempfile
+import time
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+import knotwork
+from knotwork.errors import InputError
+from knotwork.sweeps.packages import distributed
+from knotwork.sweeps.work import ChildWorker, Chunk, HereWorker, perform, perform_in_child
+
+AHEAD = 3
+"""Chunks that are handed over for each worker: one is planned, the next ones wait for it."""
+RECOUNT = 5.0
+"""After so long the workers are counted again [s]."""
+CONNECT_TIMEOUT = 20.0
+"""To a scheduler [s]."""
+
+Done = tuple[int, bytes]
+"""Index of a chunk and its Parquet file."""
+
+
+def here(chunks: Iterator[Chunk]) -> Iterator[Done]:
+    """Plan chunks in this process, one after the other; a crash ends it."""
+    worker = HereWorker()
+    for chunk in chunks:
+        yield chunk.index, perform(chunk, worker)
+
+
+def in_one_child(chunks: Iterator[Chunk]) -> Iterator[Done]:
+    """Plan chunks in a child process, one after the other."""
+    worker = ChildWorker()
+    try:
+        for chunk in chunks:
+            yield chunk.index, perform(chunk, worker)
+    finally:
+        worker.close()
+
+
+def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Done]:
+    """Plan chunks on a Dask cluster of this machine, in the order in which they are ready."""
+    dask = distributed()
+    with (
+        tempfile.TemporaryDirectory(prefix="knotwork-") as folder,
+        dask.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            memory_limit=0,
+            local_directory=folder,
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        dask.Client(cluster) as client,
+    ):
+        yield from _by(client, chunks)
+
+
+def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Done]:
+    """Plan chunks on the workers of a scheduler, in the order in which they are ready.
+
+    Raises:
+        InputError: There is no scheduler at the address, or its workers can't plan for it.
+    """
+    dask = distributed()
+    try:
+        client = dask.Client(address, timeout=CONNECT_TIMEOUT)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise InputError(
+            f"scheduler {address}: can't be reached ({error or type(error).__name__}); accepted: "
+            "the address that dask scheduler prints, for example tcp://host:8786"
+        ) from error
+    with client:
+        _check_workers(client, address)
+        yield from _by(client, chunks)
+
+
+def _check_workers(client: Any, address: str) -> None:
+    try:
+        versions = client.run(worker_version)
+    except Exception as error:
+        raise InputError(
+            f"scheduler {address}: its workers can't plan: {error}; install knotwork[sweep] there"
+        ) from error
+    if not versions:
+        raise InputError(f"scheduler {address}: has no workers; start some with dask worker")
+    for worker, version in versions.items():
+        if version != knotwork.__version__:
+            raise InputError(
+                f"scheduler {address}: worker {worker} has knotwork {version}, and here it is "
+                f"{knotwork.__version__}; install the same version"
+            )
+
+
+def worker_version() -> str:
+    """Version of Knotwork where this is run."""
+    return knotwork.__version__
+
+
+def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[Done]:
+    """Hand chunks over as earlier ones become ready, so that few are under way at any time.
+
+    Raises:
+        InputError: The scheduler is lost, or a chunk ended the workers it was given to.
+    """
+    waiting = distributed().as_completed(raise_errors=False)
+    under_way, room, counted = 0, 0, -math.inf
+    while True:
+        if time.monotonic() - counted > RECOUNT:  # workers come and go
+            room, counted = AHEAD * max(1, sum(client.nthreads().values())), time.monotonic()
+        for chunk in islice(chunks, max(0, room - under_way)):
+            key = f"knotwork-{secrets.token_hex(4)}-{chunk.index}"
+            waiting.add(client.submit(perform_in_child, chunk, key=key, pure=False))
+            under_way += 1
+        if not under_way:
+            return
+        done = next(waiting)
+        under_way -= 1
+        if done.status != "finished":
+            raise _lost(done)
+        yield int(done.key.rpartition("-")[2]), done.result()
+        done.release()
+
+
+def _lost(future: Any) -> InputError:
+    reason = "the connection to the scheduler was lost"
+    if future.status == "error":
+        with contextlib.suppress(Exception):
+            reason = str(future.exception())
+    number = future.key.rpartition("-")[2]
+    return InputError(
+        f"chunk {number} could not be planned: {reason}; what is finished is kept, go on with "
+        "--resume"
+    )
+
+
+def power_of_two(count: float) -> int:
+    """The largest power of two up to a number, at least 1."""
+    return int(2 ** math.floor(math.log2(count))) if count >= 1 else 1

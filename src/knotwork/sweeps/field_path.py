@@ -1,0 +1,92 @@
+"""Values of a scenario by their path, for example `frames.block.position[0]`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from knotwork.documents import Document, Location, field_path
+from knotwork.errors import InputError, did_you_mean
+
+_KINDS: dict[type, tuple[str, str]] = {
+    dict: ("a mapping", ".key"),
+    list: ("a list", "[index]"),
+}
+_PART = re.compile(r"\.?([^.\[\]]+)|\[([^\[\]]+)\]")
+
+
+def location_of(path: str, document: Document) -> Location:
+    """Find where a path leads to in a document.
+
+    The last key need not be there yet, since a scenario may leave it out. Items of lists are chosen
+    by their index, waypoints by their name too.
+
+    Raises:
+        InputError: The path is not written as one, or leads nowhere.
+
+    >>> task = Document({"waypoints": [{"name": "pick", "after": 1}]})
+    >>> location_of("waypoints[pick].after", task), location_of("knots", task)
+    (('waypoints', 0, 'after'), ('knots',))
+    """
+    parts = _parts(path)
+    data = document.data
+    location: Location = ()
+    for i, (key, in_brackets) in enumerate(parts):
+        here: Any
+        last = i + 1 == len(parts)
+        if isinstance(data, Mapping) and not in_brackets:
+            if key not in data and not last:
+                raise _missing(path, location, key, data)
+            here, data = key, data.get(key)
+        elif isinstance(data, list) and in_brackets:
+            here = _index(path, location, key, data)
+            data = data[here]
+        else:
+            kind, accepted = _KINDS.get(type(data), ("a single value", "nothing more"))
+            said = f"[{key}]" if in_brackets else f".{key}"
+            raise InputError(
+                f"{path}: {_where(location)} is {kind}, which {said} can't follow; accepted: "
+                f"{accepted}"
+            )
+        location = (*location, here)
+    return location
+
+
+def _parts(path: str) -> list[tuple[str, bool]]:
+    """Keys and indices of a path, and which of them are in brackets."""
+    parts, at = [], 0
+    while at < len(path):
+        found = _PART.match(path, at)
+        if found is None or (at == 0 and path[0] in ".["):
+            break
+        parts.append((found[1] or found[2], found[1] is None))
+        at = found.end()
+    if not path or at < len(path):
+        raise InputError(
+            f"{path!r} is no path of a value; accepted: keys divided by dots and indices in "
+            "brackets, for example frames.block.position[0]"
+        )
+    return parts
+
+
+def _index(path: str, location: Location, key: str, items: list[Any]) -> int:
+    if key.isdecimal():
+        if int(key) < len(items):
+            return int(key)
+        raise InputError(
+            f"{path}: {_where(location)} has {len(items)} items, and there is no [{key}]; "
+            f"accepted: 0 to {len(items) - 1}"
+        )
+    names = [str(item.get("name")) if isinstance(item, Mapping) else "" for item in items]
+    if key in names:
+        return names.index(key)
+    raise _missing(path, location, key, [n for n in names if n])
+
+
+def _missing(path: str, location: Location, key: str, known: Any) -> InputError:
+    return InputError(f"{path}: {_where(location)} has no {key!r}; {did_you_mean(key, known)}")
+
+
+def _where(location: Location) -> str:
+    return field_path(location) or "the scenario"

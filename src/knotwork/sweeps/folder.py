@@ -1,0 +1,137 @@
+"""The folder of a study: what is planned, and the rows that are finished, a file a chunk."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import knotwork
+from knotwork import storage
+from knotwork.documents import read_text
+from knotwork.errors import InputError
+from knotwork.sweeps.spec import VERSION, StudySpec, first_difference, spec_from_dict
+
+STUDY, CHUNKS = "study.json", "chunks"
+FORMAT = "knotwork.study"
+PER_FOLDER = 1000
+"""Files in a folder at most; folders of many thousands are slow to list."""
+
+
+class StudyFolder:
+    """The folder of one study.
+
+    Attributes:
+        path: Of the folder.
+        spec: What is planned.
+        size: Rows in a chunk.
+    """
+
+    def __init__(self, path: Path, spec: StudySpec, size: int) -> None:
+        self.path, self.spec, self.size = path, spec, size
+
+    @property
+    def count(self) -> int:
+        """Number of chunks, finished or not."""
+        return -(-len(self.spec) // self.size)
+
+    def file(self, index: int) -> Path:
+        """File of a chunk."""
+        return self.path / CHUNKS / f"{index // PER_FOLDER:04d}" / f"{index:07d}.parquet"
+
+    def write(self, index: int, content: bytes) -> None:
+        """Write the rows of a chunk, whole or not at all."""
+        storage.write_file(self.file(index), content)
+
+    def finished(self) -> Iterator[int]:
+        """Indices of the chunks that are finished, in order."""
+        folders = sorted((self.path / CHUNKS).glob("*/"))
+        for folder in folders:
+            storage.finish_interrupted(folder)
+            for file in sorted(folder.glob("*.parquet")):
+                if file.stem.isdecimal() and file == self.file(int(file.stem)):
+                    yield int(file.stem)
+
+
+def is_study(path: Path | str) -> bool:
+    """Whether a path is the folder of a study."""
+    return (Path(path) / STUDY).is_file()
+
+
+def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
+    """Make the folder of a study.
+
+    Raises:
+        InputError: It can't be made.
+    """
+    data = {
+        "format": FORMAT,
+        "knotwork": knotwork.__version__,
+        "digest": spec.digest,
+        "rows": len(spec),
+        "chunk": size,
+        "file": str(spec.document.file) if spec.document.file is not None else None,
+        "study": spec.to_dict(),
+    }
+    storage.write_file(path / STUDY, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    return StudyFolder(path, spec, size)
+
+
+def open_study(path: Path) -> StudyFolder:
+    """Open the folder of a study.
+
+    Raises:
+        InputError: It is none, or its `study.json` can't be understood.
+    """
+    return _opened(path, _read(path))
+
+
+def _opened(path: Path, data: Mapping[str, Any]) -> StudyFolder:
+    try:
+        spec = spec_from_dict(data["study"], data["file"])
+        return StudyFolder(path, spec, int(data["chunk"]))
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"{path / STUDY}: can't be understood ({type(error).__name__}: {error}); accepted: "
+            "the file that knotwork sweep has written"
+        ) from error
+
+
+def reopen(path: Path, spec: StudySpec) -> StudyFolder:
+    """Open the folder of a study to go on with it.
+
+    Raises:
+        InputError: It holds another study.
+    """
+    data = _read(path)
+    there, here = data.get("study"), json.loads(json.dumps(spec.to_dict()))
+    if data.get("digest") != spec.digest or there != here:
+        said = first_difference(there, here) or "study.json was changed by hand"
+        raise InputError(
+            f"{path} holds another study: {said}; give the same scenario and values, or another "
+            "folder"
+        )
+    folder = _opened(path, data)
+    return StudyFolder(path, spec, folder.size)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    if not is_study(path):
+        raise InputError(
+            f"{path} is not the folder of a study: it has no {STUDY}; accepted: a folder that "
+            "knotwork sweep has written"
+        )
+    try:
+        data = json.loads(read_text(path / STUDY))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path / STUDY}: is no JSON: {error}") from error
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise InputError(f"{path / STUDY}: is not the description of a study")
+    study = data.get("study")
+    version = study.get("version") if isinstance(study, dict) else None
+    if version != VERSION:
+        raise InputError(
+            f"{path / STUDY}: has version {version}, and {VERSION} is accepted; make the study anew"
+        )
+    return data

@@ -1,0 +1,72 @@
+"""`kw.plan_many`: plans of many scenarios, by several processes."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from knotwork.arguments import finite_number
+from knotwork.errors import InputError, KnotworkError
+from knotwork.pipeline import Plan
+from knotwork.scenario import Scenario
+from knotwork.sweeps.child import Child, ChildCrashedError, ChildTimeoutError
+from knotwork.sweeps.run import TIME_LIMIT
+
+
+def plan_many(
+    scenarios: Iterable[str | Path | Mapping[str, Any] | Scenario],
+    *,
+    workers: int | None = None,
+    time_limit: float = TIME_LIMIT,
+) -> list[Plan | KnotworkError]:
+    """Plan and check many scenarios, in several processes of this machine.
+
+    Args:
+        scenarios: Each as for `knotwork.plan`.
+        workers: Number of processes; by default as many as there are processors.
+        time_limit: Of one scenario [s].
+
+    Returns:
+        For each scenario its plan, or the error that says why there is none: what `knotwork.plan`
+        would raise, or that it took too long or came to its end.
+
+    Raises:
+        InputError: The number of workers or the time limit is wrong.
+
+    >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
+    >>> good, bad = kw.plan_many([{"waypoints": lift}, "no_such_task"], workers=1)
+    >>> good.report.ok, type(bad).__name__
+    (True, 'UnknownNameError')
+    """
+    count = os.cpu_count() or 1 if workers is None else workers
+    if not isinstance(count, int) or count < 1:
+        raise InputError(f"workers is {workers!r}; it must be a whole number of at least 1")
+    limit = finite_number(time_limit, "time_limit", "s", positive=True)
+    given = list(scenarios)
+    children: list[Child] = []
+    own = threading.local()
+
+    def planned(scenario: Any) -> Plan | KnotworkError:
+        if not hasattr(own, "child"):
+            own.child = Child()
+            children.append(own.child)
+        try:
+            found: Plan | KnotworkError = own.child.call("plan", scenario, limit=limit)
+        except (ChildTimeoutError, ChildCrashedError) as error:
+            return KnotworkError(str(error))
+        except (
+            Exception
+        ) as error:  # a fault in one is not the end of the others
+            return KnotworkError(f"internal error: {type(error).__name__}: {error}")
+        return found
+
+    try:
+        with ThreadPoolExecutor(min(count, max(1, len(given)))) as pool:
+            return list(pool.map(planned, given))
+    finally:
+        for child in children:
+            child.close()

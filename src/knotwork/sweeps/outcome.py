@@ -1,0 +1,83 @@
+"""What became of one scenario: its verdict, the reason of a failure, and its figures."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+from knotwork import errors
+from knotwork.errors import InputError
+from knotwork.pipeline import plan as plan
+from knotwork.scenario import Scenario
+from knotwork.sweeps.figures import FIGURES
+from knotwork.verification import Report
+
+PASSED, FAILED, REFUSED, TIME_LIMIT, CRASHED = VERDICTS = (
+    "passed",
+    "failed",
+    "refused",
+    "time limit",
+    "crashed",
+)
+"""All checks pass; one fails; there is no motion; it took too long; the process came to its end."""
+
+OUT_OF_REACH = "out of reach"
+# The first class that an error is of.
+_REASONS: tuple[tuple[type[Exception], str], ...] = (
+    (errors.OutOfReachError, OUT_OF_REACH),
+    (errors.BranchError, "branch"),
+    (errors.SingularityError, "singularity"),
+    (errors.FollowingError, "path not followed"),
+    (errors.CollisionError, "collision at the start"),
+    (errors.TimingError, "no time found"),
+    (errors.PathError, "path not made"),
+    (errors.TaskError, "task"),
+    (errors.InputError, "wrong input"),
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one scenario.
+
+    Attributes:
+        verdict: One of `VERDICTS`.
+        reason: What fails, in few words; empty if nothing does.
+        message: The same in a sentence.
+        figures: By name; `None` where there is no motion, or the report does not have it.
+        plan_time: Time that it took [s].
+    """
+
+    verdict: str
+    reason: str = ""
+    message: str = ""
+    figures: dict[str, float | None] = field(default_factory=dict)
+    plan_time: float = 0.0
+
+
+def outcome_of(scenario: Scenario) -> Outcome:
+    """Plan a scenario, and say what became of it, whatever that is."""
+    begin = time.perf_counter()
+    try:
+        report = plan(scenario).report
+    except InputError as error:
+        return refused(error, time.perf_counter() - begin)
+    except Exception as error:  # a fault of Knotwork in one row is not the end of the others
+        message = f"internal error: {type(error).__name__}: {error}"
+        return Outcome(CRASHED, CRASHED, message, {}, time.perf_counter() - begin)
+    return judged(report, time.perf_counter() - begin)
+
+
+def judged(report: Report, plan_time: float) -> Outcome:
+    """The outcome of a motion."""
+    figures = {name: figure.of(report) for name, figure in FIGURES.items()}
+    failures = report.failures
+    if not failures:
+        return Outcome(PASSED, "", "", figures, plan_time)
+    return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)
+
+
+def refused(error: InputError, plan_time: float = 0.0) -> Outcome:
+    """The outcome of a scenario that there is no motion for."""
+    reason = next(name for kind, name in _REASONS if isinstance(error, kind))
+    return Outcome(REFUSED, reason, str(error), {}, plan_time)

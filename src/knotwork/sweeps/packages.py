@@ -1,0 +1,28 @@
+"""Packages that only sweeps need, imported when one is made."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from knotwork.export.packages import needed
+
+_HOW = "pip install 'knotwork[sweep]'"
+
+
+def arrow() -> tuple[Any, Any]:
+    """The packages `pyarrow` and `pyarrow.parquet`.
+
+    Raises:
+        InputError: They can't be imported.
+    """
+    parquet = needed("pyarrow.parquet", "a sweep", _HOW)
+    return needed("pyarrow", "a sweep", _HOW), parquet
+
+
+def distributed() -> Any:
+    """The package `distributed`, Dask's scheduler.
+
+    Raises:
+        InputError: It can't be imported.
+    """
+    return needed("distributed", "a sweep with several workers", _HOW)

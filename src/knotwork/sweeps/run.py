@@ -1,0 +1,288 @@
+"""`kw.sweep`: a study made, or gone on with."""
+
+from __future__ import annotations
+
+import io
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from knotwork.arguments import finite_number
+from knotwork.errors import InputError
+from knotwork.scenario import Scenario
+from knotwork.sweeps import executors
+from knotwork.sweeps.folder import StudyFolder, create, is_study, reopen
+from knotwork.sweeps.outcome import PASSED
+from knotwork.sweeps.packages import arrow, distributed
+from knotwork.sweeps.spec import StudySpec, scenario_document
+from knotwork.sweeps.study import Study, study_of
+from knotwork.sweeps.variations import make_axes
+from knotwork.sweeps.work import (
+    BLOCK,
+    ChildWorker,
+    Chunk,
+    chunk_of,
+    columns_of,
+    outcomes,
+)
+
+TIME_LIMIT = 60.0
+"""Of one row by default [s]."""
+CHUNK_TIME = 2.0
+"""Work in a chunk, about [s]."""
+MOST_IN_CHUNK = 4096
+PILOTS, PILOT_TIME = 8, 4.0
+"""Rows that are planned to learn how long they take, and when that is enough [s]."""
+LEAST_CHUNKS = 4
+"""For each worker of this machine, so that all of them end at about the same time."""
+
+
+@dataclass(frozen=True)
+class SweepProgress:
+    """How far a sweep has come.
+
+    >>> at = kw.sweeps.SweepProgress(done=30, total=90, passed=12, before=10, seconds=4.0)
+    >>> at.rate, at.left
+    (5.0, 12.0)
+
+    Attributes:
+        done: Rows that are finished.
+        total: Rows of the study.
+        passed: Finished rows that pass.
+        before: Rows that were finished when it began, which `resume` gave.
+        seconds: Since it began.
+    """
+
+    done: int
+    total: int
+    passed: int
+    before: int
+    seconds: float
+
+    @property
+    def rate(self) -> float:
+        """Rows a second."""
+        return (self.done - self.before) / self.seconds if self.seconds else 0.0
+
+    @property
+    def left(self) -> float | None:
+        """Time left [s]; `None` until there is a rate."""
+        return (self.total - self.done) / self.rate if self.rate else None
+
+
+def sweep(
+    scenario: str | Path | Mapping[str, Any] | Scenario,
+    vary: Mapping[str, Any] | None = None,
+    *,
+    rows: str | Path | None = None,
+    together: bool = False,
+    samples: int | None = None,
+    seed: int = 0,
+    out: str | Path | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    stop_after: int | None = None,
+    time_limit: float = TIME_LIMIT,
+    chunk: int | None = None,
+    progress: Callable[[SweepProgress], None] | None = None,
+) -> Study:
+    """Plan and check a scenario with other values, a row for each combination of them.
+
+    First the poses of all rows are tested for being reachable, many at once. A row whose scenario
+    hangs or crashes says so, and the others go on. The rows are the same, but for the time to plan,
+    with any number of workers.
+
+    Args:
+        scenario: As for `knotwork.plan`.
+        vary: What is varied, by its path in the file, such as `frames.block.position[0]` or
+            `waypoints[pick].after`: a list or array of values in the file's units, or text, such as
+            `"-200:200:41"` (a range and its count), `"paper,balanced"` or `"uniform(-50, 50)"`.
+        rows: A CSV file with a path at the head of each column; its rows go together.
+        together: All values go together, row by row, in place of their product.
+        samples: How many random samples are drawn of what is `uniform`; they go together.
+        seed: Of the random numbers.
+        out: Folder for the study; by default it is in memory only.
+        resume: Go on with the study in the folder.
+        workers: Processes that plan: from two on a Dask cluster of this machine, 1 for one child
+            process, 0 for this process, where no time limit is kept and a crash is the end. By
+            default as many as there are processors.
+        scheduler: Address of a Dask scheduler, in place of `workers`.
+        stop_after: Stop once so many rows pass.
+        time_limit: Of one row [s].
+        chunk: Rows that are planned in one go; by default about two seconds of work.
+        progress: Called as rows are finished.
+
+    Returns:
+        The rows that are finished.
+
+    Raises:
+        InputError: The scenario is wrong as it stands or with each of some values, the values are
+            not written as accepted, the folder holds another study or can't be written to, or a
+            package is missing.
+
+    >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
+    >>> task = {"limits": {"velocity": 1.2}, "waypoints": lift}
+    >>> kw.sweep(task, {"waypoints[1].after": "1:2:3", "rate": [100, 200]}, workers=0).reasons
+    {'velocity': 2}
+    """
+    arrow()
+    if scheduler is not None and workers is not None:
+        raise InputError("workers and scheduler are both given; give one of the two")
+    if workers is None:
+        workers = os.cpu_count() or 1
+    _check_count("workers", workers, 0)
+    _check_count("stop_after", stop_after, 1)
+    _check_count("chunk", chunk, 1)
+    _check_count("samples", samples, 1)
+    if scheduler is not None or workers > 1:
+        distributed()
+    axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
+    limit = finite_number(time_limit, "time_limit", "s", positive=True)
+    spec = StudySpec(scenario_document(scenario), axes, limit)
+    _refuse_wrong_values(spec)
+    folder = Path(out) if out is not None else None
+    if resume and folder is None:
+        raise InputError("there is no study to go on with: resume is given without out")
+    if folder is not None and is_study(folder):
+        if not resume:
+            raise InputError(
+                f"{folder} holds a study already; go on with it by --resume (resume=True), or give "
+                "another folder"
+            )
+        made = reopen(folder, spec)
+    else:
+        size = chunk or _chunk_size(spec, workers, scheduler)
+        # what is in memory is a folder that is never made
+        made = create(folder, spec, size) if folder is not None else StudyFolder(Path(), spec, size)
+    run = _Run(made, in_memory=folder is None, progress=progress, stop_after=stop_after)
+    run.go(workers, scheduler)
+    return run.study()
+
+
+class _Run:
+    """One run of a study: hands out chunks, keeps what comes back."""
+
+    def __init__(
+        self,
+        folder: StudyFolder,
+        *,
+        in_memory: bool,
+        progress: Callable[[SweepProgress], None] | None,
+        stop_after: int | None,
+    ) -> None:
+        self.folder, self.in_memory = folder, in_memory
+        self.progress, self.stop_after = progress, stop_after
+        self.kept: dict[int, bytes] = {}
+        self.finished = set() if in_memory else set(folder.finished())
+        self.passed = self.done = 0
+        if self.finished:
+            verdicts = study_of(folder)["verdict"]
+            self.done, self.passed = len(verdicts), verdicts.count(PASSED)
+        self.before, self.begin = self.done, time.monotonic()
+
+    def chunks(self) -> Iterator[Chunk]:
+        """What is left to be planned."""
+        columns = columns_of(self.folder.spec)
+        for index in range(self.folder.count):
+            if index not in self.finished:
+                yield chunk_of(self.folder.spec, columns, index, self.folder.size)
+
+    def go(self, workers: int, scheduler: str | None) -> None:
+        """Plan what is left."""
+        if self._enough() or len(self.finished) == self.folder.count:
+            return
+        if scheduler is not None:
+            results = executors.on_scheduler(self.chunks(), scheduler)
+        elif workers > 1:
+            results = executors.on_local_cluster(self.chunks(), workers)
+        else:
+            results = (executors.in_one_child if workers else executors.here)(self.chunks())
+        with closing(results):  # type: ignore[type-var]
+            for index, content in results:
+                self._keep(index, content)
+                if self._enough():
+                    return
+
+    def _keep(self, index: int, content: bytes) -> None:
+        if self.in_memory:
+            self.kept[index] = content
+        else:
+            self.folder.write(index, content)
+        _, parquet = arrow()
+        verdicts = parquet.read_table(io.BytesIO(content), columns=["verdict"]).column(0)
+        verdicts = verdicts.to_pylist()
+        self.done, self.passed = self.done + len(verdicts), self.passed + verdicts.count(PASSED)
+        if self.progress is not None:
+            seconds = time.monotonic() - self.begin
+            total = len(self.folder.spec)
+            self.progress(SweepProgress(self.done, total, self.passed, self.before, seconds))
+
+    def _enough(self) -> bool:
+        return self.stop_after is not None and self.passed >= self.stop_after
+
+    def study(self) -> Study:
+        """What is finished."""
+        if not self.in_memory:
+            return study_of(self.folder)
+        files = [io.BytesIO(content) for _, content in sorted(self.kept.items())]
+        return Study(self.folder.spec, files)
+
+
+def _check_count(name: str, value: int | None, least: int) -> None:
+    if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
+        raise InputError(f"{name} is {value!r}; it must be a whole number")
+    if value is not None and value < least:
+        raise InputError(f"{name} is {value}; it must be at least {least}")
+
+
+def _spread(count: int, most: int) -> list[int]:
+    """Row numbers from all over a study."""
+    return sorted({i * (count - 1) // max(1, most - 1) for i in range(min(most, count))})
+
+
+def _refuse_wrong_values(spec: StudySpec) -> None:
+    """Refuse a study whose scenario is wrong with the first, the last and a middle row's values.
+
+    Raises:
+        InputError: What is wrong with the first.
+    """
+    from knotwork.scenario import scenario_of
+
+    wrong: list[tuple[int, InputError]] = []
+    for row in _spread(len(spec), 3):
+        try:
+            scenario_of(spec.document_of(row))
+            return
+        except InputError as error:
+            wrong.append((row, error))
+    row, fault = wrong[0]
+    values = ", ".join(f"{p} = {v!r}" for p, v in zip(spec.paths, spec.values(row), strict=True))
+    fault.locate(f"with {values}")
+    raise fault
+
+
+def _chunk_size(spec: StudySpec, workers: int, scheduler: str | None) -> int:
+    """Rows in about two seconds of work, by planning some of them."""
+    if workers == 0 and scheduler is None:
+        return BLOCK
+    worker, columns, times = ChildWorker(), columns_of(spec), []
+    begin = time.perf_counter()
+    try:
+        for i, row in enumerate(_spread(len(spec), PILOTS)):
+            for _, _, done in outcomes(chunk_of(spec, columns, row, 1), worker):
+                if i:  # the first one loads what all of them need
+                    times.append(done.plan_time)
+            if time.perf_counter() - begin > PILOT_TIME:
+                break
+    finally:
+        worker.close()
+    mean = sum(times) / len(times) if times else CHUNK_TIME
+    size = min(CHUNK_TIME / max(mean, 1e-6), MOST_IN_CHUNK)
+    if scheduler is None:
+        size = min(size, len(spec) / (LEAST_CHUNKS * workers))
+    return executors.power_of_two(size)

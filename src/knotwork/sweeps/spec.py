@@ -1,0 +1,161 @@
+"""A study: one scenario, what is varied in it, and so the scenario of each row."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from knotwork import resources
+from knotwork.documents import Document, Edits, Location, edited, field_path, read
+from knotwork.errors import InputError, shown
+from knotwork.scenario import Scenario, load_scenario
+from knotwork.sweeps.field_path import location_of
+from knotwork.sweeps.variations import Axis
+
+VERSION = 1
+"""Of what a row means; a folder of another version is not gone on with."""
+
+
+@dataclass(frozen=True)
+class StudySpec:
+    """What is planned in a study.
+
+    Attributes:
+        document: The scenario that is varied.
+        axes: What is varied; the rows are their product, the last axis fastest.
+        time_limit: Of one row [s].
+    """
+
+    document: Document
+    axes: tuple[Axis, ...]
+    time_limit: float
+
+    def __post_init__(self) -> None:
+        taken: dict[Location, str] = {}
+        for path, location in zip(self.paths, self.locations, strict=True):
+            for other, name in taken.items():
+                if location[: len(other)] == other or other[: len(location)] == location:
+                    raise InputError(f"{path} and {name} vary the same value; leave out one")
+            taken[location] = path
+
+    def __len__(self) -> int:
+        return math.prod(len(axis) for axis in self.axes)
+
+    @cached_property
+    def paths(self) -> tuple[str, ...]:
+        """What is varied."""
+        return tuple(path for axis in self.axes for path in axis.paths)
+
+    @cached_property
+    def locations(self) -> tuple[Location, ...]:
+        """Where that is in the document."""
+        return tuple(location_of(path, self.document) for path in self.paths)
+
+    def values(self, row: int) -> tuple[Any, ...]:
+        """The values of a row, in the order of `paths`."""
+        found: list[Any] = []
+        for axis in reversed(self.axes):
+            row, i = divmod(row, len(axis))
+            found = [column[i] for column in axis.columns] + found
+        return tuple(found)
+
+    def edits(self, row: int) -> Edits:
+        """The values of a row by their place in the document."""
+        return dict(zip(self.locations, self.values(row), strict=True))
+
+    def document_of(self, row: int) -> Document:
+        """The scenario's document with the values of a row."""
+        return edited(self.document, self.edits(row))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the study as plain data, ready for JSON."""
+        return {
+            "version": VERSION,
+            "scenario": self.document.data,
+            "files": dict(_files(self.document)),
+            "vary": [
+                {path: list(column) for path, column in zip(axis.paths, axis.columns, strict=True)}
+                for axis in self.axes
+            ],
+            "time_limit": self.time_limit,
+        }
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all that decides what the rows are."""
+        return hashlib.sha256(json.dumps(self.to_dict(), sort_keys=True).encode()).hexdigest()
+
+
+def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
+    """The study that `StudySpec.to_dict` has given; `file` is the scenario's."""
+    axes = tuple(
+        Axis(tuple(axis), tuple(tuple(column) for column in axis.values())) for axis in data["vary"]
+    )
+    document = Document(data["scenario"], Path(file) if file is not None else None)
+    return StudySpec(document, axes, float(data["time_limit"]))
+
+
+def scenario_document(scenario: str | Path | Mapping[str, Any] | Scenario) -> Document:
+    """The document of a scenario that is to be varied.
+
+    Raises:
+        InputError: There is none, or it is wrong as it stands.
+    """
+    if isinstance(scenario, str | Path):
+        path = resources.find("scenarios", scenario)
+        load_scenario(path)  # which names all that is wrong in it
+        return read(path.absolute())
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    if scenario.document is None:
+        raise InputError(
+            f"{scenario.name}: was made in Python and has no document to vary; accepted: a name, a "
+            "path, a mapping or a scenario that was loaded from one"
+        )
+    return scenario.document
+
+
+def _files(document: Document) -> Iterator[tuple[str, str]]:
+    """Files that a scenario names, and the SHA-256 of each."""
+    folder = document.file.parent if document.file is not None else Path()
+    for text in sorted(set(_texts(document.data))):
+        path = folder / text
+        try:
+            if path.is_file():
+                yield text, hashlib.sha256(path.read_bytes()).hexdigest()
+        except (OSError, ValueError):
+            continue  # whoever reads the scenario says what is wrong with it
+
+
+def _texts(data: Any) -> Iterator[str]:
+    if isinstance(data, str):
+        yield data
+    elif isinstance(data, Mapping | list):
+        for item in data.values() if isinstance(data, Mapping) else data:
+            yield from _texts(item)
+
+
+def first_difference(one: Any, other: Any, location: Location = ()) -> str | None:
+    """Say where two studies differ first, and how."""
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        for key in [*one, *(key for key in other if key not in one)]:
+            if key not in one or key not in other:
+                there = "has no" if key not in one else "has"
+                return f"it {there} {field_path((*location, key))}"
+            if said := first_difference(one[key], other[key], (*location, key)):
+                return said
+        return None
+    if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        for i, pair in enumerate(zip(one, other, strict=True)):
+            if said := first_difference(*pair, (*location, i)):
+                return said
+        return None
+    if one == other:
+        return None
+    return f"{field_path(location)} is {shown(one)} there and {shown(other)} here"

@@ -1,0 +1,200 @@
+"""A study that was made, whole or in part: its rows, the best of them, and its pictures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from knotwork import storage
+from knotwork.documents import Document, read
+from knotwork.errors import DocumentError, InputError
+from knotwork.scenario import Scenario, scenario_of
+from knotwork.sweeps.figures import FIGURES, Figure, figure_named
+from knotwork.sweeps.folder import StudyFolder, open_study
+from knotwork.sweeps.outcome import PASSED
+from knotwork.sweeps.packages import arrow
+from knotwork.sweeps.spec import StudySpec
+from knotwork.sweeps.work import columns_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Picture
+
+
+class Study:
+    """The rows of a study, in their order; those that are not finished are left out.
+
+    >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
+    >>> task = {"limits": {"velocity": 1.2}, "waypoints": lift}
+    >>> study = kw.sweep(task, vary={"waypoints[1].after": [1, 2, 3]}, workers=0)
+    >>> study["verdict"], study.best("duration")["waypoints[1].after"]
+    (['failed', 'passed', 'passed'], 2)
+
+    Attributes:
+        spec: What was to be planned.
+        folder: Where its rows are; `None` if they are in memory.
+    """
+
+    def __init__(self, spec: StudySpec, files: Sequence[Any], folder: Path | None = None) -> None:
+        self.spec, self.folder, self._files = spec, folder, tuple(files)
+
+    @classmethod
+    def open(cls, folder: str | Path) -> Study:
+        """Open the folder of a study.
+
+        Raises:
+            InputError: It is none.
+        """
+        return study_of(open_study(Path(folder)))
+
+    @cached_property
+    def table(self) -> Any:
+        """All rows as a `pyarrow.Table`.
+
+        Raises:
+            InputError: A file of the folder can't be read.
+        """
+        pa, parquet = arrow()
+        parts = []
+        for file in self._files:
+            try:
+                parts.append(parquet.read_table(file, partitioning=None))
+            except (OSError, pa.ArrowInvalid) as error:
+                raise InputError(
+                    f"{file}: can't be read ({error}); remove it, and go on with --resume"
+                ) from error
+        schema = pa.schema(
+            [pa.field(name, pa.type_for_alias(kind)) for name, kind in self.columns.items()]
+        )
+        try:
+            return pa.concat_tables([schema.empty_table(), *parts]).sort_by("row")
+        except pa.ArrowInvalid as error:
+            raise InputError(f"{self.folder}: its files do not fit together: {error}") from error
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Names and types of the columns: `row`, what is varied, the verdict, and the figures."""
+        return columns_of(self.spec)
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Names of the columns of what is varied, in the order of `StudySpec.paths`."""
+        return tuple(self.columns)[1 : 1 + len(self.spec.paths)]
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        document = self.spec.document
+        given = document.data.get("name")
+        return str(given or (document.file.stem if document.file is not None else "scenario"))
+
+    @property
+    def figures(self) -> dict[str, Figure]:
+        """What is known of the figures, by the name of their column."""
+        return FIGURES
+
+    def __len__(self) -> int:
+        return int(self.table.num_rows)
+
+    def __getitem__(self, column: str) -> list[Any]:
+        """Values of a column; `None` where there is none.
+
+        Raises:
+            InputError: There is no such column.
+        """
+        if column not in self.columns:
+            raise InputError(f"no column {column!r}; accepted: {', '.join(self.columns)}")
+        return self.table.column(column).to_pylist()  # type: ignore[no-any-return]
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """The rows, each by the names of the columns."""
+        yield from self.table.to_pylist()
+
+    @property
+    def passed(self) -> int:
+        """How many rows pass all checks."""
+        return self["verdict"].count(PASSED)
+
+    @property
+    def reasons(self) -> dict[str, int]:
+        """How many rows fail for each reason, most first."""
+        counted = Counter(reason for reason in self["reason"] if reason)
+        return dict(sorted(counted.items(), key=lambda item: (-item[1], item[0])))
+
+    def best(self, figure: str = "duration") -> dict[str, Any]:
+        """The row that is best in a figure among those that pass; of equal ones the first.
+
+        Raises:
+            InputError: No row passes, or none of them has the figure.
+        """
+        asked = figure_named(figure)
+        return _best(asked, [row for row in self.rows() if row["verdict"] == PASSED])
+
+    def scenario(self, row: int) -> Scenario:
+        """The scenario of a row.
+
+        Raises:
+            InputError: The study has no such row, or its scenario is wrong.
+        """
+        self._check_row(row)
+        return scenario_of(self.spec.document_of(row))
+
+    def freeze(self, row: int, path: str | Path) -> Path:
+        """Write the scenario of a row, comments kept where its file is still the same.
+
+        Args:
+            row: Its number.
+            path: The file to write; an existing one is replaced.
+
+        Raises:
+            InputError: The study has no such row, or the file can't be written.
+        """
+        from knotwork.choosing.freezing import text_anew, text_with
+
+        self._check_row(row)
+        target = Path(path)
+        document, edits = self.spec.document, self.spec.edits(row)
+        if document.file is None or _as_it_was(document):
+            text = text_with(document, edits, target.parent)
+        else:
+            why = f"{document.file} has changed since"
+            text = text_anew(document, edits, target.parent, why)
+        return storage.write_file(target, text)
+
+    def _check_row(self, row: int) -> None:
+        if not 0 <= row < len(self.spec):
+            raise InputError(f"there is no row {row}; accepted: 0 to {len(self.spec) - 1}")
+
+    def plot(self, figures: Sequence[str] | None = None) -> Picture:
+        """Draw maps of the verdict and of figures over what is varied.
+
+        Args:
+            figures: Names of figures; by default some that differ between rows.
+        """
+        from knotwork.view.study_plot import plot_study
+
+        return plot_study(self, figures)
+
+
+def _as_it_was(document: Document) -> bool:
+    """Whether the file of a scenario still says what it said when the study was begun."""
+    try:
+        return document.file is not None and read(document.file).data == document.data
+    except DocumentError:
+        return False
+
+
+def _best(figure: Figure, passing: list[dict[str, Any]]) -> dict[str, Any]:
+    known = [row for row in passing if row[figure.name] is not None]
+    if not known:
+        said = f"none of them has {figure.name}" if passing else "no row passes"
+        raise InputError(f"there is no best row: {said}")
+    sign = -1.0 if figure.more_is_better else 1.0
+    return min(known, key=lambda row: sign * row[figure.name])
+
+
+def study_of(folder: StudyFolder) -> Study:
+    """What is finished of the study in a folder."""
+    return Study(folder.spec, [folder.file(i) for i in folder.finished()], folder.path)

@@ -1,0 +1,216 @@
+"""What is varied: ranges, lists, random numbers and rows of a CSV file, as axes of a grid."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import random
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knotwork.documents import parse, read_text
+from knotwork.errors import DocumentError, InputError, shown
+
+ACCEPTED = (
+    "a range FROM:TO:COUNT, values divided by commas, or uniform(FROM, TO) with a number of samples"
+)
+_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
+_RANGE = re.compile(f"{_NUMBER}:{_NUMBER}:{_NUMBER}")
+_UNIFORM = re.compile(rf"\s*uniform\({_NUMBER},{_NUMBER}\)\s*")
+MOST_ROWS = 100_000_000
+"""Of a study."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values that are varied together.
+
+    Attributes:
+        paths: What is varied.
+        columns: For each path its values, all of one length.
+    """
+
+    paths: tuple[str, ...]
+    columns: tuple[tuple[Any, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.columns[0])
+
+
+@dataclass(frozen=True)
+class _Uniform:
+    low: float
+    high: float
+
+    def drawn(self, count: int, seed: int, path: str) -> tuple[float, ...]:
+        """Numbers that are the same everywhere; NumPy promises that of no version to the next."""
+        source = random.Random(f"{seed} {path}")
+        return tuple(self.low + (self.high - self.low) * source.random() for _ in range(count))
+
+
+def make_axes(
+    vary: Mapping[str, Any],
+    *,
+    rows: str | Path | None = None,
+    together: bool = False,
+    samples: int | None = None,
+    seed: int = 0,
+) -> tuple[Axis, ...]:
+    """Make the axes whose product is the study; the last one varies fastest.
+
+    Args:
+        vary: By path the values: a list, an array, or text as on the command line.
+        rows: A CSV file whose header has paths; its rows are one axis, the first.
+        together: All that is varied goes together, row by row: one axis.
+        samples: How many random samples are drawn. They are one axis, the last.
+        seed: Of the random numbers.
+
+    Raises:
+        InputError: Values are not written as accepted, lengths differ, or there are none.
+    """
+    given = {path: _values(path, spec) for path, spec in vary.items()}
+    from_file = _rows(Path(rows)) if rows is not None else {}
+    for path in from_file:
+        if path in given:
+            raise InputError(f"{path} is varied twice: by {rows} and by itself; leave out one")
+    fixed = {path: tuple(one) for path, one in given.items() if not isinstance(one, _Uniform)}
+    random_ones = {path: one for path, one in given.items() if isinstance(one, _Uniform)}
+    if samples is not None and not random_ones:
+        raise InputError("samples are given, but nothing is random; accepted: uniform(FROM, TO)")
+    if together:
+        return _one_axis({**from_file, **fixed}, random_ones, samples, seed)
+    if random_ones and samples is None:
+        first = next(iter(random_ones))
+        raise InputError(f"{first} is random, and the number of samples is not given")
+    axes = [_axis(from_file)] if from_file else []
+    axes += [_axis({path: values}) for path, values in fixed.items()]
+    if random_ones:
+        drawn = {path: one.drawn(samples or 0, seed, path) for path, one in random_ones.items()}
+        axes.append(_axis(drawn))
+    return _checked(axes)
+
+
+def _one_axis(
+    fixed: Mapping[str, tuple[Any, ...]],
+    random_ones: Mapping[str, _Uniform],
+    samples: int | None,
+    seed: int,
+) -> tuple[Axis, ...]:
+    lengths = {path: len(values) for path, values in fixed.items()}
+    if samples is not None:
+        lengths["the random samples"] = samples
+    if not lengths:
+        raise InputError("all that is varied is random, and the number of samples is not given")
+    if len(set(lengths.values())) > 1:
+        said = ", ".join(f"{path} has {length}" for path, length in lengths.items())
+        raise InputError(f"what is varied together must have as many values each; {said}")
+    count = next(iter(lengths.values()))
+    drawn = {path: one.drawn(count, seed, path) for path, one in random_ones.items()}
+    return _checked([_axis({**fixed, **drawn})])
+
+
+def _checked(axes: list[Axis]) -> tuple[Axis, ...]:
+    if not axes:
+        raise InputError(f"nothing is varied; accepted: a path and its values, {ACCEPTED}")
+    for axis in axes:
+        if not len(axis):
+            raise InputError(f"{axis.paths[0]} has no values; accepted: one or more")
+    count = math.prod(len(axis) for axis in axes)
+    if count > MOST_ROWS:
+        raise InputError(f"that makes {count} scenarios; at most {MOST_ROWS} are accepted")
+    return tuple(axes)
+
+
+def _axis(columns: Mapping[str, Sequence[Any]]) -> Axis:
+    return Axis(tuple(columns), tuple(tuple(values) for values in columns.values()))
+
+
+def _values(path: str, spec: Any) -> Sequence[Any] | _Uniform:
+    if isinstance(spec, str):
+        return parse_values(path, spec)
+    if isinstance(spec, np.ndarray | Iterable) and not isinstance(spec, Mapping | bytes):
+        listed = [_plain(value) for value in spec]
+        for value in listed:
+            _check_finite(path, value)
+        return listed
+    raise InputError(f"{path} is varied over {shown(spec)}; accepted: a list of values, {ACCEPTED}")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _check_finite(path: str, value: Any) -> None:
+    for one in value if isinstance(value, list) else [value]:
+        if isinstance(one, float) and not math.isfinite(one):
+            raise InputError(f"{path} is varied over {one}; accepted: finite numbers")
+
+
+def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
+    """Read values as they are written on the command line.
+
+    >>> parse_values("knots", "paper,balanced"), parse_values("rate", "100:200:3")
+    (['paper', 'balanced'], [100.0, 150.0, 200.0])
+    """
+    if found := _RANGE.fullmatch(text):
+        low, high, count = (float(number) for number in found.groups())
+        if count != int(count) or not 1 <= count <= MOST_ROWS or (count == 1 and low != high):
+            raise InputError(
+                f"{path}: the range {text} has the count {found[3].strip()}; accepted: a whole "
+                "number of at least 2"
+            )
+        n = int(count)
+        return [low + (high - low) * i / (n - 1) if n > 1 else low for i in range(n)]
+    if found := _UNIFORM.fullmatch(text):
+        return _Uniform(float(found[1]), float(found[2]))
+    try:
+        listed = parse(f"[{text}]").data
+    except DocumentError as error:
+        raise InputError(f"{path}: can't read the values {text!r}; accepted: {ACCEPTED}") from error
+    looks = [one for one in listed if isinstance(one, str) and re.search(r"[:()]|^$", one)]
+    if not listed or looks or any(one is None for one in listed):
+        raise InputError(f"{path}: can't read the values {text!r}; accepted: {ACCEPTED}")
+    for value in listed:
+        _check_finite(path, value)
+    return listed  # type: ignore[no-any-return]
+
+
+def _rows(file: Path) -> dict[str, tuple[Any, ...]]:
+    """Columns of a CSV file by the path in its header."""
+    lines = list(csv.reader(io.StringIO(read_text(file))))
+    header = [name.strip() for name in lines[0]] if lines else []
+    if not header or not all(header) or len(set(header)) < len(header):
+        raise InputError(
+            f"{file}: line 1: the header is {shown(header)}; accepted: paths of values, each once, "
+            "for example frames.block.position[0]"
+        )
+    table = []
+    for number, line in enumerate(lines[1:], 2):
+        if not line:
+            continue
+        if len(line) != len(header):
+            raise InputError(
+                f"{file}: line {number}: has {len(line)} values for {len(header)} paths"
+            )
+        try:
+            table.append([parse(cell.strip()).data for cell in line])
+        except DocumentError as error:
+            raise InputError(
+                f"{file}: line {number}: can't read {shown(line)}; accepted: values as in a "
+                "scenario file"
+            ) from error
+        for path, value in zip(header, table[-1], strict=True):
+            _check_finite(f"{file}: line {number}: {path}", value)
+    if not table:
+        raise InputError(f"{file}: has no rows; accepted: a header of paths, then a row a scenario")
+    return {path: tuple(row[i] for row in table) for i, path in enumerate(header)}

@@ -1,0 +1,193 @@
+"""The rows of one chunk, whatever happens to the process that plans them."""
+
+from __future__ import annotations
+
+import io
+import threading
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from knotwork.documents import Document
+from knotwork.documents.edits import flow
+from knotwork.sweeps.bench import Bench, Block
+from knotwork.sweeps.child import Child, ChildCrashedError, ChildTimeoutError
+from knotwork.sweeps.figures import FIGURES
+from knotwork.sweeps.outcome import CRASHED, TIME_LIMIT, Outcome
+from knotwork.sweeps.packages import arrow
+from knotwork.sweeps.spec import StudySpec
+
+BLOCK = 8
+"""Rows whose poses are tested together: always the same ones, however a study is cut into chunks,
+so that a row does not depend on that."""
+BLOCK_LIMIT = 20.0
+"""Time at least for reading the scenarios of a block and testing their poses [s]."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Rows that are planned in one go and written to one file.
+
+    Attributes:
+        index: Of the chunk.
+        first, last: Its first row, and the one after its last.
+        blocks: All blocks that have rows of it.
+        columns: Names and types of the columns.
+        time_limit: Of one row [s].
+    """
+
+    index: int
+    first: int
+    last: int
+    blocks: tuple[Block, ...]
+    columns: tuple[tuple[str, str], ...]
+    time_limit: float
+
+
+def chunk_of(spec: StudySpec, columns: Mapping[str, str], index: int, size: int) -> Chunk:
+    """Cut a chunk out of a study."""
+    first, last = index * size, min((index + 1) * size, len(spec))
+    blocks = []
+    for begin in range(first - first % BLOCK, last, BLOCK):
+        rows = range(begin, min(begin + BLOCK, len(spec)))
+        blocks.append(Block(spec.document, spec.locations, {row: spec.values(row) for row in rows}))
+    return Chunk(index, first, last, tuple(blocks), tuple(columns.items()), spec.time_limit)
+
+
+class Worker(Protocol):
+    """What plans rows."""
+
+    def begin(self, block: Block, limit: float) -> dict[int, Outcome]:
+        """Take a block; outcomes of rows that need not be planned."""
+
+    def outcome(self, row: int, limit: float) -> Outcome:
+        """Plan a row of the block."""
+
+
+class HereWorker:
+    """Plans in this process, without a time limit."""
+
+    def __init__(self) -> None:
+        self._bench = Bench()
+
+    def begin(self, block: Block, limit: float) -> dict[int, Outcome]:
+        """Take a block."""
+        return self._bench.begin(block, True)
+
+    def outcome(self, row: int, limit: float) -> Outcome:
+        """Plan a row."""
+        return self._bench.outcome(row)
+
+
+class ChildWorker:
+    """Plans in a child process; if that hangs or crashes, the row says so."""
+
+    def __init__(self) -> None:
+        self._child = Child()
+        self._block = Block(Document(None), (), {})
+
+    def begin(self, block: Block, limit: float) -> dict[int, Outcome]:
+        """Take a block; if its test hangs or crashes, its rows go without it."""
+        self._block = block
+        try:
+            known = self._child.call("begin", block, True, limit=max(limit, BLOCK_LIMIT))
+        except (ChildTimeoutError, ChildCrashedError):
+            return {}
+        return known  # type: ignore[no-any-return]
+
+    def outcome(self, row: int, limit: float) -> Outcome:
+        """Plan a row."""
+        try:
+            if not self._child.running:
+                alone = Block(
+                    self._block.document, self._block.locations, {row: self._block.values[row]}
+                )
+                known = self._child.call("begin", alone, False, limit=max(limit, BLOCK_LIMIT))
+                if row in known:
+                    return known[row]  # type: ignore[no-any-return]
+            return self._child.call("outcome", row, limit=limit)  # type: ignore[no-any-return]
+        except ChildTimeoutError as error:
+            return Outcome(TIME_LIMIT, TIME_LIMIT, str(error), {}, limit)
+        except ChildCrashedError as error:
+            return Outcome(CRASHED, CRASHED, str(error))
+
+    def close(self) -> None:
+        """End the process."""
+        self._child.close()
+
+
+def outcomes(chunk: Chunk, worker: Worker) -> Iterator[tuple[int, tuple[Any, ...], Outcome]]:
+    """Plan the rows of a chunk: row, its values and its outcome."""
+    for block in chunk.blocks:
+        known = worker.begin(block, chunk.time_limit)
+        for row, values in block.values.items():
+            if chunk.first <= row < chunk.last:
+                done = known[row] if row in known else worker.outcome(row, chunk.time_limit)
+                yield row, values, done
+
+
+def perform(chunk: Chunk, worker: Worker) -> bytes:
+    """Plan the rows of a chunk, and give them as a Parquet file."""
+    return to_parquet(chunk.columns, outcomes(chunk, worker))
+
+
+_own = threading.local()
+
+
+def perform_in_child(chunk: Chunk) -> bytes:
+    """Plan the rows of a chunk in the child process of this thread."""
+    if not hasattr(_own, "worker"):
+        _own.worker = ChildWorker()
+    return perform(chunk, _own.worker)
+
+
+def to_parquet(
+    columns: Iterable[tuple[str, str]], rows: Iterable[tuple[int, tuple[Any, ...], Outcome]]
+) -> bytes:
+    """Write rows as a Parquet file.
+
+    Args:
+        columns: Names and types of the columns, those of the varied values after the row's number.
+        rows: Number, varied values and outcome of each.
+    """
+    pa, parquet = arrow()
+    schema = pa.schema([pa.field(name, pa.type_for_alias(kind)) for name, kind in columns])
+    table: list[list[Any]] = [[] for _ in schema]
+    for row, values, done in rows:
+        cells = [
+            row,
+            *values,
+            done.verdict,
+            done.reason,
+            done.message,
+            *(done.figures.get(name) for name in FIGURES),
+            done.plan_time,
+        ]
+        for column, cell, field in zip(table, cells, schema, strict=True):
+            as_text = pa.types.is_string(field.type) and not isinstance(cell, str)
+            column.append(flow(cell) if as_text else cell)
+    arrays = [pa.array(column, field.type) for column, field in zip(table, schema, strict=True)]
+    file = io.BytesIO()
+    parquet.write_table(pa.Table.from_arrays(arrays, schema=schema), file, compression="zstd")
+    return file.getvalue()
+
+
+def columns_of(spec: StudySpec) -> dict[str, str]:
+    """Names and types of the columns of a study."""
+    result = ("verdict", "reason", "message", *FIGURES, "plan_time")
+    varied = {}
+    for axis in spec.axes:
+        for path, values in zip(axis.paths, axis.columns, strict=True):
+            varied[f"given.{path}" if path in ("row", *result) else path] = _kind(values)
+    text = ("verdict", "reason", "message")
+    kinds = {name: "string" if name in text else "double" for name in result}
+    return {"row": "int64", **varied, **kinds}
+
+
+def _kind(values: Iterable[Any]) -> str:
+    kinds = {type(value) for value in values}
+    if kinds == {bool}:
+        return "bool"
+    if kinds == {int} and all(abs(value) < 2**62 for value in values):
+        return "int64"
+    return "double" if kinds <= {int, float} else "string"

@@ -1,0 +1,235 @@
+"""Studies: rows and their figures, the folder, going on, and what is read from it again."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tasks import LIFT
+
+import knotwork as kw
+from knotwork.documents import Document
+from knotwork.sweeps import work
+from knotwork.sweeps.bench import Block
+
+VARY = {"waypoints[up].after": "1:3:5", "knots": "paper,balanced"}
+
+
+@pytest.fixture(scope="module")
+def lifted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a small study."""
+    folder = tmp_path_factory.mktemp("studies") / "lift"
+    kw.sweep(LIFT, VARY, out=folder, workers=0, chunk=4)
+    return folder
+
+
+def without_time(study: kw.Study) -> list[dict[str, Any]]:
+    return [{k: v for k, v in row.items() if k != "plan_time"} for row in study.rows()]
+
+
+def test_rows_say_what_plans_say(lifted: Path) -> None:
+    study = kw.Study.open(lifted)
+    assert study["row"] == list(range(10))
+    for row in study.rows():
+        made = kw.plan(study.scenario(row["row"]))
+        assert made.scenario.waypoints[1].time == row["waypoints[up].after"]
+        assert (row["verdict"] == "passed") == made.report.ok
+        assert row["duration"] == made.trajectory.duration
+        (speed,) = made.report.select(subject="joint", quantity="velocity")
+        assert row["velocity_use"] == speed.use
+        assert row["clearance"] is None
+        if not made.report.ok:
+            assert row["reason"] == "velocity"
+            assert row["message"] == str(made.report.failures[0])
+    assert study.reasons == {"velocity": 2}
+    assert study.passed == 8
+    assert study.best("velocity_use")["waypoints[up].after"] == 3.0
+
+
+def test_a_study_in_memory_has_the_same_rows(lifted: Path) -> None:
+    study = kw.sweep(LIFT, VARY, workers=0, chunk=3)
+    assert without_time(study) == without_time(kw.Study.open(lifted))
+
+
+def test_going_on_does_only_what_is_missing(lifted: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(lifted, tmp_path / "lift")
+    files = sorted(folder.rglob("*.parquet"))
+    assert [file.name for file in files] == [f"{i:07d}.parquet" for i in range(3)]
+    before = {file: file.stat().st_mtime_ns for file in files}
+    files[1].unlink()
+    assert len(kw.Study.open(folder)) == 6
+    seen: list[kw.SweepProgress] = []
+    again = kw.sweep(LIFT, VARY, out=folder, workers=0, resume=True, progress=seen.append)
+    assert without_time(again) == without_time(kw.Study.open(lifted))
+    assert [(at.before, at.done, at.total, at.passed) for at in seen] == [(6, 10, 10, 8)]
+    assert {file for file in files if file.stat().st_mtime_ns != before[file]} == {files[1]}
+
+
+@pytest.mark.parametrize(
+    ("task", "vary", "said"),
+    [
+        (LIFT, {**VARY, "knots": "paper,optimal"}, "knots[1] is 'balanced' there and 'optimal'"),
+        ({**LIFT, "rate": 50}, VARY, "it has no scenario.rate"),
+    ],
+)
+def test_another_study_is_refused(lifted: Path, task: Any, vary: Any, said: str) -> None:
+    with pytest.raises(kw.InputError, match="holds another study") as raised:
+        kw.sweep(task, vary, out=lifted, workers=0, resume=True)
+    assert said in str(raised.value)
+
+
+def test_a_folder_is_not_gone_on_with_unasked(lifted: Path, tmp_path: Path) -> None:
+    with pytest.raises(kw.InputError, match="holds a study already"):
+        kw.sweep(LIFT, VARY, out=lifted, workers=0)
+    with pytest.raises(kw.InputError, match=r"is not the folder of a study"):
+        kw.Study.open(tmp_path)
+    with pytest.raises(kw.InputError, match="resume is given without out"):
+        kw.sweep(LIFT, VARY, workers=0, resume=True)
+
+
+def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(lifted, tmp_path / "lift")
+    chunk = sorted(folder.rglob("*.parquet"))[1]
+    chunk.write_bytes(chunk.read_bytes()[:-40])
+    with pytest.raises(kw.InputError, match=f"{chunk.name}: can't be read"):
+        kw.Study.open(folder).rows().__next__()
+    data = json.loads((folder / "study.json").read_text(encoding="utf-8"))
+    for wrong, said in (
+        ({**data, "study": {**data["study"], "version": 9}}, "has version 9, and 1 is accepted"),
+        ({**data, "chunk": None}, "can't be understood"),
+        ([], "is not the description of a study"),
+    ):
+        (folder / "study.json").write_text(json.dumps(wrong), encoding="utf-8")
+        with pytest.raises(kw.InputError, match=said):
+            kw.Study.open(folder)
+
+
+def test_it_stops_when_enough_rows_pass() -> None:
+    study = kw.sweep(LIFT, VARY, workers=0, chunk=2, stop_after=3)
+    assert 3 <= study.passed < 8
+    assert len(study) < 10
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"workers": -1}, "workers is -1; it must be at least 0"),
+        ({"workers": 1.5}, "workers is 1.5; it must be a whole number"),
+        ({"workers": 1, "scheduler": "tcp://x:1"}, "both given"),
+        ({"chunk": 0}, "chunk is 0"),
+        ({"stop_after": 0}, "stop_after is 0"),
+        ({"time_limit": -1}, "time_limit is -1"),
+    ],
+)
+def test_options_that_are_refused(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(kw.InputError, match=said):
+        kw.sweep(LIFT, VARY, **options)
+
+
+def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(kw.InputError, match=r"'distributed'.*knotwork\[sweep\]"):
+        kw.sweep(LIFT, VARY, workers=2)
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    with pytest.raises(kw.InputError, match=r"'pyarrow'.*knotwork\[sweep\]"):
+        kw.sweep(LIFT, VARY, workers=0)
+
+
+def test_the_best_row_is_frozen_with_its_comments(tmp_path: Path) -> None:
+    file = tmp_path / "lift.yaml"
+    file.write_text(
+        "name: lift # a comment\nlimits: {velocity: 1.2}\nwaypoints:\n"
+        "  - joints: {lift: 0}\n  - joints: {lift: 1}\n    after: 1\n",
+        encoding="utf-8",
+    )
+    study = kw.sweep(file, {"waypoints[1].after": [1, 1.5, 2]}, workers=0)
+    frozen = study.freeze(study.best("duration")["row"], tmp_path / "best.yaml")
+    assert "# a comment" in frozen.read_text(encoding="utf-8")
+    assert kw.plan(frozen).trajectory.duration == 1.5
+    file.write_text(file.read_text(encoding="utf-8").replace("1.2", "0.1"), encoding="utf-8")
+    assert kw.plan(study.freeze(1, frozen)).report.ok
+    with pytest.raises(kw.InputError, match=r"there is no row 3; accepted: 0 to 2"):
+        study.freeze(3, frozen)
+
+
+def test_out_of_reach_is_found_without_planning(monkeypatch: pytest.MonkeyPatch) -> None:
+    from knotwork.sweeps import outcome
+
+    vary = {"frames.block.position[0]": [450, 1500, 2500]}
+    planned: list[float] = []
+    real = outcome.plan
+
+    def counted(scenario: Any) -> Any:
+        planned.append(scenario.frames["block"].translation[0])
+        return real(scenario)
+
+    monkeypatch.setattr(outcome, "plan", counted)
+    study = kw.sweep("ur5_deburring", vary, workers=0)
+    assert planned == [0.45]
+    assert study["reason"] == ["", "out of reach", "out of reach"]
+    assert study["clearance"][0] > 0.01
+    assert study["path_deviation"][0] < 5e-5
+    assert study["clearance"][1:] == [None, None]
+
+
+class Unpickled:
+    """A value that does something in the process that it is sent to."""
+
+    def __init__(self, action: Any, *arguments: Any) -> None:
+        self.action, self.arguments = action, arguments
+
+    def __reduce__(self) -> Any:
+        return self.action, self.arguments
+
+
+def test_rows_that_hang_or_crash_say_so_and_the_others_go_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(work, "BLOCK_LIMIT", 0.5)
+    values = {
+        0: (1.5,),
+        1: (Unpickled(os.abort),),
+        2: (Unpickled(time.sleep, 60),),
+        3: (2.5,),
+        4: (Unpickled(os._exit, 7),),
+    }
+    block = Block(Document(LIFT), (("waypoints", 1, "after"),), values)
+    worker = work.ChildWorker()
+    chunk = work.Chunk(0, 0, 5, (block,), (), 0.5)
+    found = {row: done for row, _, done in work.outcomes(chunk, worker)}
+    worker.close()
+    verdicts = [done.verdict for done in found.values()]
+    assert verdicts == ["passed", "crashed", "time limit", "passed", "crashed"]
+    assert "SIGABRT" in found[1].message
+    assert found[2].message == "took longer than 0.5 s"
+    assert "code 7" in found[4].message
+
+
+def test_faults_in_planning_are_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(scenario: Any) -> Any:
+        raise ZeroDivisionError("no")
+
+    monkeypatch.setattr("knotwork.sweeps.outcome.plan", broken)
+    study = kw.sweep(LIFT, {"rate": [100]}, workers=0)
+    (row,) = study.rows()
+    assert row["verdict"] == "crashed"
+    assert row["message"] == "internal error: ZeroDivisionError: no"
+
+
+def test_plans_of_many() -> None:
+    tasks = [LIFT, {**LIFT, "waypoints": []}, {**LIFT, "limits": {}}]
+    first, wrong, last = kw.plan_many(tasks, workers=1)
+    assert isinstance(first, kw.Plan)
+    assert isinstance(last, kw.Plan)
+    assert isinstance(wrong, kw.InputError)
+    assert not first.report.ok
+    assert last.report.ok
+    assert first.report.findings == kw.plan(LIFT).report.findings
+    with pytest.raises(kw.InputError, match="workers is 0"):
+        kw.plan_many(tasks, workers=0)

@@ -1,0 +1,125 @@
+"""What is varied: how values are written, which rows they make, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tasks import LIFT
+
+import knotwork as kw
+from knotwork.documents import Document
+from knotwork.sweeps.spec import StudySpec
+from knotwork.sweeps.variations import make_axes
+
+
+def rows_of(vary: dict[str, Any], document: Any = None, **options: Any) -> list[tuple[Any, ...]]:
+    spec = StudySpec(Document(document or LIFT), make_axes(vary, **options), 60.0)
+    return [spec.values(i) for i in range(len(spec))]
+
+
+def test_ranges_have_both_ends() -> None:
+    (axis,) = make_axes({"rate": "-200:200:41"})
+    assert axis.columns[0] == tuple(float(x) for x in range(-200, 201, 10))
+    assert make_axes({"rate": "1e-3:1e-3:1"})[0].columns[0] == (1e-3,)
+
+
+def test_lists_hold_what_a_file_may() -> None:
+    given = {"knots": "paper, {balanced: 0.2}, 0.5", "rate": np.array([100, 200])}
+    axes = make_axes(given)
+    assert axes[0].columns[0] == ("paper", {"balanced": 0.2}, 0.5)
+    assert axes[1].columns[0] == (100, 200)
+
+
+def test_the_last_value_varies_fastest() -> None:
+    rows = rows_of({"knots": ["paper", "balanced"], "rate": [1, 2, 3]})
+    assert rows[:4] == [("paper", 1), ("paper", 2), ("paper", 3), ("balanced", 1)]
+    assert rows_of({"knots": ["paper", "balanced"], "rate": [1, 2]}, together=True) == [
+        ("paper", 1),
+        ("balanced", 2),
+    ]
+
+
+def test_random_samples_are_drawn_together_and_again_the_same() -> None:
+    vary = {"rate": "uniform(10, 20)", "waypoints[up].after": "uniform(1, 2)", "knots": ["paper"]}
+    rows = rows_of(vary, samples=50, seed=3)
+    assert len(rows) == 50
+    assert rows == rows_of(vary, samples=50, seed=3)
+    assert rows != rows_of(vary, samples=50, seed=4)
+    # the paths are in the order of the axes: what is random comes last
+    rate, after = np.array([row[1:] for row in rows], float).T
+    assert 10 <= rate.min() < 12 < 18 < rate.max() <= 20
+    assert 1 <= after.min() < 1.2 < 1.8 < after.max() <= 2
+    assert abs(np.corrcoef(rate, after)[0, 1]) < 0.5
+    assert rows[0][1] == 10 + 10 * 0.9138168152023366
+
+
+def test_rows_of_a_file_go_together(tmp_path: Path) -> None:
+    file = tmp_path / "rows.csv"
+    file.write_text("knots,waypoints[1].after\npaper,1\nbalanced,2.5\n", encoding="utf-8")
+    assert rows_of({"rate": [100, 200]}, rows=file) == [
+        ("paper", 1, 100),
+        ("paper", 1, 200),
+        ("balanced", 2.5, 100),
+        ("balanced", 2.5, 200),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("vary", "options", "said"),
+    [
+        ({}, {}, "nothing is varied"),
+        ({"rate": "1:2:2.5"}, {}, "rate: the range 1:2:2.5 has the count 2.5"),
+        ({"rate": "1:2:1"}, {}, "at least 2"),
+        ({"rate": "1:2"}, {}, "rate: can't read the values '1:2'"),
+        ({"rate": "unifrom(1, 2)"}, {}, "can't read the values"),
+        ({"rate": ""}, {}, "can't read the values"),
+        ({"rate": "1,,2"}, {}, "can't read the values"),
+        ({"rate": [np.nan]}, {}, "rate is varied over nan; accepted: finite numbers"),
+        ({"rate": 5}, {}, "rate is varied over 5; accepted: a list"),
+        ({"rate": []}, {}, "rate has no values"),
+        ({"rate": "uniform(1, 2)"}, {}, "rate is random, and the number of samples is not given"),
+        ({"rate": [1]}, {"samples": 3}, "nothing is random"),
+        ({"rate": [1, 2], "knots": ["paper"]}, {"together": True}, "rate has 2, knots has 1"),
+        ({"rate": "1:2:100000", "knots": "1:2:100000"}, {}, "10000000000 scenarios"),
+        ({"rat": [1]}, {}, None),
+        ({"waypoints[7].after": [1]}, {}, "has 2 items, and there is no [7]; accepted: 0 to 1"),
+        ({"waypoints[ups].after": [1]}, {}, "waypoints has no 'ups'; did you mean 'up'?"),
+        ({"tolerances.path": [1]}, {}, "the scenario has no 'tolerances'"),
+        ({"waypoints.after": [1]}, {}, "waypoints is a list, which .after can't follow"),
+        ({"waypoints[0].name.x": [1]}, {}, "is a single value"),
+        ({"[0]": [1]}, {}, "is no path of a value"),
+        ({"limits..velocity": [1]}, {}, "is no path of a value"),
+        ({"limits": [{}], "limits.velocity": [1]}, {}, "vary the same value"),
+    ],
+)
+def test_what_is_refused(vary: dict[str, Any], options: dict[str, Any], said: str | None) -> None:
+    if said is None:
+        with pytest.raises(kw.InputError, match=r"with rat = 1: .*rat: unknown key"):
+            kw.sweep(LIFT, vary, workers=0)
+        return
+    with pytest.raises(kw.InputError) as raised:
+        rows_of(vary, **options)
+    assert said in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "line 1: the header is []"),
+        ("rate,rate\n1,2\n", "each once"),
+        ("rate\n", "has no rows"),
+        ("rate,knots\n1\n", "line 2: has 1 values for 2 paths"),
+        ("rate\n1\n.inf\n", "line 3: rate is varied over inf"),
+        ("rate\n{\n", "line 2: can't read"),
+    ],
+)
+def test_files_of_rows_that_are_refused(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "rows.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(kw.InputError) as raised:
+        make_axes({}, rows=file)
+    assert str(file) in str(raised.value)
+    assert said in str(raised.value)
