@@ -30,6 +30,7 @@ PACKAGES = (
     "robot",
     "scenario",
     "storage",
+    "sweeps",
     "tool_paths",
     "view",
     "verification",

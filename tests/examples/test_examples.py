@@ -65,6 +65,18 @@ def test_a_sweep(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "sweep.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.exhaustive
+def test_a_placement_study(tmp_path: Path) -> None:
+    said = run("placement_study.py", tmp_path, "out", "3", "2")
+    counts = [int(number) for number in re.findall(r"^ +(\d+) ", said, re.MULTILINE)]
+    passed, total = numbers(said.splitlines()[0])
+    assert (total, sum(counts)) == (6, 6 - passed)
+    assert passed > 0
+    assert kw.plan(tmp_path / "out" / "best.yaml").report.ok
+    assert (tmp_path / "out" / "placement.png").read_bytes().startswith(b"\x89PNG")
+    assert run("placement_study.py", tmp_path, "out", "3", "2") == said
+
+
 @pytest.fixture
 def sweep() -> ModuleType:
     """The sweep as a module."""

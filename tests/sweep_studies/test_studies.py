@@ -188,6 +188,7 @@ class Unpickled:
         return self.action, self.arguments
 
 
+@pytest.mark.exhaustive
 def test_rows_that_hang_or_crash_say_so_and_the_others_go_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

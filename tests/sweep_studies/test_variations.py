@@ -53,7 +53,7 @@ def test_random_samples_are_drawn_together_and_again_the_same() -> None:
     assert 10 <= rate.min() < 12 < 18 < rate.max() <= 20
     assert 1 <= after.min() < 1.2 < 1.8 < after.max() <= 2
     assert abs(np.corrcoef(rate, after)[0, 1]) < 0.5
-    assert rows[0][1] == 10 + 10 * 0.9138168152023366
+    assert rows[0][1] == 17.063633032120116  # on any machine
 
 
 def test_rows_of_a_file_go_together(tmp_path: Path) -> None:

@@ -62,9 +62,7 @@ MOST_REASONS = 12
     type=click.IntRange(min=1),
     help="Number of random samples of what is uniform(…).",
 )
-@click.option(
-    "--seed", metavar="N", type=int, default=0, help="Of the random samples."
-)
+@click.option("--seed", metavar="N", type=int, default=0, help="Of the random samples.")
 @click.option("--out", "-o", metavar="DIR", type=NewPath(), help="Folder for the study.")
 @click.option("--resume", is_flag=True, help="Go on with the study in the folder.")
 @click.option(
@@ -105,9 +103,7 @@ MOST_REASONS = 12
     type=Names(),
     help="Figures that are drawn beside the verdict.",
 )
-@click.option(
-    "--best", metavar="FIGURE", help="Figure of the best row, by default duration."
-)
+@click.option("--best", metavar="FIGURE", help="Figure of the best row, by default duration.")
 @click.option(
     "--freeze",
     metavar="FILE",

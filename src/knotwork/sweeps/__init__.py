@@ -8,7 +8,7 @@ from knotwork.lazy import lazy_names
 
 if TYPE_CHECKING:
     from knotwork.sweeps.figures import FIGURES as FIGURES
-    from knotwork.sweeps.figures import Figure as Figure
+    from knotwork.sweeps.figures import RowFigure as RowFigure
     from knotwork.sweeps.many import plan_many as plan_many
     from knotwork.sweeps.run import SweepProgress as SweepProgress
     from knotwork.sweeps.run import sweep as sweep

@@ -42,11 +42,6 @@ class Child:
     def __init__(self) -> None:
         self._process: Any = None
 
-    @property
-    def running(self) -> bool:
-        """Whether there is a process, which knows what it was told."""
-        return self._process is not None
-
     def call(self, method: str, *arguments: Any, limit: float) -> Any:
         """Call a method of the bench.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 import math
 import secrets
 import tempfile
@@ -12,15 +11,16 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
-import knotwork
 from knotwork.errors import InputError
-from knotwork.sweeps.packages import distributed
+from knotwork.sweeps.packages import distributed, own_version
 from knotwork.sweeps.work import ChildWorker, Chunk, HereWorker, perform, perform_in_child
 
 AHEAD = 3
 """Chunks that are handed over for each worker: one is planned, the next ones wait for it."""
 RECOUNT = 5.0
 """After so long the workers are counted again [s]."""
+SILENT = 50
+"""Level of logging that keeps Dask from writing of workers that are lost; they are replaced."""
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
 
@@ -57,7 +57,7 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Done]:
             dashboard_address=None,
             memory_limit=0,
             local_directory=folder,
-            silence_logs=logging.CRITICAL,
+            silence_logs=SILENT,
         ) as cluster,
         dask.Client(cluster) as client,
     ):
@@ -85,7 +85,7 @@ def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Done]:
 
 def _check_workers(client: Any, address: str) -> None:
     try:
-        versions = client.run(worker_version)
+        versions = client.run(own_version)
     except Exception as error:
         raise InputError(
             f"scheduler {address}: its workers can't plan: {error}; install knotwork[sweep] there"
@@ -93,16 +93,11 @@ def _check_workers(client: Any, address: str) -> None:
     if not versions:
         raise InputError(f"scheduler {address}: has no workers; start some with dask worker")
     for worker, version in versions.items():
-        if version != knotwork.__version__:
+        if version != own_version():
             raise InputError(
                 f"scheduler {address}: worker {worker} has knotwork {version}, and here it is "
-                f"{knotwork.__version__}; install the same version"
+                f"{own_version()}; install the same version"
             )
-
-
-def worker_version() -> str:
-    """Version of Knotwork where this is run."""
-    return knotwork.__version__
 
 
 def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[Done]:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
 
 from knotwork.errors import UnknownNameError
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.verification import Report
+
+if TYPE_CHECKING:
+    from knotwork.pipeline import Plan
 
 
 @dataclass(frozen=True)
-class Figure:
-    """One figure of a row; it is `None` where the report does not have it.
+class RowFigure:
+    """One figure of a row, `None` where the plan does not have it.
 
     >>> from knotwork.sweeps import FIGURES
     >>> FIGURES["clearance"].unit, FIGURES["clearance"].more_is_better
@@ -23,40 +27,31 @@ class Figure:
         title: In words, for pictures.
         unit: SI unit; empty for a part of a limit and for singular values.
         more_is_better: Whether the best row is the one with the most.
-        of: Takes it from a report.
+        of: Takes it from a plan.
     """
 
     name: str
     title: str
     unit: str
     more_is_better: bool
-    of: Callable[[Report], float | None]
+    of: Callable[[Plan], float | None]
 
 
 # Limits of tool and links by the quantity in findings; those of joints have a table of their own.
 _TOOL_LIMITS = ("tool_speed", "tool_acceleration", "frame_speed")
 
 
-def _use(quantity: str) -> Figure:
-    """Figure for the largest part of a kind of limit that is used."""
+def _use(quantity: str) -> RowFigure:
+    """RowFigure for the largest part of a kind of limit that is used."""
     # tools have a position at waypoints as well
     kind = {"subject": "joint"} if quantity in JOINT_QUANTITIES else {}
 
-    def of(report: Report) -> float | None:
-        return _extreme(max, (found.use for found in report.select(quantity=quantity, **kind)))
+    def of(plan: Plan) -> float | None:
+        found = plan.report.select(quantity=quantity, **kind)
+        return _extreme(max, (one.use for one in found))
 
     title = f"largest part used of a limit of {quantity.replace('_', ' ')}"
-    return Figure(f"{quantity}_use", title, "", False, of)
-
-
-def _value(quantity: str, title: str, unit: str, *, least: bool) -> Figure:
-    """Figure for the least or the largest value of findings."""
-
-    def of(report: Report) -> float | None:
-        pick = min if least else max
-        return _extreme(pick, (found.value for found in report.select(quantity=quantity)))
-
-    return Figure(quantity, title, unit, least, of)
+    return RowFigure(f"{quantity}_use", title, "", False, of)
 
 
 def _extreme(pick: Callable[[list[float]], float], values: Iterable[float | None]) -> float | None:
@@ -64,24 +59,50 @@ def _extreme(pick: Callable[[list[float]], float], values: Iterable[float | None
     return pick(known) if known else None
 
 
-def _duration(report: Report) -> float | None:
-    return report.end_time - report.start_time
+def _clearance(plan: Plan, around: bool) -> float | None:
+    """Least clearance to what stands around, or of the robot and what it holds to itself."""
+    names = {one.name for one in plan.scenario.scene.objects}
+
+    def is_around(pair: str) -> bool:
+        return any(pair.startswith(f"{name}, ") or pair.endswith(f", {name}") for name in names)
+
+    found = plan.report.select(quantity="clearance", subject="pair")
+    return _extreme(min, (one.value for one in found if is_around(one.name) == around))
 
 
-FIGURES: dict[str, Figure] = {
+def _singular_value(plan: Plan) -> float | None:
+    found = plan.report.select(quantity="smallest_singular_value")
+    return _extreme(min, (one.value for one in found))
+
+
+def _deviation(plan: Plan) -> float | None:
+    found = plan.report.select(quantity="path_deviation")
+    return _extreme(max, (one.value for one in found))
+
+
+FIGURES: dict[str, RowFigure] = {
     one.name: one
     for one in (
-        Figure("duration", "duration", "s", False, _duration),
-        _value("smallest_singular_value", "smallest singular value", "", least=True),
-        _value("clearance", "clearance", "m", least=True),
+        RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
+        RowFigure("smallest_singular_value", "smallest singular value", "", True, _singular_value),
+        RowFigure(
+            "clearance",
+            "clearance to what stands around",
+            "m",
+            True,
+            partial(_clearance, around=True),
+        ),
+        RowFigure(
+            "self_clearance", "clearance to itself", "m", True, partial(_clearance, around=False)
+        ),
         *(_use(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
-        _value("path_deviation", "deviation from the path", "m", least=False),
+        RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
     )
 }
 """All figures by name, in the order of the columns."""
 
 
-def figure_named(name: str) -> Figure:
+def figure_named(name: str) -> RowFigure:
     """Find a figure.
 
     Raises:

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import knotwork
 from knotwork import storage
 from knotwork.documents import read_text
 from knotwork.errors import InputError
+from knotwork.sweeps.packages import own_version
 from knotwork.sweeps.spec import VERSION, StudySpec, first_difference, spec_from_dict
 
 STUDY, CHUNKS = "study.json", "chunks"
@@ -67,7 +67,7 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
     """
     data = {
         "format": FORMAT,
-        "knotwork": knotwork.__version__,
+        "knotwork": own_version(),
         "digest": spec.digest,
         "rows": len(spec),
         "chunk": size,

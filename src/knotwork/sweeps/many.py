@@ -58,9 +58,7 @@ def plan_many(
             found: Plan | KnotworkError = own.child.call("plan", scenario, limit=limit)
         except (ChildTimeoutError, ChildCrashedError) as error:
             return KnotworkError(str(error))
-        except (
-            Exception
-        ) as error:  # a fault in one is not the end of the others
+        except Exception as error:  # a fault in one is not the end of the others
             return KnotworkError(f"internal error: {type(error).__name__}: {error}")
         return found
 

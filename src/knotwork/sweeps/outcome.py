@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 
 from knotwork import errors
 from knotwork.errors import InputError
-from knotwork.pipeline import plan as plan
+from knotwork.pipeline import Plan, plan
 from knotwork.scenario import Scenario
 from knotwork.sweeps.figures import FIGURES
-from knotwork.verification import Report
 
 PASSED, FAILED, REFUSED, TIME_LIMIT, CRASHED = VERDICTS = (
     "passed",
@@ -59,19 +58,19 @@ def outcome_of(scenario: Scenario) -> Outcome:
     """Plan a scenario, and say what became of it, whatever that is."""
     begin = time.perf_counter()
     try:
-        report = plan(scenario).report
+        made = plan(scenario)
     except InputError as error:
         return refused(error, time.perf_counter() - begin)
     except Exception as error:  # a fault of Knotwork in one row is not the end of the others
         message = f"internal error: {type(error).__name__}: {error}"
         return Outcome(CRASHED, CRASHED, message, {}, time.perf_counter() - begin)
-    return judged(report, time.perf_counter() - begin)
+    return judged(made, time.perf_counter() - begin)
 
 
-def judged(report: Report, plan_time: float) -> Outcome:
+def judged(made: Plan, plan_time: float) -> Outcome:
     """The outcome of a motion."""
-    figures = {name: figure.of(report) for name, figure in FIGURES.items()}
-    failures = report.failures
+    figures = {name: figure.of(made) for name, figure in FIGURES.items()}
+    failures = made.report.failures
     if not failures:
         return Outcome(PASSED, "", "", figures, plan_time)
     return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from knotwork.export.packages import needed
@@ -26,3 +27,11 @@ def distributed() -> Any:
         InputError: It can't be imported.
     """
     return needed("distributed", "a sweep with several workers", _HOW)
+
+
+def own_version() -> str:
+    """Version of Knotwork; empty where it is not installed but only found on the path."""
+    try:
+        return version("knotwork")
+    except PackageNotFoundError:
+        return ""

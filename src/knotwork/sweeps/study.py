@@ -12,7 +12,7 @@ from knotwork import storage
 from knotwork.documents import Document, read
 from knotwork.errors import DocumentError, InputError
 from knotwork.scenario import Scenario, scenario_of
-from knotwork.sweeps.figures import FIGURES, Figure, figure_named
+from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.packages import arrow
@@ -20,7 +20,7 @@ from knotwork.sweeps.spec import StudySpec
 from knotwork.sweeps.work import columns_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Picture
+    from matplotlib.figure import Figure
 
 
 class Study:
@@ -75,7 +75,7 @@ class Study:
 
     @property
     def columns(self) -> dict[str, str]:
-        """Names and types of the columns: `row`, what is varied, the verdict, and the figures."""
+        """Columns and their types; `row`, what is varied, the verdict, and the figures."""
         return columns_of(self.spec)
 
     @property
@@ -91,7 +91,7 @@ class Study:
         return str(given or (document.file.stem if document.file is not None else "scenario"))
 
     @property
-    def figures(self) -> dict[str, Figure]:
+    def figures(self) -> dict[str, RowFigure]:
         """What is known of the figures, by the name of their column."""
         return FIGURES
 
@@ -167,7 +167,7 @@ class Study:
         if not 0 <= row < len(self.spec):
             raise InputError(f"there is no row {row}; accepted: 0 to {len(self.spec) - 1}")
 
-    def plot(self, figures: Sequence[str] | None = None) -> Picture:
+    def plot(self, figures: Sequence[str] | None = None) -> Figure:
         """Draw maps of the verdict and of figures over what is varied.
 
         Args:
@@ -186,7 +186,7 @@ def _as_it_was(document: Document) -> bool:
         return False
 
 
-def _best(figure: Figure, passing: list[dict[str, Any]]) -> dict[str, Any]:
+def _best(figure: RowFigure, passing: list[dict[str, Any]]) -> dict[str, Any]:
     known = [row for row in passing if row[figure.name] is not None]
     if not known:
         said = f"none of them has {figure.name}" if passing else "no row passes"

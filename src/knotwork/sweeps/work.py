@@ -83,33 +83,44 @@ class ChildWorker:
     """Plans in a child process; if that hangs or crashes, the row says so."""
 
     def __init__(self) -> None:
-        self._child = Child()
+        self._child, self._held = Child(), set[int]()
         self._block = Block(Document(None), (), {})
 
     def begin(self, block: Block, limit: float) -> dict[int, Outcome]:
         """Take a block; if its test hangs or crashes, its rows go without it."""
         self._block = block
         try:
-            known = self._child.call("begin", block, True, limit=max(limit, BLOCK_LIMIT))
+            return self._given(block, True, limit)
         except (ChildTimeoutError, ChildCrashedError):
             return {}
-        return known  # type: ignore[no-any-return]
 
     def outcome(self, row: int, limit: float) -> Outcome:
         """Plan a row."""
+        block = self._block
         try:
-            if not self._child.running:
-                alone = Block(
-                    self._block.document, self._block.locations, {row: self._block.values[row]}
-                )
-                known = self._child.call("begin", alone, False, limit=max(limit, BLOCK_LIMIT))
+            if row not in self._held:
+                alone = Block(block.document, block.locations, {row: block.values[row]})
+                known = self._given(alone, False, limit)
                 if row in known:
-                    return known[row]  # type: ignore[no-any-return]
-            return self._child.call("outcome", row, limit=limit)  # type: ignore[no-any-return]
+                    return known[row]
+            return self._call("outcome", row, limit=limit)  # type: ignore[no-any-return]
         except ChildTimeoutError as error:
-            return Outcome(TIME_LIMIT, TIME_LIMIT, str(error), {}, limit)
+            return Outcome(TIME_LIMIT, TIME_LIMIT, str(error))
         except ChildCrashedError as error:
             return Outcome(CRASHED, CRASHED, str(error))
+
+    def _given(self, block: Block, tested: bool, limit: float) -> dict[int, Outcome]:
+        """Give the child a block."""
+        known = self._call("begin", block, tested, limit=max(limit, BLOCK_LIMIT))
+        self._held = set(block.values)
+        return known  # type: ignore[no-any-return]
+
+    def _call(self, method: str, *arguments: Any, limit: float) -> Any:
+        try:
+            return self._child.call(method, *arguments, limit=limit)
+        except (ChildTimeoutError, ChildCrashedError):
+            self._held = set()
+            raise
 
     def close(self) -> None:
         """End the process."""

@@ -28,7 +28,7 @@ PASSED = "passed"
 
 
 class FigureColumn(Protocol):
-    """What a column of figures is: `knotwork.sweeps.Figure`."""
+    """What a column of figures is: `knotwork.sweeps.RowFigure`."""
 
     @property
     def title(self) -> str:
@@ -213,18 +213,14 @@ def _legend(figure: Figure, study: Rows) -> None:
 def _maps(
     study: Rows, x: _Places, y: _Places, panels: list[tuple[str, Any]], names: list[str]
 ) -> Figure:
-    columns = 1 + len(names)
-    if len(panels) > 1 and columns == 1:
-        columns = min(3, len(panels))
-        cells = [(title, rows, None) for title, rows in panels]
-    else:
-        cells = [(title, rows, name) for title, rows in panels for name in (None, *names)]
+    columns = 1 + len(names) if names else min(3, len(panels))
+    cells = [(title, rows, name) for title, rows in panels for name in ("", *names)]
     lines = -(-len(cells) // columns)
     figure = new_figure(lines, columns)
     axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True).ravel()
     kinds, palette = np.array(_kinds(study)), _palette(study)
     for axis, (title, rows, name) in zip(axes, cells, strict=False):
-        if name is None:
+        if not name:
             _verdict_map(axis, x, y, rows, kinds, palette)
             axis.set_title(title, fontsize="medium")
         else:
