@@ -10,8 +10,10 @@ import pytest
 
 import knotwork as kw
 from knotwork.errors import BranchError, DocumentError, RobotError
+from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence import Given, interval_nearness, refine_sequence, weights
+from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
 from knotwork.waypoints import CartesianWaypoint
 
 PANDA = kw.load_robot("panda")
@@ -116,7 +118,9 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
         speeds = solve_velocities(robot, positions, twists)[0]
         ends = (positions[:-1], speeds[:-1]), (positions[1:], speeds[1:])
         travel = np.linalg.norm(np.diff(positions, axis=0) / robot.velocity_limit, axis=1)
-        mean, most, beyond = interval_nearness(robot, *ends, np.diff(times))
+        near = weights(robot, positions)
+        at_ends = near[:-1], near[1:]
+        mean, most, beyond = interval_nearness(robot, *ends, np.diff(times), ends=at_ends)
         weighted = travel * (1 + mean) + np.diff(times) * most
         return round(float(beyond.sum()), 9), float(weighted.sum())
 
@@ -132,14 +136,20 @@ def test_the_nearness_of_a_way_is_that_along_it() -> None:
     basis = np.hstack([(1 - s) ** 3, 3 * s * (1 - s) ** 2, 3 * s**2 * (1 - s), s**3])
     near = weights(PANDA, basis @ points) - 1
     interval = (q[:1], v[:1]), (q[1:], v[1:]), np.array([2.0])
-    mean, most, beyond = interval_nearness(PANDA, *interval, samples=1999)
+    at_ends = weights(PANDA, q[:1]), weights(PANDA, q[1:])
+    mean, most, beyond = interval_nearness(PANDA, *interval, samples=1999, ends=at_ends)
     assert near.max() > 0
     assert mean[0] == pytest.approx(((near[1:] + near[:-1]) / 2).mean(), rel=1e-9)
     assert most[0] == pytest.approx(near.max(), rel=1e-9)
+    for x in (basis @ points)[::400], basis @ points:
+        smallest = np.linalg.svd(joint_axes(PANDA).jacobians(x), compute_uv=False)[:, -1]
+        expected = 1 + limit_nearness(PANDA, x) + singular_nearness(smallest)
+        np.testing.assert_allclose(weights(PANDA, x), expected, rtol=0, atol=1e-12)
+    assert singular_nearness(smallest).max() > 0
     low, high = PANDA.lower_position_limit, PANDA.upper_position_limit
     q_on_way = basis @ points
     assert beyond[0] == pytest.approx(max(0.0, (low - q_on_way).max(), (q_on_way - high).max()))
-    ends, worse, _ = interval_nearness(PANDA, *interval, samples=0)
+    ends, worse, _ = interval_nearness(PANDA, *interval, samples=0, ends=at_ends)
     assert ends[0] == pytest.approx((near[0] + near[-1]) / 2)
     assert worse[0] == pytest.approx(max(near[0], near[-1]))
 

@@ -174,7 +174,7 @@ class Search:
         move -= np.where(self.rules.unbounded & ~fixed[:, None], whole_turns(move), 0.0)
         h = likely_durations(self.rules, self.durations[interval], interval, move)
         here, there = (q[a], v[a]), (q[a] + move, v[b])
-        mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples, ends=False)
+        mean, most, beyond = interval_nearness(self.robot, here, there, h, self.samples)
         most = np.maximum(most - np.maximum(near[a], near[b]), 0.0)
         travel = np.linalg.norm(move / self.rules.speed, axis=1)
         open_ = np.array([layer.before is None for layer in layers])[interval + 1]

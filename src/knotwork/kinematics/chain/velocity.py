@@ -147,21 +147,32 @@ def solve_velocities(
         smallest singular value, shape (n,).
     """
     J = joint_axes(robot).jacobians(q)
+    v, s = least_velocities(robot, J, twists, preferred)
+    smallest = s[:, -1] if robot.dof <= 6 else np.linalg.svd(J, compute_uv=False)[:, -1]
+    wanted = np.broadcast_to(twists, (len(q), 6))[:, :, None]
+    left = np.abs((J @ v[:, :, None] - wanted)[:, :, 0]).max(axis=1)
+    return v, left, np.asarray(smallest, dtype=float)
+
+
+def least_velocities(
+    robot: Robot, J: FloatArray, twists: FloatArray, preferred: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Joint velocities by Jacobians (n, 6, d), and the singular values of these, scaled.
+
+    Other arguments and what is returned as of `solve_velocities`.
+    """
     scale = joint_scales(robot)
     weighted = J * scale
     U, s, Vt = np.linalg.svd(weighted, full_matrices=False)
-    smallest = s[:, -1] if robot.dof <= 6 else np.linalg.svd(J, compute_uv=False)[:, -1]
     kept = s > RANK_TOLERANCE * s[:, :1]
     inverse = np.where(kept, 1.0 / np.maximum(s, 1e-300), 0.0)[:, :, None]
-    V, wanted = Vt.transpose(0, 2, 1), np.broadcast_to(twists, (len(q), 6))[:, :, None]
+    V, wanted = Vt.transpose(0, 2, 1), np.broadcast_to(twists, (len(J), 6))[:, :, None]
     w = V @ (inverse * (U.transpose(0, 2, 1) @ wanted))
     w += V @ (inverse * (U.transpose(0, 2, 1) @ (wanted - weighted @ w)))  # undo most rounding
     if preferred is not None:
         free = (preferred / scale)[:, None]
         w += free - V @ (kept[:, :, None] * (Vt @ free))
-    v = w[:, :, 0] * scale
-    left = np.abs((J @ v[:, :, None] - wanted)[:, :, 0]).max(axis=1)
-    return v, left, np.asarray(smallest, dtype=float)
+    return w[:, :, 0] * scale, s
 
 
 def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:

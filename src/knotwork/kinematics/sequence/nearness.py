@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.kinematics.chain.joint_axes import joint_axes
+from knotwork.kinematics.chain.joint_ranges import BoolArray
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
@@ -35,13 +36,37 @@ def singular_nearness(smallest: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2)
 
 
-def weights(robot: Robot, q: FloatArray) -> FloatArray:
-    """Factor of the travel at configurations (n, d): 1, and more near limits and singularities."""
-    J = joint_axes(robot).jacobians(q)
+def weights(robot: Robot, q: FloatArray, J: FloatArray | None = None) -> FloatArray:
+    """Factor of the travel at configurations (n, d): 1, and more near limits and singularities.
+
+    Their Jacobians (n, 6, d) are taken where they are given.
+    """
+    J = joint_axes(robot).jacobians(q) if J is None else J
     # Of J Jᵀ or Jᵀ J the smaller; its smallest eigenvalue is the square of what is asked for.
     gram = J @ J.transpose(0, 2, 1) if robot.dof > 6 else J.transpose(0, 2, 1) @ J
-    smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, 0], 0.0))
-    return 1.0 + limit_nearness(robot, q) + singular_nearness(smallest)
+    near = np.flatnonzero(_any_below(gram, SINGULAR_MARGIN**2))
+    result = 1.0 + limit_nearness(robot, q)
+    if near.size:
+        smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(gram[near])[:, 0], 0.0))
+        result[near] += singular_nearness(smallest)
+    return result
+
+
+def _any_below(gram: FloatArray, margin: float) -> BoolArray:
+    """Which symmetric matrices (n, k, k) have an eigenvalue below a margin, shape (n,).
+
+    Those that are not positive definite less the margin: a pivot of their factorisation shows it,
+    and takes a fraction of the time that eigenvalues take.
+    """
+    A = np.array(gram.transpose(1, 2, 0), order="C")
+    k, n = A.shape[1:]
+    A[range(k), range(k)] -= margin
+    below = np.zeros(n, dtype=bool)
+    for j in range(k):
+        below |= ~(A[j, j] > 0.0)
+        column = A[j + 1 :, j] / np.where(below, 1.0, A[j, j])
+        A[j + 1 :, j + 1 :] -= column[:, None] * A[j, j + 1 :]
+    return below
 
 
 def interval_nearness(
@@ -50,8 +75,7 @@ def interval_nearness(
     end: tuple[FloatArray, FloatArray],
     durations: FloatArray,
     samples: int = SAMPLES,
-    *,
-    ends: bool = True,
+    ends: tuple[FloatArray, FloatArray] | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """How near limits and singularities cubics between configurations come, and how far beyond.
 
@@ -64,7 +88,7 @@ def interval_nearness(
         end: Likewise.
         durations: [s], shape (n,).
         samples: Times between at which it is evaluated, evenly spread.
-        ends: Count the ends, too.
+        ends: `weights` at the start and at the end, if these are to count too, shape (n,) each.
 
     Returns:
         Of `weights` beyond 1 the mean by the trapezoidal rule, shape (n,), and the most, (n,);
@@ -81,8 +105,8 @@ def interval_nearness(
         near = weights(robot, q).reshape(samples, -1) - 1.0
         beyond = np.maximum(0.0, -_room(robot, q).reshape(samples, -1).min(axis=0))
         mean, most = near.sum(axis=0) / (samples + 1), near.max(axis=0)
-    if ends:
-        at_ends = np.array([weights(robot, q0), weights(robot, q1)]) - 1.0
-        mean = mean + at_ends.mean(axis=0) / (samples + 1)
-        most = np.maximum(most, at_ends.max(axis=0))
+    if ends is not None:
+        first, last = ends[0] - 1.0, ends[1] - 1.0
+        mean = mean + 0.5 * (first + last) / (samples + 1)
+        most = np.maximum(most, np.maximum(first, last))
     return mean, most, beyond

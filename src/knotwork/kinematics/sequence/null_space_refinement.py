@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of
-from knotwork.kinematics.chain.velocity import solve_velocities
+from knotwork.kinematics.chain.velocity import least_velocities
 from knotwork.kinematics.sequence.costs import AT_LIMIT, Rules, likely_durations
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.robot import Robot
@@ -98,11 +98,16 @@ class _Refinement:
         self.twists = np.array([np.concatenate([w.linear, w.angular]) for w in posed])
         numbers = np.cumsum([w is not None for w in given.waypoints]) - 1
         self.number = numbers  # of each waypoint among those that may be moved
+        # When each waypoint was moved and when it was tried last, in rounds.
+        self.count = 1
+        self.changed, self.tried = np.ones(len(positions), int), np.zeros(len(positions), int)
 
     def improve(self, chosen: list[int]) -> float:
         """Move some waypoints, none beside another; how far the farthest went [rad or m]."""
+        chosen = [i for i in chosen if self._since_moved(i)]
         if not chosen:
             return 0.0
+        self.tried[chosen], self.count = self.count, self.count + 1
         owner, starts = self._starts(chosen)
         found = solve_batch(
             self.robot,
@@ -115,9 +120,10 @@ class _Refinement:
         # Where it is now comes first, and ties leave it there.
         owner = np.concatenate([np.array(chosen), owner[found.converged]])
         q = np.vstack([self.q[chosen], found.q[found.converged]])
-        v = solve_velocities(self.robot, q, self.twists[self.number[owner]])[0]
+        J = self.chain.jacobians(q)
+        v = least_velocities(self.robot, J, self.twists[self.number[owner]])[0]
         v[np.isin(owner, list(self.given.unsped))] = 0.0
-        *before, travel = self._costs(owner, q, v)
+        *before, travel = self._costs(owner, q, v, J)
         moved = 0.0
         for i in chosen:
             rows = np.flatnonzero(owner == i)
@@ -127,7 +133,12 @@ class _Refinement:
             if better or travel[best] < travel[rows[0]] - SMALLEST_GAIN:
                 moved = max(moved, float(np.abs(q[best] - self.q[i]).max()))
                 self.q[i], self.v[i] = q[best], v[best]
+                self.changed[i] = self.count
         return moved
+
+    def _since_moved(self, i: int) -> bool:
+        """Whether a waypoint or one beside it has moved since it was tried last."""
+        return bool(self.changed[max(i - 1, 0) : i + 2].max() > self.tried[i])
 
     def _starts(self, chosen: list[int]) -> tuple[Any, FloatArray]:
         """Where to look: steps along the self-motion of each waypoint, and towards neighbours."""
@@ -151,7 +162,9 @@ class _Refinement:
             beside.append(self.given.origin)
         return np.asarray(np.mean(beside, axis=0))
 
-    def _costs(self, owner: Any, q: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+    def _costs(
+        self, owner: Any, q: FloatArray, v: FloatArray, J: FloatArray
+    ) -> tuple[FloatArray, ...]:
         """Cost of each candidate, its neighbours as they are.
 
         Returns:
@@ -161,33 +174,37 @@ class _Refinement:
         at_waypoint = (np.abs(v) / self.limit).max(axis=1)
         infeasible = np.where(at_waypoint > AT_LIMIT, at_waypoint, 0.0)
         violation, outside, travel = np.zeros((3, len(q)))
-        nearness = 0.5 * (1.0 + weights(self.robot, q))
+        weight = weights(self.robot, q, J)
+        nearness = 0.5 * (1.0 + weight)
         if self.given.near is not None:
             away = np.linalg.norm((q - self.given.near) / self.speed, axis=1)
             return infeasible, violation, outside, away * nearness
         if self.given.origin is not None:
             away = np.linalg.norm((q - self.given.origin) / self.speed, axis=1)
             travel += np.where(owner == 0, away * nearness, 0.0)
-        for side in (-1, 1):
-            beside = owner + side
-            rows = np.flatnonzero((beside >= 0) & (beside < len(self.q)))
-            if not rows.size:
-                continue
-            other = beside[rows]
-            h = self.durations[np.minimum(owner[rows], other)]
-            here, there = (q[rows], v[rows]), (self.q[other], self.v[other])
-            start, end = (here, there) if side > 0 else (there, here)
-            move = end[0] - start[0]
-            first = np.minimum(owner[rows], other)
-            h = likely_durations(self.rules, h, first, move)
-            mean, most, off = interval_nearness(self.robot, start, end, h, self.given.samples)
-            outside[rows] += off
-            travel[rows] += np.linalg.norm(move / self.speed, axis=1) * (1.0 + mean) + h * most
-            fastest = (np.abs(move) / self.limit).max(axis=1) / h
-            middle = 1.5 * move / h[:, None] - 0.25 * (start[1] + end[1])
-            halfway = (np.abs(middle) / self.limit).max(axis=1)
-            if self.rules.untimed is not None:
-                fastest[self.rules.untimed[first]] = halfway[self.rules.untimed[first]] = 0.0
-            infeasible[rows] += np.where(fastest > AT_LIMIT, fastest, 0.0)
-            violation[rows] += np.where(halfway > AT_LIMIT, halfway, 0.0)
+        # Intervals to both neighbours at once.
+        owners = np.tile(np.arange(len(q)), 2)
+        beside = np.concatenate([owner - 1, owner + 1])
+        there = np.flatnonzero((beside >= 0) & (beside < len(self.q)))
+        rows, other = owners[there], beside[there]
+        first = np.minimum(owner[rows], other)
+        onward = (other > owner[rows])[:, None]
+        ends = (q[rows], self.q[other]), (v[rows], self.v[other])
+        (q0, q1), (v0, v1) = ((np.where(onward, a, b), np.where(onward, b, a)) for a, b in ends)
+        move = q1 - q0
+        h = likely_durations(self.rules, self.durations[first], first, move)
+        at_ends = weight[rows], weights(self.robot, self.q)[other]
+        mean, most, off = interval_nearness(
+            self.robot, (q0, v0), (q1, v1), h, self.given.samples, at_ends
+        )
+        way = np.linalg.norm(move / self.speed, axis=1) * (1.0 + mean) + h * most
+        fastest = (np.abs(move) / self.limit).max(axis=1) / h
+        middle = 1.5 * move / h[:, None] - 0.25 * (v0 + v1)
+        halfway = (np.abs(middle) / self.limit).max(axis=1)
+        if self.rules.untimed is not None:
+            fastest[self.rules.untimed[first]] = halfway[self.rules.untimed[first]] = 0.0
+        np.add.at(outside, rows, off)
+        np.add.at(travel, rows, way)
+        np.add.at(infeasible, rows, np.where(fastest > AT_LIMIT, fastest, 0.0))
+        np.add.at(violation, rows, np.where(halfway > AT_LIMIT, halfway, 0.0))
         return infeasible, violation, outside, travel
