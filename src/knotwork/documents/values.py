@@ -44,7 +44,12 @@ class StrictModel(BaseModel):
     """A part of a document: unknown keys are errors, and values are frozen once read."""
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, allow_inf_nan=False, arbitrary_types_allowed=True
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        arbitrary_types_allowed=True,
+        # Only a whole document is ever validated: its parts need no validators of their own.
+        defer_build=True,
     )
     # Groups of fields of which one at most may be given.
     ALTERNATIVES: ClassVar[tuple[tuple[str, ...], ...]] = ()

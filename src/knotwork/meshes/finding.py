@@ -40,19 +40,22 @@ def find_mesh(
     ros = ros_folders() if ros is None else ros
     allowed = [*_own_folders(urdf), *map(_real, (*package_paths, *ros))]
     scheme, _, rest = name.partition("://")
-    own = (*package_paths, *ros)
     if scheme in ("package", "model"):
         allowed += _linked(rest.partition("/")[0], ros)
-        packages = _in_packages(rest, urdf, package_paths, ros)
-        places = [folder / inside for folder, inside in packages if _below(folder, allowed)]
-    else:
-        places = [folder / name.removeprefix("file://") for folder in (urdf.parent, *own)]
-    for place in places:
+
+    def places() -> Iterator[Path]:
+        if scheme in ("package", "model"):
+            packages = _in_packages(rest, urdf, package_paths, ros)
+            return (folder / inside for folder, inside in packages if _below(folder, allowed))
+        own = (urdf.parent, *package_paths, *ros)
+        return (folder / name.removeprefix("file://") for folder in own)
+
+    for place in places():
         if _below(place, allowed) and _is_file(place):
             return place
     folders = ", ".join(dict.fromkeys(str(folder) for folder in allowed if folder))
     where = f"below {folders} (`package_paths` or --package-path adds a folder)"
-    outside = [_real(place) for place in places if not _below(place, allowed)]
+    outside = [_real(place) for place in places() if not _below(place, allowed)]
     leads = next((str(path) for path in outside if path), "")
     if not leads:
         raise InputError(f"there is no mesh {shown(name)} {where}")

@@ -52,8 +52,8 @@ class RobotFile(StrictModel):
         default_factory=dict, description="Named configurations: joint to position [rad or m]"
     )
     collision: CollisionFile = Field(
-        CollisionFile(srdf=None), description="Which links are never checked for collisions"
+        CollisionFile.model_construct(), description="Which links are never checked for collisions"
     )
     limits: LimitsFile = Field(
-        LimitsFile(), description="What the URDF lacks, or what replaces its own"
+        LimitsFile.model_construct(), description="What the URDF lacks, or what replaces its own"
     )

@@ -159,7 +159,7 @@ class ScenarioFile(StrictModel):
 
     name: Text | None = Field(None, description="Left out: the file's name")
     description: str = Field("", description="What the task is, for reports")
-    units: Units = Field(Units(), description="Units of every value in the file")
+    units: Units = Field(Units.model_construct(), description="Units of every value in the file")
     robot: (
         Annotated[
             Annotated[Text, Tag("text")] | Annotated[dict[str, Any], Tag("mapping")],
@@ -279,20 +279,22 @@ class ScenarioFile(StrictModel):
         description="Joint accelerations at the two ends; left out: what the planner makes of them",
     )
     planner_options: PlannerOptionsFile = Field(
-        PlannerOptionsFile(), description="What some planners can be told beyond knots"
+        PlannerOptionsFile.model_construct(),
+        description="What some planners can be told beyond knots",
     )
     limits: ScenarioLimits = Field(
-        ScenarioLimits(),
+        ScenarioLimits.model_construct(),
         description="Take the place of the robot's limits, or limit the motion of tool and links",
     )
     tolerances: Tolerances = Field(
-        Tolerances(), description="How far the check lets the motion be from what was asked"
+        Tolerances.model_construct(),
+        description="How far the check lets the motion be from what was asked",
     )
     continuity: Literal[0, 1, 2] = Field(
         2, description="Continuity the check asks for: 2 means no jump of acceleration"
     )
     path: PathOptionsFile = Field(
-        PathOptionsFile(acceleration=None), description="How the tool moves along paths"
+        PathOptionsFile.model_construct(), description="How the tool moves along paths"
     )
     rate: Positive = Field(100.0, description="Samples per second in samples.csv [Hz]")
     waypoints: Annotated[list[Waypoint], Field(min_length=1)] = Field(
