@@ -180,6 +180,7 @@ class Ties:
         remedy = "begin a new path at a stop, before which the arm may change its branch"
         if others:
             remedy = f"ask for a branch that leads along it: {'; or '.join(others)}"
+        remedy = f"Move the path, turn the tool, or {remedy}"
         return following_error(
             robot,
             path.motion,

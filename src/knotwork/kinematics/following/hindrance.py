@@ -235,6 +235,7 @@ def following_error(
     what: str,
     remedy: str,
     *,
+    starts: FloatArray | None = None,
     since: float | None = None,
     shown_length: tuple[float, str] = (1.0, "m"),
     waypoint: str = "",
@@ -247,7 +248,8 @@ def following_error(
         path: The path.
         one: What is in the way.
         what: What can't be done, in words.
-        remedy: What else would do, besides another path and another orientation.
+        remedy: What would do, as a sentence.
+        starts: Joint positions where the path begins that lead along it, shape (k, d).
         since: From when on the way is told [s]; by default from the start of the path.
         shown_length: What a metre is in the unit of the message, and its name.
         waypoint: The waypoint that can't be reached.
@@ -258,11 +260,11 @@ def following_error(
     scale, unit = shown_length
     return FollowingError(
         waypoint,
-        f"{what} {scale * (reached - first):.4g} {unit} along it {one.described(robot)}. Move the "
-        f"path, turn the tool, or {remedy}",
+        f"{what} {scale * (reached - first):.4g} {unit} along it {one.described(robot)}. {remedy}",
         where=where,
         arc_length=float(reached),
         cause=one.kind,
         joint=robot.joint_names[one.joint] if one.kind.endswith("limit") else "",
         part_of_speed=one.part,
+        starts=tuple(map(tuple, [] if starts is None else starts.tolist())),
     )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
+from knotwork.kinematics.diagnosis.other_starts import described_starts, other_starts
 from knotwork.kinematics.following.continuation import (
     Continuation,
     accelerations,
@@ -56,6 +57,7 @@ class JointsOnPath:
     def __init__(self, robot: Robot, path: TimedPath, start: FloatArray, pull: float) -> None:
         self.robot, self.path, self.pull = robot, path, pull
         self.field = JointField(robot, pull)
+        self._start = start
         place, rotation, _, _ = path.state([path.start_time])
         q = self.field.corrected(start[None], place, rotation)[0]
         found = continue_along(robot, path, q, path.breaks, pull=pull, step=STEP)
@@ -123,8 +125,14 @@ class JointsOnPath:
     def _error(self, one: Hindrance) -> FollowingError:
         """The error for what is in the way."""
         what = "the path can't be followed from start:"
-        remedy = "start from another solution (robot.solve_all)"
-        return following_error(self.robot, self.path, one, what, remedy)
+        starts = other_starts(self.robot, self.path, self._start, self.pull)
+        remedy = "Move the path or turn the tool: no other solution found where it begins leads on"
+        if len(starts):
+            remedy = (
+                "Move the path, turn the tool, or start from another solution, which leads along it"
+                f" (FollowingError.starts): {described_starts(self.robot, starts)}"
+            )
+        return following_error(self.robot, self.path, one, what, remedy, starts=starts)
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""
