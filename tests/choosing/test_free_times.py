@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,10 @@ import pytest
 import trimesh
 
 import knotwork as kw
+from knotwork.choosing import choice
 from knotwork.errors import InputError
 from knotwork.scenario import load_scenario
+from knotwork.timing.watch import Watch
 
 LIMITS = {"velocity": 2, "acceleration": 4}
 SMOOTH = {**LIMITS, "jerk": 40}
@@ -109,6 +112,32 @@ def test_optimal_knots_have_less_jerk_than_the_papers() -> None:
     made = kw.plan({**task, "knots": "optimal"})
     assert made.trajectory.end_time == 5.0
     assert made.report.ok
+
+
+def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock that goes on by a second each time it is looked at."""
+    task = swing(
+        *(to(one, -0.5, velocity="free") for one in (1, 2, 3)),
+        to(4, wait=0.1),
+        to(3, stop=True),
+        to(2),
+    )
+    best = kw.plan(task)
+    monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
+    assert best.chosen is not None
+    steps = sum(run.iterations for run in best.chosen.runs)
+    # without a share of its own the second would have no time left
+    made = kw.plan(task, budget=0.72 * steps)
+    made.report.raise_if_failed()
+    assert made.chosen is not None
+    assert made.chosen.status == "stopped"
+    assert made.trajectory.duration < 1.2 * best.trajectory.duration
+    (said,) = [one for one in made.report.warnings if one.group == "Chosen times"]
+    assert "the best so far when the budget ended" in str(said)
+    with pytest.raises(InputError, match="no motion that keeps every limit was found in the time"):
+        kw.plan(task, budget=3)
+    with pytest.raises(InputError, match="budget"):
+        kw.plan(task, budget=-1)
 
 
 def test_the_same_task_gives_the_same_bytes(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -18,8 +17,10 @@ from knotwork.errors import InputError, TimingError
 from knotwork.joint_space import joint_space
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution, solve_task
-from knotwork.timing import Binding, Objective, Progress, TimedMotion, solve
+from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.safe_numbers import rounded_up, with_room
+from knotwork.timing.solve import solved
+from knotwork.timing.watch import Watch
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +105,7 @@ def choose_times(
     Raises:
         InputError: The task can't be solved, or no motion keeps the limits.
     """
-    ends = None if budget is None else clock.monotonic() + budget
+    watch = Watch(progress, budget)
     edits: dict[Location, Any] = {}
     asked = free.document
     if free.path_speed:
@@ -116,14 +117,14 @@ def choose_times(
     solution = solve_task(scenario, space, knots_of(scenario))
     left = scenario.free or replace(free, path_speed={})
     task = FreeTask(scenario, left, space, solution.waypoints)
-    solved = _solved(task, find_runs(task), ends, progress)
-    edits |= numbers(task, solved)
+    found = _solved(task, find_runs(task), watch)
+    edits |= numbers(task, found)
     scenario = scenario_of(edited(asked, edits))
     duration = float(scenario.times[-1] - scenario.times[0])
-    in_runs = sum(motion.duration for _, motion in solved)
-    least = sum(motion.lower_bound for _, motion in solved)
+    in_runs = sum(motion.duration for _, motion in found)
+    least = sum(motion.lower_bound for _, motion in found)
     objective: dict[str, float] = {}
-    for _, motion in solved:
+    for _, motion in found:
         for name, value in motion.objective.items():
             objective[name] = objective.get(name, 0.0) + value
     return ChosenTimes(
@@ -133,37 +134,32 @@ def choose_times(
         solution=solution,
         duration=duration,
         lower_bound=duration - in_runs + least,
-        status="stopped" if any(one.status == "stopped" for _, one in solved) else "optimal",
-        binding=tuple(binding for _, motion in solved for binding in motion.binding),
+        status="stopped" if any(one.status == "stopped" for _, one in found) else "optimal",
+        binding=tuple(binding for _, motion in found for binding in motion.binding),
         objective=objective,
-        runs=tuple(motion for _, motion in solved),
+        runs=tuple(motion for _, motion in found),
         assumed_jerk=assumed_jerk(space),
     )
 
 
-def _solved(
-    task: FreeTask,
-    runs: list[Run],
-    ends: float | None,
-    progress: Callable[[Progress], None] | None,
-) -> list[tuple[Run, TimedMotion]]:
+def _solved(task: FreeTask, runs: list[Run], watch: Watch) -> list[tuple[Run, TimedMotion]]:
     free, scenario = task.free, task.scenario
     weights = {"time": 0.0, **free.objective}
     objective = Objective(**weights)
 
-    def solved(run: Run, objective: Objective, total: float | None = None) -> TimedMotion:
-        problem = timing_problem(task, run, objective, total)
-        left = None if ends is None else max(ends - clock.monotonic(), 0.05)
+    def found_for(run: Run, objective: Objective, total: float | None = None) -> TimedMotion:
         try:
-            return solve(problem, budget=left, progress=progress)
+            return solved(timing_problem(task, run, objective, total), watch)
         except TimingError as error:
             _locate(error, task, run)
             raise
 
+    watch.work = sum(len(run.waypoints) - 1 for run in runs)
     if free.total is None:
-        return [(run, solved(run, objective)) for run in runs]
+        return [(run, found_for(run, objective)) for run in runs]
     timed = [run for run in runs if free.duration[list(run.waypoints)[:-1]].any()]
-    least = {id(run): solved(run, Objective()) for run in timed}
+    watch.work += sum(len(run.waypoints) - 1 for run in timed)
+    least = {id(run): found_for(run, Objective()) for run in timed}
     spans = {id(run): least[id(run)].duration for run in timed}
     provisional = sum(float(np.ptp(task.waypoints.time[run.rows])) for run in timed)
     given = float(np.ptp(scenario.times)) - provisional
@@ -178,9 +174,9 @@ def _solved(
     found = []
     for run in runs:
         if id(run) in spans:
-            found.append((run, solved(run, objective, stretch * spans[id(run)])))
+            found.append((run, found_for(run, objective, stretch * spans[id(run)])))
         else:
-            found.append((run, solved(run, objective)))
+            found.append((run, found_for(run, objective)))
     return found
 
 

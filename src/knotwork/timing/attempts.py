@@ -71,7 +71,7 @@ def solved_section(
         runs.append(_run(start, problem, watch))
         found = [run.best for run in runs if run.best is not None]
         hopeless = not found and len(runs) > 1 and any(run.infeasible for run in runs)
-        if watch.late() or len(found) >= wanted or hopeless:
+        if watch.late(found=bool(found)) or len(found) >= wanted or hopeless:
             break
     return min((r.best for r in runs if r.best is not None), key=lambda b: b.cost, default=None)
 
@@ -99,11 +99,11 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch) -> _Run:
     best: Attempt | None = None
     for _ in range(MOST_TIMES):
         section = Section(problem, guess, care)
-        steps = _steps(section, watch)
+        steps = _steps(section, watch, best)
         solution = section.solve(x, steps if watch.needed else None)
         if not watch.needed:
             watch.iterations += solution.iterations
-        if steps.best is not None and (best is None or steps.best[0] < best.cost):
+        if steps.best is not None:
             best = Attempt(steps.best[1], steps.best[0], optimal=False)
         if solution.solved:
             found = section.rebuild(solution.x)
@@ -113,14 +113,14 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch) -> _Run:
             # with further equations the solution is no good start
             same = form_of_care(more) == form_of_care(care)
             care, x = more, solution.x if same else None
-        elif x is None or watch.late():
+        elif x is None or watch.late(found=best is not None):
             return _Run(best, solution.status == "Infeasible_Problem_Detected")
         else:  # what was near to a solution is none any more: start again
             x = None
     return _Run(best)
 
 
-def _steps(section: Section, watch: Watch) -> Steps:
+def _steps(section: Section, watch: Watch, best: Attempt | None) -> Steps:
     problem = section.problem
 
     def attempt(x: FloatArray) -> tuple[float, Found] | None:
@@ -129,4 +129,5 @@ def _steps(section: Section, watch: Watch) -> Steps:
             return None
         return weighted(problem, terms(problem, found.curve)), found
 
-    return Steps(watch, *joined_limits(section.limits()), attempt)
+    known = None if best is None else (best.cost, best.found)
+    return Steps(watch, *joined_limits(section.limits()), attempt, known)

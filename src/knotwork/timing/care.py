@@ -11,7 +11,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import effort_shares, proved_efforts, proved_tool, tool_shares
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.section import Care, excess
-from knotwork.timing.spline import PIECES
+from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray
 
 Shares = Callable[[TimingProblem, PiecewisePolynomial], FloatArray]
@@ -30,7 +30,8 @@ def first_care(problem: TimingProblem) -> Care:
 
 
 def _full(problem: TimingProblem, width: int) -> FloatArray:
-    return np.full((2 * PIECES * (len(problem.position) - 1) + 1, width), 1.0 - BETWEEN)
+    intervals = len(problem.position) - 1
+    return np.full((2 * pieces_each(intervals) * intervals + 1, width), 1.0 - BETWEEN)
 
 
 def form_of_care(care: Care) -> tuple[bool, bool, bool]:

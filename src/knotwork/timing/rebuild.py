@@ -7,7 +7,9 @@ interval that meets them to rounding is a solution of two equations a joint.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -51,6 +53,26 @@ def rebuilt(knots: Knots) -> PiecewisePolynomial:
     q = knots.position[:-1, None] + (np.cumsum(move, axis=1) - move)
     c = np.stack(((right - left) / (6.0 * s), 0.5 * left, v, q))
     return PiecewisePolynomial(c.reshape(4, count * span.shape[0], -1), breaks)
+
+
+def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
+    """Parts of a motion one after another, the first one from time 0 on."""
+    durations = np.concatenate([np.diff(one.time) for one in parts])
+    time = np.concatenate(([0.0], np.cumsum(durations)))
+    ends = np.cumsum([0, *(len(one.share) for one in parts)])
+    return [
+        replace(one, time=time[first : last + 1])
+        for one, (first, last) in zip(parts, pairwise(ends), strict=True)
+    ]
+
+
+def rebuilt_row(parts: Sequence[Knots]) -> PiecewisePolynomial:
+    """Make one curve of parts that follow one another."""
+    curves = [rebuilt(one) for one in parts]
+    return PiecewisePolynomial(
+        np.concatenate([one.c for one in curves], axis=1),
+        np.concatenate([curves[0].x[:1], *(one.x[1:] for one in curves)]),
+    )
 
 
 def _breaks(knots: Knots) -> tuple[FloatArray, FloatArray]:

@@ -14,7 +14,7 @@ from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
 from knotwork.timing.rebuild import Knots, rebuilt
-from knotwork.timing.spline import PIECES, Form, Scale, blocks, layout, unpacked
+from knotwork.timing.spline import Form, Scale, blocks, layout, pieces_each, unpacked
 from knotwork.timing.start import first_durations, first_velocities, plain_cubic, short_durations
 from knotwork.timing.watch import OnStep
 from knotwork.waypoints import FloatArray
@@ -46,7 +46,7 @@ class Guess:
 
     Attributes:
         duration: Of the intervals [s], shape (n-1,).
-        share: Part of each interval that each piece takes, shape (n-1, PIECES).
+        share: Part of each interval that each piece takes, shape (n-1, pieces).
         curve: Joint positions over time from 0 to the sum of the durations.
         velocity: At the waypoints, shape (n, d).
         near: Whether it is likely to be near to the solution.
@@ -122,7 +122,7 @@ def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool =
     if problem.total is not None:
         duration = duration * (problem.total / duration.sum())
     time = np.concatenate(([0.0], np.cumsum(duration)))
-    share = np.full((duration.size, PIECES), 1.0 / PIECES)
+    share = _even(duration.size)
     return Guess(duration, share, plain_cubic(time, problem.position, velocity), velocity)
 
 
@@ -144,17 +144,23 @@ class Care:
     tool: FloatArray | None = None
 
 
+def _even(intervals: int) -> FloatArray:
+    each = pieces_each(intervals)
+    return np.full((intervals, each), 1.0 / each)
+
+
 def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
     """Start from a part of a motion that was found before."""
+    each = pieces_each(last - first)
     time = motion.time[first : last + 1]
     curve = motion.trajectory.polynomial
     here = (curve.x >= time[0]) & (curve.x <= time[-1])
     spans = np.diff(curve.x[here])
     duration = np.diff(time)
-    if spans.size == PIECES * duration.size:
-        share = spans.reshape(-1, PIECES) / duration[:, None]
+    if spans.size == each * duration.size:
+        share = spans.reshape(-1, each) / duration[:, None]
     else:
-        share = np.full((duration.size, PIECES), 1.0 / PIECES)
+        share = _even(duration.size)
     part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
     return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
 
@@ -218,18 +224,19 @@ class Section:
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest values of the variables; equal where they are known."""
         at, problem, scale = layout(self.form), self.problem, self.scale
+        each = self.form.each
         low, high = np.full(at.size, -np.inf), np.full(at.size, np.inf)
-        shortest = SHORTEST * self.guess.duration / PIECES / scale.time
-        low[at.tau] = np.repeat(shortest, PIECES)
+        shortest = SHORTEST * self.guess.duration / each / scale.time
+        low[at.tau] = np.repeat(shortest, each)
         inner = 1.0 - self.margin
         V, A = (inner * getattr(problem.limits, name) for name in ("velocity", "acceleration"))
         low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
         low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
         lower, upper = self._room()
-        parts = (slice(PIECES * i, PIECES * (i + 1)) for i in range(self.form.intervals))
+        parts = (slice(each * i, each * (i + 1)) for i in range(self.form.intervals))
         for part, least, most in zip(parts, lower, upper, strict=True):
             low[at.q[part]], high[at.q[part]] = least / scale.unit(0), most / scale.unit(0)
-        waypoints = slice(None, None, PIECES)
+        waypoints = slice(None, None, each)
         low[at.q[waypoints]] = high[at.q[waypoints]] = problem.position / scale.unit(0)
         for places, values, known, order in (
             (at.v, problem.velocity, problem.velocity_known, 1),
@@ -257,13 +264,13 @@ class Section:
     def parameters(self) -> list[FloatArray]:
         """Parameters of each block."""
         problem, scale, form = self.problem, self.scale, self.form
-        h = np.repeat(self.guess.duration, PIECES) / scale.time
+        h = np.repeat(self.guess.duration, form.each) / scale.time
         rows = [1.0 / h, 1.0 / (h * h)]
         if form.jerk:
             jerk = (1.0 - self.margin) * problem.limits.jerk / scale.unit(3)
             rows.append(np.repeat((1.0 / jerk)[:, None], form.pieces, axis=1))
         weights = np.repeat(self._weights()[:, None], form.pieces, axis=1)
-        weights[1] = EVEN * PIECES / h / (self.guess.duration.sum() / scale.time)
+        weights[1] = EVEN * form.each / h / (self.guess.duration.sum() / scale.time)
         rows.append(weights)
         directions = problem.velocity[list(form.along)].T / scale.unit(1)[:, None]
         empty = np.zeros((0, 1))
@@ -314,7 +321,7 @@ class Section:
             low.append(np.full((2 * d, count), -np.inf))
         if form.position:
             lower, upper = (
-                np.repeat((room / scale.unit(0)).T, PIECES, axis=1) for room in self._room()
+                np.repeat((room / scale.unit(0)).T, form.each, axis=1) for room in self._room()
             )
             high += [upper] * 5
             low += [lower] * 5
@@ -344,7 +351,7 @@ class Section:
     def _fastest(self) -> list[FloatArray]:
         """Greatest velocities at three points of each piece, scaled, shape (d, pieces) each."""
         most = (1.0 - self.margin) * self.problem.limits.velocity
-        shape = (self.form.intervals, PIECES, self.form.joints)
+        shape = (self.form.intervals, self.form.each, self.form.joints)
         start, middle, end = (np.broadcast_to(most, shape).copy() for _ in range(3))
         # with no acceleration there, the point next to the waypoint has its velocity
         given = np.where(self._cruising(), 1.001 * self.problem.limits.velocity, 0.0)
@@ -363,20 +370,20 @@ class Section:
         """Make the exact curve of the variables; it starts at time 0."""
         problem, form = self.problem, self.form
         tau, _, v, a = unpacked(form, x, self.scale)
-        parts = tau.reshape(form.intervals, PIECES)
+        parts = tau.reshape(form.intervals, form.each)
         duration = np.where(problem.free, parts.sum(axis=1), problem.duration)
         if problem.total is not None:
             free = problem.free
             left = problem.total - duration[~free].sum()
             duration[free] *= left / duration[free].sum()
         duration = np.where(problem.free, np.maximum(duration, problem.at_least), duration)
-        velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[::PIECES])
+        velocity = np.where(problem.velocity_known[:, None], problem.velocity, v[:: form.each])
         for place, i in zip(layout(form).factor, form.along, strict=True):
             velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
         known = problem.acceleration_known
-        a[::PIECES][known] = problem.acceleration[known]
-        a[::PIECES][self._cruising() & ~known[:, None]] = 0.0
-        ends = np.arange(form.intervals)[:, None] * PIECES + np.arange(PIECES + 1)
+        a[:: form.each][known] = problem.acceleration[known]
+        a[:: form.each][self._cruising() & ~known[:, None]] = 0.0
+        ends = np.arange(form.intervals)[:, None] * form.each + np.arange(form.each + 1)
         knots = Knots(
             np.concatenate(([0.0], np.cumsum(duration))),
             parts / parts.sum(axis=1)[:, None],

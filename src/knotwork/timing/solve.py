@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 
-from knotwork.arguments import finite_number
 from knotwork.errors import TimingError
 from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
@@ -19,10 +18,10 @@ from knotwork.timing.explain import explained
 from knotwork.timing.feasible import TooShortError, check_feasible
 from knotwork.timing.motion import Progress, TimedMotion
 from knotwork.timing.problem import TimingProblem, part_of
-from knotwork.timing.rebuild import rebuilt
+from knotwork.timing.rebuild import in_a_row, rebuilt_row
 from knotwork.timing.section import Guess, guess_from
 from knotwork.timing.watch import Watch
-from knotwork.timing.windows import joined, solved_windows
+from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
 
 
@@ -58,9 +57,21 @@ def solve(
     >>> motion.status, motion.lower_bound < motion.duration < 1.3
     ('optimal', True)
     """
-    watch = Watch(progress)
-    if budget is not None:
-        watch.deadline = watch.begun + finite_number(budget, "budget", "s", positive=True)
+    return solved(problem, Watch(progress, budget, len(problem.position) - 1), start)
+
+
+def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = None) -> TimedMotion:
+    """As `solve`, for one of several problems that share a budget.
+
+    Args:
+        problem: What is known, and the limits.
+        watch: What follows the solution of all of them.
+        start: A motion to start from.
+
+    Raises:
+        TimingError: No motion keeps the limits.
+    """
+    begun, iterations = watch.now(), watch.iterations
     try:
         check_feasible(problem)
     except TooShortError as error:
@@ -76,36 +87,38 @@ def solve(
         if attempt is None:
             raise _failure(part, watch)
         found.append(attempt)
-        watch.done = last / (len(problem.position) - 1)
-    return _motion(problem, found, watch)
+    motion = _motion(problem, found)
+    return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
 
 
-def _motion(problem: TimingProblem, found: list[Attempt], watch: Watch) -> TimedMotion:
+def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
     """Put sections together."""
-    knots = joined([one.found.knots for one in found])
-    curve = rebuilt(knots)
+    parts = in_a_row([one.found.knots for one in found])
+    curve = rebuilt_row(parts)
+    time = np.concatenate(([0.0], *(one.time[1:] for one in parts)))
+    velocity = np.concatenate((parts[0].velocity[:1], *(one.velocity[1:] for one in parts)))
+    first = parts[0].acceleration[:1, 0]
+    acceleration = np.concatenate((first, *(one.acceleration[:, -1] for one in parts)))
     return TimedMotion(
         JointTrajectory(
             problem.joint_names,
             curve,
             joint_units=problem.joint_units,
             planner="fastest",
-            waypoint_times=knots.time,
+            waypoint_times=time,
         ),
-        knots.time,
-        knots.velocity,
-        np.concatenate((knots.acceleration[:, 0], knots.acceleration[-1:, -1])),
+        time,
+        velocity,
+        acceleration,
         lower_bound(problem),
         status="optimal" if all(one.optimal for one in found) else "stopped",
-        binding=binding_limits(problem, knots.time, curve),
+        binding=binding_limits(problem, time, curve),
         objective=MappingProxyType(terms(problem, curve)),
-        iterations=watch.iterations,
-        seconds=clock.perf_counter() - watch.begun,
     )
 
 
 def _failure(problem: TimingProblem, watch: Watch) -> TimingError:
-    if watch.late():
+    if watch.late(found=False):
         return TimingError(
             "no motion that keeps every limit was found in the time given; allow more time"
         )

@@ -1,4 +1,4 @@
-"""The motion as a program: five cubic pieces an interval, their equations, limits and costs.
+"""The motion as a program: some cubic pieces an interval, their equations, limits and costs.
 
 With the states (q, v, a) at the breaks and the duration τ of each piece, shared by all joints,
 
@@ -28,6 +28,14 @@ if TYPE_CHECKING:
 
 PIECES = 5
 """Cubic pieces an interval. More gain less than 1 % of the duration."""
+
+ALONE = 7
+"""Cubic pieces of an interval on its own. A joint that moves between two stops has as many."""
+
+
+def pieces_each(intervals: int) -> int:
+    """Cubic pieces that each interval has in a section of so many."""
+    return ALONE if intervals == 1 else PIECES
 
 
 @dataclass(frozen=True)
@@ -63,9 +71,14 @@ class Form:
     work: bool = False
 
     @property
+    def each(self) -> int:
+        """Number of pieces of each interval."""
+        return pieces_each(self.intervals)
+
+    @property
     def pieces(self) -> int:
         """Number of pieces of the whole motion."""
-        return PIECES * self.intervals
+        return self.each * self.intervals
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,14 +131,14 @@ def blocks(form: Form) -> tuple[Block, ...]:
     left = np.concatenate((at.q[:-1], at.v[:-1], at.a[:-1]), axis=1)
     right = np.concatenate((at.q[1:], at.v[1:], at.a[1:]), axis=1)
     piece = np.concatenate((at.tau[:, None], left, right), axis=1).T
-    parts = at.tau.reshape(form.intervals, PIECES)
+    parts = at.tau.reshape(form.intervals, form.each)
     found = [
         Block(_piece_kernel(d, form.jerk, form.position, form.smooth), piece),
-        Block(_sum_kernel(PIECES), parts[list(form.timed)].T),
+        Block(_sum_kernel(form.each), parts[list(form.timed)].T),
         Block(
             _direction_kernel(d),
             np.concatenate(
-                (at.v[PIECES * np.array(form.along, dtype=np.intp)], at.factor[:, None]), axis=1
+                (at.v[form.each * np.array(form.along, dtype=np.intp)], at.factor[:, None]), axis=1
             ).T,
         ),
     ]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from knotwork.arguments import finite_number
 from knotwork.timing.motion import Progress
 from knotwork.waypoints import FloatArray
 
@@ -20,39 +22,65 @@ PROMISING = 1e-2
 
 @dataclass(eq=False)
 class Watch:
-    """Follows a solution over all its sections.
+    """Follows a solution over all its parts, and shares the budget among them.
+
+    A part whose turn is over stops as soon as it has a motion; without one it goes on until the
+    whole budget has ended.
+
+    Raises:
+        InputError: The budget is not positive.
 
     Attributes:
         progress: Called at each step, or `None`.
-        deadline: When the budget ends, by `perf_counter` [s]; infinite without a budget.
-        begun: When the solution began.
+        budget: Time that there is for all parts [s], or `None`.
+        work: Intervals of all parts together.
+        now: The clock [s].
+        begun: When the solution began, by this clock.
         iterations: Steps so far.
-        done: Part of the intervals that are solved.
-        overdue: Whether the solver was stopped because the budget had ended.
+        solved: Intervals of the parts that are solved.
     """
 
     progress: Callable[[Progress], None] | None = None
-    deadline: float = np.inf
-    begun: float = field(default_factory=clock.perf_counter)
+    budget: float | None = None
+    work: int = 1
+    now: Callable[[], float] = clock.perf_counter
     iterations: int = 0
-    done: float = 0.0
-    overdue: bool = False
+    solved: int = 0
+    begun: float = field(init=False)
+    _turn: float = field(init=False, default=np.inf)
+
+    def __post_init__(self) -> None:
+        if self.budget is not None:
+            self.budget = finite_number(self.budget, "budget", "s", positive=True)
+        self.begun = self.now()
 
     @property
     def needed(self) -> bool:
         """Whether anything depends on the steps of the solver."""
-        return self.progress is not None or bool(np.isfinite(self.deadline))
+        return self.progress is not None or self.budget is not None
 
-    def late(self) -> bool:
-        """Whether the budget has ended."""
-        return clock.perf_counter() > self.deadline
+    @contextmanager
+    def part(self, intervals: int) -> Iterator[None]:
+        """Give a part its turn: what is left of the budget, shared by the intervals left."""
+        if self.budget is not None:
+            now, left = self.now(), max(self.work - self.solved, intervals)
+            self._turn = now + (self.begun + self.budget - now) * intervals / left
+        yield
+        self.solved += intervals
+
+    def late(self, *, found: bool) -> bool:
+        """Whether to stop: the budget has ended, or the turn has and a motion was found."""
+        if self.budget is None:
+            return False
+        now = self.now()
+        return now > self.begun + self.budget or (found and now > self._turn)
 
     def step(self, objective: float, violation: float) -> None:
         """Count a step and tell of it."""
         self.iterations += 1
         if self.progress is not None:
-            seconds = clock.perf_counter() - self.begun
-            self.progress(Progress(self.iterations, seconds, objective, violation, self.done))
+            seconds, done = self.now() - self.begun, min(self.solved / self.work, 1.0)
+            self.progress(Progress(self.iterations, seconds, objective, violation, done))
 
 
 @dataclass(eq=False)
@@ -77,14 +105,11 @@ class Steps:
         """Look at a step; return whether the solver is to stop."""
         violation = float(np.maximum(self.low - g, g - self.high).max(initial=0.0))
         self.watch.step(objective, violation)
-        if np.isfinite(self.watch.deadline) and violation < PROMISING:
+        if self.watch.budget is not None and violation < PROMISING:
             tried = self.attempt(x)
             if tried is not None and (self.best is None or tried[0] < self.best[0]):
                 self.best = tried
-        if not self.watch.late():
-            return False
-        self.watch.overdue = True
-        return True
+        return self.watch.late(found=self.best is not None)
 
 
 def casadi_callback(size: int, constraints: int, parameters: int, steps: OnStep) -> Any:

@@ -46,7 +46,8 @@ def solved_windows(
     """
     last = len(problem.position) - 1
     if last <= LONGEST or problem.total is not None:
-        return solved_section(problem, watch, guess(0, last))
+        with watch.part(last):
+            return solved_section(problem, watch, guess(0, last))
     velocity, acceleration = np.array(problem.velocity), np.array(problem.acceleration)
     along = np.array(problem.along)
     kept: list[Attempt] = []
@@ -54,11 +55,14 @@ def solved_windows(
     while first < last:
         end = last if last - first <= KEPT + 2 * AHEAD else first + KEPT + AHEAD
         given = replace(problem, velocity=velocity, acceleration=acceleration, along=along)
-        found = solved_section(part_of(given, first, end), watch, guess(first, end))
+        count = end - first if end == last else KEPT
+        with watch.part(count):
+            found = solved_section(part_of(given, first, end), watch, guess(first, end))
         if found is None:
             # the state it starts from may be the reason
-            return None if watch.late() else solved_section(problem, watch, guess(0, last))
-        count = end - first if end == last else KEPT
+            watch.solved -= first + count
+            with watch.part(last):
+                return solved_section(problem, watch, guess(0, last))
         kept.append(replace(found, found=_first_part(found.found, count)))
         knots = kept[-1].found.knots
         first += count
