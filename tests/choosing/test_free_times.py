@@ -36,8 +36,7 @@ def test_one_joint_from_rest_to_rest_is_as_fast_as_the_closed_form() -> None:
     made = kw.plan(swing(to(2)))
     made.report.raise_if_failed()
     exact = 2 / 2 + 2 / 4 + 4 / 40
-    # seven pieces would be needed for all of it, and an interval has five
-    assert exact <= made.trajectory.duration < 1.04 * exact
+    assert exact <= made.trajectory.duration < (1 + 1e-5) * exact
     assert made.chosen is not None
     assert made.chosen.lower_bound == pytest.approx(2 / 2 + 2 / 4)  # without the jerk
     assert made.chosen.lower_bound <= made.trajectory.duration
@@ -127,7 +126,7 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
     assert best.chosen is not None
     steps = sum(run.iterations for run in best.chosen.runs)
     # without a share of its own the second would have no time left
-    made = kw.plan(task, budget=0.72 * steps)
+    made = kw.plan(task, budget=0.545 * steps)
     made.report.raise_if_failed()
     assert made.chosen is not None
     assert made.chosen.status == "stopped"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,14 +11,17 @@ from knotwork.timing.care import first_care, form_of_care, more_care
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import joined_limits
+from knotwork.timing.rebuild import rebuilt
 from knotwork.timing.section import (
+    Care,
     Found,
     Guess,
     Section,
+    near_guess,
     plain_guess,
 )
-from knotwork.timing.spline import PIECES
-from knotwork.timing.start import short_durations
+from knotwork.timing.spline import PIECES, pieces_each
+from knotwork.timing.start import between_stops, short_durations
 from knotwork.timing.watch import Steps, Watch
 from knotwork.waypoints import FloatArray
 
@@ -27,6 +30,13 @@ STARTS = (0.85, 0.5, 1.0, 2.0, 4.0, 1.4)
 
 SMALL = 100
 """Pieces times joints up to which a second start is tried for a better optimum: it costs little."""
+
+SWINGS = 1e-6
+"""A joint with nowhere to go swings out if its acceleration at a waypoint is above this part of its
+greatest one."""
+
+COSTLESS = 1e-6
+"""Joints are kept still if the objective grows by no more than this part of it."""
 
 MOST_TIMES = 12
 """How often a start is solved again, with more care, before it has failed."""
@@ -40,11 +50,13 @@ class Attempt:
         found: The motion.
         cost: What it costs.
         optimal: Whether the solver converged; otherwise the budget ended first.
+        care: What the solver was held to.
     """
 
     found: Found
     cost: float
     optimal: bool
+    care: Care
 
 
 def solved_section(
@@ -64,21 +76,48 @@ def solved_section(
     Returns:
         The best motion found, or `None` if there is none.
     """
-    large = PIECES * len(problem.position) * len(problem.joint_names) > SMALL
+    large = PIECES * problem.position.size > SMALL
     wanted = 1 if guess is not None or large else 2
     runs: list[_Run] = []
     for start in _starts(problem, guess, starts):
-        runs.append(_run(start, problem, watch))
+        begun = watch.now()
+        runs.append(_run(start, problem, watch, first_care(problem)))
         found = [run.best for run in runs if run.best is not None]
         hopeless = not found and len(runs) > 1 and any(run.infeasible for run in runs)
-        if watch.late(found=bool(found)) or len(found) >= wanted or hopeless:
+        enough = len(found) >= wanted or hopeless
+        if enough or watch.late(found=bool(found), ahead=watch.now() - begun if found else 0.0):
             break
-    return min((r.best for r in runs if r.best is not None), key=lambda b: b.cost, default=None)
+    best = min((r.best for r in runs if r.best is not None), key=lambda b: b.cost, default=None)
+    if best is None or watch.late(found=True):
+        return best
+    return _with_idle_joints_still(problem, watch, best)
+
+
+def _with_idle_joints_still(problem: TimingProblem, watch: Watch, best: Attempt) -> Attempt:
+    """Keep joints still that have nowhere to go, if it costs nothing.
+
+    A joint that stands still at two waypoints, at the same place, may have an acceleration there
+    that suits the intervals beside, and then it swings out between them.
+    """
+    stands = problem.velocity_known[:, None] & (problem.velocity == 0.0)
+    idle = stands[:-1] & stands[1:] & (np.diff(problem.position, axis=0) == 0.0)
+    ends = np.abs(best.found.knots.acceleration[:, [0, -1]]).max(axis=1)
+    swings = idle & (ends > SWINGS * best.found.curve.extrema(2).peak)
+    if not swings.any():
+        return best
+    still = np.zeros(problem.position.shape, dtype=bool)
+    still[:-1] |= swings
+    still[1:] |= swings
+    found = _run(near_guess(best.found), problem, watch, replace(best.care, still=still)).best
+    return best if found is None or found.cost > (1.0 + COSTLESS) * best.cost else found
 
 
 def _starts(problem: TimingProblem, guess: Guess | None, count: int) -> Iterator[Guess]:
     if guess is not None:
         yield guess
+    known = between_stops(problem, pieces_each(1))
+    if known is not None:
+        yield near_guess(Found(known, rebuilt(known)))
     if not np.isnan(short_durations(problem)).all():
         yield plain_guess(problem, STARTS[0], hurried=True)
     for stretch in STARTS[:count]:
@@ -93,9 +132,9 @@ class _Run:
     infeasible: bool = False
 
 
-def _run(guess: Guess, problem: TimingProblem, watch: Watch) -> _Run:
+def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run:
     """Solve from one start, with more care each time that the exact check finds an excess."""
-    care, x = first_care(problem), None
+    x: FloatArray | None = None
     best: Attempt | None = None
     for _ in range(MOST_TIMES):
         section = Section(problem, guess, care)
@@ -104,12 +143,13 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch) -> _Run:
         if not watch.needed:
             watch.iterations += solution.iterations
         if steps.best is not None:
-            best = Attempt(steps.best[1], steps.best[0], optimal=False)
+            best = Attempt(steps.best[1], steps.best[0], False, care)
         if solution.solved:
             found = section.rebuild(solution.x)
             more = more_care(problem, care, found.curve)
             if more is None:
-                return _Run(Attempt(found, weighted(problem, terms(problem, found.curve)), True))
+                cost = weighted(problem, terms(problem, found.curve))
+                return _Run(Attempt(found, cost, True, care))
             # with further equations the solution is no good start
             same = form_of_care(more) == form_of_care(care)
             care, x = more, solution.x if same else None

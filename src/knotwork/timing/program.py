@@ -27,6 +27,9 @@ OPTIONS: dict[str, Any] = {
     "ipopt.tol": 1e-8,
     "ipopt.constr_viol_tol": 1e-8,
     "ipopt.acceptable_iter": 0,
+    "ipopt.mumps_scaling": 0,
+    "ipopt.mumps_permuting_scaling": 0,
+    "ipopt.mumps_pivot_order": 4,
     "ipopt.max_iter": 200,
 }
 

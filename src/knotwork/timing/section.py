@@ -28,6 +28,12 @@ SLACK = 1e-10
 EVEN = 3e-4
 """Weight of the unevenness of the pieces of an interval, where nothing else decides it."""
 
+CALM = 1e-4
+"""Weight of accelerations, so that joints that are not in a hurry move no more than they must.
+
+No motion is longer by more than this part for it.
+"""
+
 SHORTEST = 1e-4
 """No piece is shorter than this part of its first guess."""
 
@@ -95,7 +101,7 @@ def form_of(
         total=problem.total is not None,
         jerk=bool(np.isfinite(problem.limits.jerk).any()),
         position=position,
-        smooth=bool(problem.objective.jerk or problem.objective.acceleration),
+        smooth=problem.objective.jerk > 0.0,
         dynamics=problem.dynamics if effort or tool or problem.objective.effort else None,
         effort=effort,
         tool=tool,
@@ -136,17 +142,25 @@ class Care:
         effort: Part of the effort limits that is allowed at each break and in the middle of each
             piece, by turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
         tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
+        still: Which joints have no acceleration at which waypoints, shape (n, d), or `None`.
     """
 
     margin: float = MARGIN
     position: bool = False
     effort: FloatArray | None = None
     tool: FloatArray | None = None
+    still: BoolArray | None = None
 
 
 def _even(intervals: int) -> FloatArray:
     each = pieces_each(intervals)
     return np.full((intervals, each), 1.0 / each)
+
+
+def near_guess(found: Found) -> Guess:
+    """Start from the solution of a problem that differs little."""
+    knots = found.knots
+    return Guess(np.diff(knots.time), knots.share, found.curve, knots.velocity, near=True)
 
 
 def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
@@ -244,8 +258,8 @@ class Section:
         ):
             fixed = places[waypoints][known]
             low[fixed] = high[fixed] = values[known] / scale.unit(order)
-        cruising = at.a[waypoints][self._cruising() & ~problem.acceleration_known[:, None]]
-        low[cruising] = high[cruising] = 0.0
+        steady = at.a[waypoints][self._steady()]
+        low[steady] = high[steady] = 0.0
         low[at.factor] = 0.0
         high[at.factor] = problem.most[list(self.form.along)]
         return low, high
@@ -287,21 +301,22 @@ class Section:
 
     def _weights(self) -> FloatArray:
         objective, scale = self.problem.objective, self.scale
+        cost = self.typical_cost()
+        most = np.minimum(self.problem.limits.acceleration, scale.unit(2))
+        calm = CALM * cost / (most**2 * self.guess.duration.sum() * len(most))
         weights = [np.array([objective.time * scale.time, 0.0])]
+        weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
         if self.form.smooth:
             weights.append(objective.jerk * scale.unit(3) ** 2 * scale.time)
-            weights.append(objective.acceleration * scale.unit(2) ** 2 * scale.time)
-        found = np.concatenate(weights)
-        return np.asarray(found / self.typical_cost())
+        return np.asarray(np.concatenate(weights) / cost)
 
     def typical_cost(self) -> float:
         """What the objective is divided by, so that it is near one."""
         objective, scale = self.problem.objective, self.scale
         h = self.guess.duration
         cost = objective.time * float(h.sum())
-        if self.form.smooth:
-            for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
-                cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
+        for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
+            cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
         if self.form.work:
             q = self.problem.position
             still = np.zeros_like(q)
@@ -323,8 +338,8 @@ class Section:
             lower, upper = (
                 np.repeat((room / scale.unit(0)).T, form.each, axis=1) for room in self._room()
             )
-            high += [upper] * 5
-            low += [lower] * 5
+            high += [upper] * 4
+            low += [lower] * 4
         timed = list(form.timed)
         free = problem.free[timed]
         least = np.where(free, problem.at_least[timed], problem.duration[timed]) / scale.time
@@ -349,22 +364,29 @@ class Section:
         return [(allowed, limit) for allowed, limit in pairs if allowed is not None]
 
     def _fastest(self) -> list[FloatArray]:
-        """Greatest velocities at three points of each piece, scaled, shape (d, pieces) each."""
+        """Greatest velocities at two points of each piece, scaled, shape (d, pieces) each."""
         most = (1.0 - self.margin) * self.problem.limits.velocity
         shape = (self.form.intervals, self.form.each, self.form.joints)
-        start, middle, end = (np.broadcast_to(most, shape).copy() for _ in range(3))
+        start, end = (np.broadcast_to(most, shape).copy() for _ in range(2))
         # with no acceleration there, the point next to the waypoint has its velocity
         given = np.where(self._cruising(), 1.001 * self.problem.limits.velocity, 0.0)
         start[:, 0] = np.maximum(start[:, 0], given[:-1])
         end[:, -1] = np.maximum(end[:, -1], given[1:])
         unit = self.scale.unit(1)
-        return [(v.reshape(self.form.pieces, -1) / unit).T for v in (start, middle, end)]
+        return [(v.reshape(self.form.pieces, -1) / unit).T for v in (start, end)]
 
     def _cruising(self) -> BoolArray:
         """Which joints pass which waypoints at their velocity limit, so without acceleration."""
         problem = self.problem
         most = (1.0 - 2.0 * self.margin) * problem.limits.velocity
         return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= most)
+
+    def _steady(self) -> BoolArray:
+        """Which joints have no acceleration at which waypoints, beside those where it is known."""
+        steady = self._cruising()
+        if self.care.still is not None:
+            steady = steady | self.care.still
+        return steady & ~self.problem.acceleration_known[:, None]
 
     def rebuild(self, x: FloatArray) -> Found:
         """Make the exact curve of the variables; it starts at time 0."""
@@ -382,7 +404,7 @@ class Section:
             velocity[i] = max(float(x[place]), 0.0) * problem.velocity[i]
         known = problem.acceleration_known
         a[:: form.each][known] = problem.acceleration[known]
-        a[:: form.each][self._cruising() & ~known[:, None]] = 0.0
+        a[:: form.each][self._steady()] = 0.0
         ends = np.arange(form.intervals)[:, None] * form.each + np.arange(form.each + 1)
         knots = Knots(
             np.concatenate(([0.0], np.cumsum(duration))),

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 PIECES = 5
 """Cubic pieces an interval. More gain less than 1 % of the duration."""
 
-ALONE = 7
-"""Cubic pieces of an interval on its own. A joint that moves between two stops has as many."""
+ALONE = 12
+"""Cubic pieces of an interval on its own. A joint between two stops has seven phases, and joints
+that share the pieces need more: with twelve, six joints are as fast as the slowest of them."""
 
 
 def pieces_each(intervals: int) -> int:
@@ -50,7 +51,7 @@ class Form:
         total: Whether the durations must add up to a number.
         jerk: Whether jerk is limited.
         position: Whether positions between the breaks are limited.
-        smooth: Whether jerk or acceleration count in the objective.
+        smooth: Whether jerk counts in the objective.
         dynamics: Inertias, if efforts or the tool's speed matter.
         effort: Whether efforts are limited.
         tool: Whether the tool's speed is limited.
@@ -161,8 +162,8 @@ def blocks(form: Form) -> tuple[Block, ...]:
 def _piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
     """Equations of one piece. Parameters: scales of the equations, inverse jerk limits, weights.
 
-    Constraints, d each: the velocity's equation and the position's; the velocity at three Bézier
-    points; change of acceleration within the jerk limit, upwards and downwards; five Bézier points
+    Constraints, d each: the velocity's equation and the position's; the velocity at two Bézier
+    points; change of acceleration within the jerk limit, upwards and downwards; four Bézier points
     of the position.
     """
     import casadi as ca
@@ -170,13 +171,11 @@ def _piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
     tau, state = ca.SX.sym("tau"), ca.SX.sym("state", 6 * d)
     q0, v0, a0, q1, v1, a1 = ca.vertsplit(state, d)
     scale, inverse_jerk = ca.SX.sym("scale", 2), ca.SX.sym("jerk", d if jerk else 0)
-    weight = ca.SX.sym("weight", 2 + (2 * d if smooth else 0))
-    middle = v0 + tau * (3 * a0 + a1) / 8
+    weight = ca.SX.sym("weight", 2 + d + (d if smooth else 0))
     rows = [
         (v1 - v0 - tau * (a0 + a1) / 2) * scale[0],
         (q1 - q0 - tau * v0 - tau**2 * (2 * a0 + a1) / 6) * scale[1],
-        v0 + tau * a0 / 4,
-        middle,
+        v0 + tau * a0 / 4,  # the point between these is their mean
         v1 - tau * a1 / 4,
     ]
     if jerk:
@@ -184,13 +183,12 @@ def _piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
         rows += [change - tau, -change - tau]
     if position:
         half = q0 + tau * v0 / 2 + tau**2 * (5 * a0 + a1) / 48
-        bend = tau * middle / 6
-        rows += [q0 + tau * v0 / 6, half - bend, half, half + bend, q1 - tau * v1 / 6]
+        bend = tau * (v0 + tau * (3 * a0 + a1) / 8) / 6
+        rows += [q0 + tau * v0 / 6, half - bend, half + bend, q1 - tau * v1 / 6]
     cost = weight[0] * tau + weight[1] * tau**2
+    cost += ca.dot(weight[2 : 2 + d], a0**2 + a0 * a1 + a1**2) * tau / 3
     if smooth:
-        rough, strong = ca.vertsplit(weight[2:], d)
-        cost += ca.dot(rough, (a1 - a0) ** 2) / tau
-        cost += ca.dot(strong, a0**2 + a0 * a1 + a1**2) * tau / 3
+        cost += ca.dot(weight[2 + d :], (a1 - a0) ** 2) / tau
     return Kernel(
         ca.vertcat(tau, state), ca.vertcat(scale, inverse_jerk, weight), ca.vertcat(*rows), cost
     )

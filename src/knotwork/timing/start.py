@@ -8,7 +8,11 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.timing.bounds import feasible_durations
 from knotwork.timing.problem import TimingProblem
+from knotwork.timing.rebuild import Knots
 from knotwork.waypoints import FloatArray
+
+LEAST_PHASE = 1e-3
+"""No phase of a first motion is shorter than this part of all."""
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
@@ -85,3 +89,58 @@ def plain_cubic(
 ) -> PiecewisePolynomial:
     """Join the waypoints by cubic Hermite pieces."""
     return PiecewisePolynomial(two_point_coefficients(time, (position, velocity)), time)
+
+
+def between_stops(problem: TimingProblem, pieces: int) -> Knots | None:
+    """The fastest motion of the slowest joint from stop to stop, the others in proportion to it.
+
+    It has seven phases, of jerk up, none, down, none, down, none and up; longer ones are divided
+    until there are as many as asked for.
+
+    Args:
+        problem: One interval.
+        pieces: How many pieces there are to be, at least seven.
+
+    Returns:
+        The motion, or `None` where the problem is not of this kind or the jerk is not limited.
+    """
+    ends = (problem.velocity, problem.acceleration)
+    if len(problem.position) != 2 or any(not np.array_equal(one, 0.0 * one) for one in ends):
+        return None
+    limits, move = problem.limits, np.abs(np.diff(problem.position, axis=0)[0])
+    phases = [
+        _phases(*joint)
+        for joint in zip(move, limits.velocity, limits.acceleration, limits.jerk, strict=True)
+    ]
+    k = int(np.argmax([span.sum() for span in phases]))
+    if not 0.0 < phases[k].sum() < np.inf:
+        return None
+    span = np.maximum(phases[k], LEAST_PHASE * phases[k].sum())
+    a = limits.jerk[k] * phases[k][0] * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
+    while span.size < pieces:
+        i = int(np.argmax(span))
+        span = np.insert(span, i, 0.5 * span[i])
+        span[i + 1] *= 0.5
+        a = np.insert(a, i + 1, 0.5 * (a[i] + a[i + 1]))
+    part = np.diff(problem.position, axis=0)[0] / move[k]
+    return Knots(
+        np.array([0.0, span.sum()]),
+        span[None] / span.sum(),
+        problem.position,
+        problem.velocity,
+        (a[:, None] * part)[None],
+    )
+
+
+def _phases(move: float, V: float, A: float, J: float) -> FloatArray:
+    """Durations of the seven phases of one joint [s]."""
+    if move == 0.0 or np.isinf(J):
+        return np.full(7, np.inf if move else 0.0)
+    A = min(A, np.sqrt(J * V))
+    ramp, cruise, hold = A / J, 0.0, 0.0
+    rise = min(ramp, np.cbrt(0.5 * move / J))
+    if move > V * (V / A + ramp):
+        cruise, hold = move / V - V / A - ramp, V / A - ramp
+    elif rise == ramp:
+        hold = 0.5 * (np.sqrt(ramp * ramp + 4.0 * move / A) - 3.0 * ramp)
+    return np.array([rise, hold, rise, cruise, rise, hold, rise])

@@ -68,11 +68,16 @@ class Watch:
         yield
         self.solved += intervals
 
-    def late(self, *, found: bool) -> bool:
-        """Whether to stop: the budget has ended, or the turn has and a motion was found."""
+    def late(self, *, found: bool, ahead: float = 0.0) -> bool:
+        """Whether to stop: the budget has ended, or the turn has and a motion was found.
+
+        Args:
+            found: Whether there is a motion.
+            ahead: What the next step is likely to take [s].
+        """
         if self.budget is None:
             return False
-        now = self.now()
+        now = self.now() + ahead
         return now > self.begun + self.budget or (found and now > self._turn)
 
     def step(self, objective: float, violation: float) -> None:

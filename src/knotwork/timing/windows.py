@@ -71,7 +71,7 @@ def solved_windows(
     knots = joined([one.found.knots for one in kept])
     curve = rebuilt(knots)
     cost = sum(one.cost for one in kept)
-    return Attempt(Found(knots, curve), cost, all(one.optimal for one in kept))
+    return Attempt(Found(knots, curve), cost, all(one.optimal for one in kept), kept[-1].care)
 
 
 def _first_part(found: Found, count: int) -> Found:
