@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ import pytest
 import yaml
 
 import knotwork as kw
-from knotwork.errors import FollowingError, InputError
+from knotwork.errors import BranchError, FollowingError, InputError
+from seams import ON as FIRST
+from seams import task
 
-FIRST = {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}}
 LINE = {
     "name": "off",
     "along": "line",
@@ -26,16 +28,6 @@ UP = {
     "stop": True,
     "pose": {"position": [450, 50, 200], "rpy": [180, 0, 0]},
 }
-
-
-def task(*waypoints: dict[str, Any], **more: Any) -> dict[str, Any]:
-    return {
-        "units": {"length": "mm", "angle": "deg"},
-        "robot": "ur5",
-        "start": "home",
-        "waypoints": list(waypoints),
-        **more,
-    }
 
 
 def tool(plan: kw.Plan, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -191,6 +183,26 @@ def test_a_path_that_a_branch_cannot_follow_names_branches_that_can() -> None:
     kw.plan(task(on, off, branch={"shoulder": "right", "elbow": "up", "wrist": "no flip"}))
 
 
+@pytest.mark.exhaustive
+def test_each_branch_leads_along_a_path_or_the_error_names_those_that_do() -> None:
+    on = {**FIRST, "stop": True, "pose": {"position": [450, 300, 300], "rpy": [180, 60, 0]}}
+    pose = {"position": [450, -300, 300], "rpy": [180, -60, 0]}
+    off = {**LINE, "speed": 250, "stop": True, "pose": pose}
+    led, named = set(), set()
+    for words in itertools.product(("left", "right"), ("up", "down"), ("no flip", "flip")):
+        asked = dict(zip(("shoulder", "elbow", "wrist"), words, strict=True))
+        said = f"shoulder {words[0]}, elbow {words[1]}, {words[2]}"
+        try:
+            kw.plan(task(on, off, branch=asked))
+        except (FollowingError, BranchError) as error:
+            others = str(error).partition("a branch that leads along it: ")[2]
+            named.add(frozenset(others.split("; or ")))
+        else:
+            led.add(said)
+    assert 0 < len(led) < 8
+    assert named == {frozenset(led)}
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -219,7 +231,11 @@ def test_a_sharp_corner_at_speed_offers_a_blend_or_a_stop() -> None:
         kw.plan(task(FIRST, corner, {**LINE, "pose": {"position": [530, 50, 60]}}, UP))
 
 
-def test_the_tool_turns_through_the_orientations_of_a_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("tilt", [[0, 0, 0], [15, -10, 0]])
+def test_the_tool_turns_through_the_orientations_of_a_file(
+    tmp_path: Path, tilt: list[float]
+) -> None:
+    """In a tilted frame the points are tilted, and the orientations held in base axes are not."""
     rows = ["x,y,z,qx,qy,qz,qw"]
     wanted = {0.0: 0.0, 40.0: 20.0, 90.0: 35.0, 150.0: 10.0}
     for y, angle in wanted.items():
@@ -233,15 +249,24 @@ def test_the_tool_turns_through_the_orientations_of_a_file(tmp_path: Path) -> No
         "frame": "seam",
         "pose": {"position": [0, 150, 0]},
     }
-    frames = {"seam": {"position": [450, -100, 60]}}
+    if any(tilt):
+        line["orientation_in"] = "base"
+    frames = {"seam": {"position": [450, -100, 60], "rpy": tilt}}
     file.write_text(yaml.safe_dump(task(FIRST, line, UP, frames=frames)))
     plan = kw.plan(file)
     assert [one for one in plan.report.findings if one.verdict == "failed"] == []
     down = pin.rpy.rpyToMatrix(np.pi, 0, 0)
     for y, angle in wanted.items():
-        _, rotation, _ = tool(plan, np.array([2.0 + y / 60]))
+        position, rotation, _ = tool(plan, np.array([2.0 + y / 60]))
+        there = pin.rpy.rpyToMatrix(*np.radians(tilt)) @ [0, y, 0] + [450, -100, 60]
+        np.testing.assert_allclose(position[0], there, atol=0.11)
         turned = pin.log3(rotation[0] @ down.T)
         np.testing.assert_allclose(np.degrees(turned), [0, 0, angle], atol=0.1)
+    if any(tilt):
+        del line["orientation_in"]
+        file.write_text(yaml.safe_dump(task(FIRST, line, UP, frames=frames)))
+        with pytest.raises(InputError, match="at the first point the tool is turned"):
+            kw.plan(file)
 
 
 def warnings_of(plan: kw.Plan) -> str:

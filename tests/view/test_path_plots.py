@@ -14,31 +14,27 @@ from command_line import Command
 from knotwork.errors import InputError
 from knotwork.pipeline import Plan
 from knotwork.view import plot_joints, plot_tool
+from seams import ON, task
 
 DOWN = {"rpy": [180, 0, 0]}
-SEAM: dict[str, Any] = {
-    "units": {"length": "mm", "angle": "deg"},
-    "robot": "ur5",
-    "start": "home",
-    "waypoints": [
-        {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], **DOWN}},
-        {
-            "name": "corner",
-            "along": "line",
-            "speed": 60,
-            "blend": 10,
-            "pose": {"position": [450, 50, 60]},
-        },
-        {"name": "turn", "along": "line", "speed": 60, "pose": {"position": [530, 50, 60]}},
-        {
-            "name": "off",
-            "along": {"arc": {"through": [560, 80, 60]}},
-            "speed": 40,
-            "pose": {"position": [530, 110, 60]},
-        },
-        {"name": "up", "after": 2, "stop": True, "pose": {"position": [450, 50, 200], **DOWN}},
-    ],
-}
+SEAM = task(
+    ON,
+    {
+        "name": "corner",
+        "along": "line",
+        "speed": 60,
+        "blend": 10,
+        "pose": {"position": [450, 50, 60]},
+    },
+    {"name": "turn", "along": "line", "speed": 60, "pose": {"position": [530, 50, 60]}},
+    {
+        "name": "off",
+        "along": {"arc": {"through": [560, 80, 60]}},
+        "speed": 40,
+        "pose": {"position": [530, 110, 60]},
+    },
+    {"name": "up", "after": 2, "stop": True, "pose": {"position": [450, 50, 200], **DOWN}},
+)
 NAMES = ["start", "on", "corner", "turn", "off", "up"]
 
 

@@ -16,24 +16,19 @@ from test_scene_parts import numbers, scene, thing, vertices
 import knotwork as kw
 from knotwork.view.report_page import report_page
 from knotwork.view.show import view_plan
+from seams import ON, task
 
-DOWN = {"rpy": [180, 0, 0]}
-SEAM: dict[str, Any] = {
-    "units": {"length": "mm", "angle": "deg"},
-    "robot": "ur5",
-    "start": "home",
-    "waypoints": [
-        {"name": "on", "after": 2, "pose": {"position": [450, -100, 60], **DOWN}},
-        {"name": "turn", "along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}},
-        {
-            "name": "off",
-            "along": {"arc": {"centre": [480, 50, 60], "normal": [0, 0, -1]}},
-            "speed": 40,
-            "stop": True,
-            "pose": {"position": [510, 50, 60]},
-        },
-    ],
-}
+SEAM = task(
+    ON,
+    {"name": "turn", "along": "line", "speed": 60, "pose": {"position": [450, 50, 60]}},
+    {
+        "name": "off",
+        "along": {"arc": {"centre": [480, 50, 60], "normal": [0, 0, -1]}},
+        "speed": 40,
+        "stop": True,
+        "pose": {"position": [510, 50, 60]},
+    },
+)
 
 
 @cache
