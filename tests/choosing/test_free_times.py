@@ -51,6 +51,11 @@ def test_the_scenario_of_the_plan_has_numbers_and_no_free_times() -> None:
     assert velocity[0] > 1.5  # passed, not stopped at
 
 
+def test_names_of_the_package_stay_functions_once_times_were_chosen() -> None:
+    kw.plan(swing(to(1)))
+    assert callable(kw.timing.solve)
+
+
 def test_a_velocity_that_is_free_is_faster_than_a_stop() -> None:
     passing = kw.plan(swing(to(1, velocity="free"), to(2))).trajectory.duration
     stopping = kw.plan(swing(to(1, stop=True), to(2))).trajectory.duration

@@ -19,7 +19,7 @@ from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.safe_numbers import rounded_up, with_room
-from knotwork.timing.solve import solved
+from knotwork.timing.solving import solved
 from knotwork.timing.watch import Watch
 
 

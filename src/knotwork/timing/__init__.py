@@ -24,6 +24,6 @@ if TYPE_CHECKING:
     from knotwork.timing.problem import Objective as Objective
     from knotwork.timing.problem import TimingLimits as TimingLimits
     from knotwork.timing.problem import TimingProblem as TimingProblem
-    from knotwork.timing.solve import solve as solve
+    from knotwork.timing.solving import solve as solve
 
 __getattr__, __dir__, __all__ = lazy_names(__name__)
