@@ -59,6 +59,10 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
     "blend and stop": (task(ON, changed(OFF, blend=5, stop=True), then(90)), "blend and stop"),
     "blend at the end": (task(ON, changed(OFF, blend=5)), "not between two lines"),
     "blend and then no path": (off(blend=5), r"waypoints\[1\]\.blend: .*not between two lines"),
+    "blend of next to nothing": (
+        task(ON, changed(OFF, blend=1e-7), then(50, 500)),
+        r"blend distance is 1e-07 mm; it must be greater than 1e-06 mm",
+    ),
     "blend too long": (task(ON, changed(OFF, blend=80), then(100)), r"at most 25\)"),
     "blend of a turn back": (
         task(ON, changed(OFF, blend=9), then(-50)),

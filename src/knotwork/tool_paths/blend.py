@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import PathError
 from knotwork.tool_paths.curve import REPEATED, number, unplaced
 from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.waypoints import FloatArray, read_only
@@ -55,7 +54,11 @@ class Blend(PolynomialCurve):
         self.corner = read_only(corner, (3,), "corner")
         self.distance = number(distance, "blend distance")
         if not (math.isfinite(self.distance) and self.distance > REPEATED):
-            raise PathError(f"blend distance is {distance!r} m; it must be greater than 0")
+            raise unplaced(
+                "blend distance is {distance}; it must be greater than {least}",
+                distance=self.distance,
+                least=REPEATED,
+            )
         u = _way(self.corner, read_only(before, (3,), "before"), "before", self.distance)
         v = _way(self.corner, read_only(after, (3,), "after"), "after", self.distance)
         self.angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), -float(u @ v))
