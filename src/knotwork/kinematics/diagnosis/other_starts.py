@@ -14,6 +14,8 @@ from knotwork.waypoints import FloatArray
 
 # So many are told, the nearest ones.
 TOLD = 3
+# So many stand for the self-motion of a redundant arm.
+SPREAD = 8
 
 
 def other_starts(robot: Robot, path: TimedPath, start: FloatArray, pull: float) -> FloatArray:
@@ -26,7 +28,7 @@ def other_starts(robot: Robot, path: TimedPath, start: FloatArray, pull: float) 
         pull: See `JointField`.
     """
     try:
-        branches = solve_all(robot, path.pose(path.start_time))
+        branches = solve_all(robot, path.pose(path.start_time), spread=SPREAD)
     except InputError:
         return np.empty((0, robot.dof))
     own = np.array([branch.q for branch in branches])
