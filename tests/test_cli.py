@@ -41,8 +41,72 @@ def run(*arguments: Any, cwd: Path, **options: Any) -> subprocess.CompletedProce
 # plan
 
 
-def test_plan_prints_tables_and_a_verdict(knotwork: Command) -> None:
-    ran = knotwork("plan", "ur5_deburring")
+@pytest.mark.parametrize("name", resources.names("scenarios"))
+def test_a_plan_is_told_in_few_lines_of_80_characters(name: str, knotwork: Command) -> None:
+    ran = knotwork("plan", name)
+    assert ran.code == 0
+    first, *others = ran.out.splitlines()
+    assert re.fullmatch(rf"PASSED {name}: (\d+) of \1 requirements met; [\d.]+ s", first)
+    assert 2 <= len(others) <= 14
+    assert max(map(len, [first, *others])) <= 80
+    assert others[-1].startswith("next: knotwork view ")
+
+
+def test_what_fails_is_told_second_with_what_would_help(knotwork: Command) -> None:
+    ran = knotwork("plan", ROOT / "tests" / "failing" / "velocity_limit_broken.yaml")
+    assert ran.code == 1
+    lines = ran.out.splitlines()
+    assert lines[0].startswith("FAILED velocity_limit_broken: 43 of 44 requirements met, 1 failed")
+    said = " ".join(line.strip() for line in lines[1:4])
+    assert said.startswith("FAIL joint 'shoulder_pan_joint': velocity reaches 9.42478 rad/s")
+    assert "limit 3.15 rad/s (299 %); the move from 'waypoint 1' to 'waypoint 2' needs at" in said
+    assert "needs at least 0.9973 s, not 0.5 s" in said  # pi rad at no more than 3.15 rad/s
+    assert max(map(len, lines)) <= 80
+
+
+@pytest.mark.parametrize("quantity", ["velocity", "acceleration", "jerk"])
+def test_the_same_motion_in_so_much_more_time_keeps_the_limit(quantity: str) -> None:
+    def task(factor: float, limit: float = 1e6) -> dict[str, Any]:
+        rows = [(0.0, 0.0), (1.0, 1.0), (1.2, 0.0)]
+        return {
+            "limits": {quantity: limit},
+            "waypoints": [
+                {"joints": {"a": q}, "velocity": {"a": v / factor}, "time": i * factor}
+                for i, (q, v) in enumerate(rows)
+            ],
+        }
+
+    limit = 0.8 * kw.plan(task(1.0)).trajectory.extrema(quantity).peak[0]
+    (failure,) = kw.plan(task(1.0, limit)).report.failures
+    factor = float(re.search(r"the same motion in ([\d.]+) times", str(failure))[1])  # type: ignore[index]
+    assert not kw.plan(task(0.98 * factor, limit)).report.ok
+    assert kw.plan(task(factor, limit)).report.ok
+
+
+def test_values_are_told_in_the_units_of_the_scenario() -> None:
+    def said(units: dict[str, str], scale: float) -> str:
+        task = {
+            "units": units,
+            "limits": {"velocity": 0.5 * scale, "acceleration": 40 * scale},
+            "waypoints": [{"joints": {"a": 0}}, {"joints": {"a": scale}, "after": 2.5}],
+        }
+        return str(kw.plan(task).report)
+
+    assert "velocity 0.6 rad/s" not in said({}, 1.0)
+    assert "reaches 0.6 rad/s at 1.25 s, limit 0.5 rad/s (120 %)" in " ".join(said({}, 1.0).split())
+    told = " ".join(said({"angle": "deg"}, 180 / np.pi).split())
+    assert "reaches 34.3775 deg/s at 1.25 s, limit 28.6479 deg/s (120 %)" in told
+
+
+def test_plans_and_reports_are_printed_in_short() -> None:
+    plan = kw.plan("paper_case")
+    assert str(plan) == str(plan.report) == repr(plan)
+    assert str(plan).startswith("PASSED paper_case: 12 of 12 requirements met; 25 s")
+    assert plan._repr_html_() == f"<pre>{plan}</pre>"
+
+
+def test_plan_prints_all_as_tables_and_a_verdict(knotwork: Command) -> None:
+    ran = knotwork("plan", "ur5_deburring", "--full")
     assert ran.code == 0
     assert not ran.err
     lines = ran.out.splitlines()
@@ -127,7 +191,7 @@ def test_names_and_descriptions_are_no_markup(knotwork: Command, tmp_path: Path)
     task["waypoints"][0]["name"] = "[b]A[/b]"
     path = tmp_path / "t.yaml"
     path.write_text(json.dumps(task))
-    ran = knotwork("plan", path)
+    ran = knotwork("plan", path, "--full")
     assert ran.code == 1
     for text in ("[red]x[/]", "[/bold] [link", "[b]A[/b]"):
         assert text in ran.out
@@ -234,7 +298,7 @@ def test_check_prints_the_verdict_again(knotwork: Command, tmp_path: Path) -> No
     kw.plan("paper_case").save(tmp_path)
     ran = knotwork("check", tmp_path, "-s", "paper_case")
     assert ran.code == 0
-    assert ran.out.splitlines()[-1].startswith("PASSED paper_case")
+    assert ran.out.splitlines()[0].startswith("PASSED paper_case")
     ran = knotwork("check", tmp_path / "trajectory.json", "-s", "paper_case", "--json")
     report = json.loads((tmp_path / "report.json").read_text())
     del report["files"]
@@ -410,7 +474,7 @@ def test_a_reader_that_stops_reading_is_no_error(tmp_path: Path) -> None:
         timeout=60,
         check=False,
     )
-    assert ran.stdout.startswith("ur5_deburring")
+    assert ran.stdout.startswith("PASSED ur5_deburring")
     assert not ran.stderr
 
 

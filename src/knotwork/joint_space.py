@@ -17,6 +17,7 @@ import numpy as np
 from knotwork.errors import UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import ChosenValues, JointTarget, JointValues, Scenario
+from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ class JointSpace:
         chosen: Runs of waypoints whose motion was chosen, or `None`.
         solutions: Joint positions that solutions are to be near, shape (d,), by index of the
             waypoint.
+        shown_in: Units of the scenario, for whatever people read.
     """
 
     joint_names: tuple[str, ...]
@@ -75,6 +77,7 @@ class JointSpace:
     waits: tuple[int, ...] = ()
     chosen: tuple[ChosenRun, ...] | None = None
     solutions: Mapping[int, FloatArray] = field(default_factory=dict)
+    shown_in: Units = field(default_factory=Units)
 
     def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Lower and upper limit of a quantity, shape (d,) each; infinite where there is none.
@@ -243,6 +246,7 @@ class _Reader:
             },
             "chosen": tuple(self._chosen(one, scenario) for one in scenario.chosen) or None,
             "solutions": {i: self.array(one) for i, one in scenario.solutions.items()},
+            "shown_in": scenario.units,
         }
 
     def _chosen(self, given: ChosenValues, scenario: Scenario) -> ChosenRun:

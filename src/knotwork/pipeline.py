@@ -62,6 +62,16 @@ class Plan:
     solution: TaskSolution | None = None
     chosen: ChosenTimes | None = None
 
+    def __str__(self) -> str:
+        """The report in short."""
+        return str(self.report)
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        return self.report._repr_html_()
+
     def view(self, compare: Sequence[str] = ()) -> Page:
         """Show the arm making its move, in 3D.
 

@@ -27,7 +27,8 @@ def test_a_log_is_checked_and_its_clock_set_by_planning(knotwork: Command, log: 
     ran = knotwork("check", log, "--log", "--scenario", "ur5_deburring")
     assert ran.code == 0
     assert "PASSED ur5_deburring" in ran.out
-    assert "time shift [s]" in ran.out
+    assert "time shift" in ran.out
+    ran = knotwork("check", log, "--log", "--scenario", "ur5_deburring", "--full")
     assert "after the log's first sample" in ran.out
     assert "estimated from the samples" in ran.out
 
@@ -40,7 +41,7 @@ def test_without_log_the_same_file_is_taken_at_its_word(knotwork: Command, log: 
 def test_a_log_against_a_plan_needs_no_scenario(knotwork: Command, log: Path, result: Path) -> None:
     ran = knotwork("check", log, "--against", result)
     assert ran.code == 0
-    assert "joint deviation [rad]" in ran.out
+    assert "joint deviation" in ran.out
     assert "tool deviation" not in ran.out
     assert "PASSED log.csv" in ran.out
 

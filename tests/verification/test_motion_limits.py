@@ -69,7 +69,7 @@ def test_a_speed_limit_just_above_the_peak_is_met_and_one_just_below_is_not(
     units = {"length": "m" if unit == 1.0 else "mm"}
     for share, code in ((1.00001, 0), (0.99999, 1)):
         path = written(tmp_path, move(units=units, limits={key: entry(share * peak)}))
-        ran = knotwork("plan", path, "--out", tmp_path / "out")
+        ran = knotwork("plan", path, "--full", "--out", tmp_path / "out")
         assert ran.code == code, ran.out + ran.err
         findings = json.loads((tmp_path / "out" / "report.json").read_text())["findings"]
         (found,) = [one for one in findings if one["quantity"] == key]
@@ -100,7 +100,8 @@ def test_a_list_of_links_is_checked_link_by_link() -> None:
     ]
     assert [str(one) for one in report.failures] == [
         f"link 'wrist_1_link': speed reaches {found[1].value:.6g} m/s at {found[1].time:.6g} s, "
-        "limit 0.01 m/s"
+        f"limit 0.01 m/s ({1e4 * found[1].value:.0f} %); the same motion in "
+        f"{np.ceil(1e2 * found[1].value / 0.01 / 10) / 10:g} times the time keeps it"
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from knotwork.choosing.choice import ChosenTimes
 from knotwork.joint_quantities import rate_unit
@@ -19,19 +20,23 @@ def findings(chosen: ChosenTimes) -> Iterator[Finding]:
     message = f"no motion that does this within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", message, chosen.lower_bound)
     verdict: Verdict = "warning" if chosen.status == "stopped" else "information"
-    yield _of_motion("chosen_times", _duration(chosen), verdict=verdict)
+    said = _duration(chosen)
+    brief = said.removeprefix("times chosen: ")
+    yield replace(_of_motion("chosen_times", said, verdict=verdict), brief=brief)
     if chosen.runs and chosen.assumed_jerk:
         yield _of_motion("assumed_jerk", _assumed(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
-    for (start, end), said in _binding(chosen).items():
+    for (start, end), limits in _binding(chosen).items():
+        parts = [f"{what} for {100 * share:.0f} % of the time" for what, share in limits]
         yield Finding(
             group=GROUP,
             subject="waypoint",
             name=end,
             quantity="binding_limits",
             verdict="information",
-            message=f"{start} to {end}: {said}",
+            message=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
+            brief=f"{start} to {end}: {_most(limits)}",
         )
 
 
@@ -67,19 +72,25 @@ def _assumed(chosen: ChosenTimes) -> str:
     units = dict(zip(motion.joint_names, motion.joint_units, strict=True))
     joints: dict[str, list[str]] = {}
     for name, bound in chosen.assumed_jerk.items():
-        joints.setdefault(f"{bound:.6g} {rate_unit(units[name], 3)}", []).append(name)
+        said = chosen.scenario.units.text(bound, rate_unit(units[name], 3))
+        joints.setdefault(said, []).append(name)
     said = "; ".join(f"{bound} for {', '.join(names)}" for bound, names in joints.items())
     return f"no limit of jerk is given, so one is assumed: {said}"
 
 
-def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], str]:
-    """Limits that bind, by interval, in words."""
-    parts: dict[tuple[str, str], list[str]] = {}
+def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float]]]:
+    """Limits that bind, by interval: which, and for what part of the time."""
+    found: dict[tuple[str, str], list[tuple[str, float]]] = {}
     for one in chosen.binding:
         what = f"{one.joint} {one.quantity}" if one.joint else one.quantity
         if one.quantity == "jerk" and one.joint in chosen.assumed_jerk:
             what += " (assumed)"
-        parts.setdefault((one.start, one.end), []).append(
-            f"{what} for {100 * one.share:.0f} % of the time"
-        )
-    return {ends: ", ".join(said) for ends, said in parts.items()}
+        found.setdefault((one.start, one.end), []).append((what, one.share))
+    return found
+
+
+def _most(limits: list[tuple[str, float]]) -> str:
+    """The limit that binds for most of the time, and how many others bind."""
+    what, share = max(limits, key=lambda one: one[1])
+    others = f", {len(limits) - 1} more" if len(limits) > 1 else ""
+    return f"{what} {100 * share:.0f} % of the time{others}"

@@ -218,6 +218,8 @@ def plan(
             tables.print_plan(result, full=full)
             for path in written:
                 echo(f"wrote {path}")
+            if not full and len(results) == 1:
+                tables.print_next(scenarios[0])
     if len(results) > 1:
         tables.print_summary([(name, _word(result)) for name, result, _ in results])
     return code
@@ -320,7 +322,12 @@ def check(
     else:
         from knotwork.cli import tables
 
-        tables.print_report(report, scenario, full=full)
+        if full:
+            tables.print_report(report, scenario)
+        else:
+            tables.print_brief(report)
+            given = f"{trajectory}" + (f" -s {reference}" if reference is not None else "")
+            tables.print_next(given)
     return PASSED if report.ok else FAILED
 
 

@@ -131,7 +131,7 @@ knots_option = click.option(
     "the scenario's.",
 )
 full_option = click.option(
-    "--full", is_flag=True, help="Show all rows of long tables; by default they are cut."
+    "--full", is_flag=True, help="Print all findings, as tables; by default the tightest alone."
 )
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on standard output."

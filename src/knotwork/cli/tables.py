@@ -2,41 +2,36 @@
 
 from __future__ import annotations
 
-import itertools
 import shutil
-import sys
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from knotwork.cli.terminal import cell
+from knotwork.cli.terminal import cell, echo
 from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
+from knotwork.units import Units
 from knotwork.verification import Finding, Report
+from knotwork.verification.brief import brief
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
     from knotwork.task_to_joint import Choice, TaskSolution
 
-Row = TypeVar("Row")
-
 # Numbers are never cut short: a table takes the width it needs, and a terminal wraps what is more.
 ANY_WIDTH = 1000
-# For tables with text that can be wrapped.
-FILE_WIDTH = 120
-MOST_FAILURES = 20
-MOST_ROWS = 50
-"""Of a table, unless all of it is asked for."""
+WIDEST = 100
+"""Of lines of text, on wider terminals too."""
 
 
 def console(*, wrap: bool = False) -> Console:
     """Console on standard output, that wraps text at the terminal's width or not at all."""
     width = ANY_WIDTH
     if wrap:
-        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else FILE_WIDTH
+        width = shutil.get_terminal_size().columns
     return Console(width=width, highlight=False, emoji=False)
 
 
@@ -93,12 +88,17 @@ def _plain_text(value: Any) -> str:
 
 
 def print_plan(plan: Plan, *, full: bool = False) -> None:
-    """Print a plan: what was planned, the waypoints, the limits, and the verdict.
+    """Print a plan: the verdict and the tightest cases, or all there is to say of it.
 
     Args:
         plan: The plan.
-        full: Long tables are shown whole.
+        full: Print tables of waypoints, limits and all else, whole.
     """
+    if not full:
+        print_brief(plan.report)
+        if plan.left_out:
+            echo(f"without the scenario's {', '.join(plan.left_out)}")
+        return
     trajectory = plan.trajectory
     knots = plan.scenario.knots
     placed = knots if isinstance(knots, str) else "as given"
@@ -119,32 +119,58 @@ def print_plan(plan: Plan, *, full: bool = False) -> None:
         f"{made}: {len(plan.scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks, "
         f"{trajectory.duration:g} s",
         plan.solution,
-        full=full,
     )
 
 
+def print_brief(report: Report) -> None:
+    """Print a report in some 15 lines."""
+    out = console(wrap=True)
+    for line in brief(report, min(out.width, WIDEST)):
+        text = cell(line.text)
+        for word, style in _WORDS.get(line.kind, ()):
+            text = text.replace(word, f"[{style}]{word}[/]", 1)
+        out.print(text, soft_wrap=True)
+
+
+def print_next(given: str) -> None:
+    """Print what can be done next.
+
+    Args:
+        given: What the command was given, as it was typed.
+    """
+    forms = (
+        f"next: knotwork view {given} | report {given} --html FILE | --full",
+        f"next: knotwork view {given} | report … --html FILE | --full",
+        "next: knotwork view … | report … --html FILE | --full",
+    )
+    width = console(wrap=True).width
+    echo(next((said for said in forms if len(said) <= width), forms[-1]))
+
+
+_WORDS = {
+    "passed": [("PASSED", "bold green")],
+    "failed": [("FAILED", "bold red")],
+    "failure": [("FAIL ", "bold red")],
+    "warning": [("warning:", "yellow")],
+}
+"""What is coloured in a line of a short report."""
+
+
 def print_report(
-    report: Report,
-    scenario: Scenario | None,
-    made: str = "",
-    solution: TaskSolution | None = None,
-    *,
-    full: bool = False,
+    report: Report, scenario: Scenario | None, made: str = "", solution: TaskSolution | None = None
 ) -> None:
-    """Print a report as tables of waypoints and limits, and the verdict.
+    """Print all of a report as tables of waypoints and limits, and the verdict.
 
     Args:
         report: What the check found.
         scenario: What it was checked against, if anything.
         made: How the trajectory was made; by default what it says itself.
         solution: How the solutions of the poses were chosen, if that is known.
-        full: Long tables are shown whole; by default of more than `MOST_ROWS` rows those that fail
-            and the first ones.
     """
     out = console()
-    most = sys.maxsize if full else MOST_ROWS
+    units = report.units
     description = scenario.description.strip() if scenario is not None else ""
-    out.print(f"[bold]{cell(report.scenario)}[/]  {cell(description, lines=True)}")
+    out.print(f"[bold]{cell(report.scenario)}[/]  {cell(description, lines=True)}", soft_wrap=True)
     robot = f"robot {report.robot}" if report.robot else "joints alone"
     out.print(f"{cell(robot)}; {cell(made or report.planner)}")
     for group, findings in report.groups.items():
@@ -154,47 +180,31 @@ def print_report(
             cells = {(found.name, found.when, found.quantity) for found in numbers}
             waypoints = all(found.subject == "waypoint" for found in numbers)
             at_once = waypoints and len(cells) == len(numbers)
-            make = _row_table if at_once else _list_table
-            _print_cut(out, *make(group, numbers, most))
+            out.print((_row_table if at_once else _list_table)(group, numbers, units))
+            out.print()
     if solution is not None and solution.choices:
-        _print_cut(out, *_choice_table(solution.choices, most))
+        console(wrap=True).print(_choice_table(solution.choices))
+        out.print()
         if any(choice.alternative is not None for choice in solution.choices):
-            _print_cut(out, *_alternative_table(solution.choices, most))
+            console(wrap=True).print(_alternative_table(solution.choices))
+            out.print()
     silent = [found for found in report.findings if found.value is None]
-    _print_lines(out, [one for one in silent if one.verdict == "information"], "  ", most)
-    _print_lines(out, report.warnings, "[yellow]warning[/]", most)
-    _print_lines(out, report.failures, "[bold red]FAIL[/]", most if full else MOST_FAILURES)
+    _print_lines(out, [one for one in silent if one.verdict == "information"], "  ")
+    _print_lines(out, report.warnings, "[yellow]warning[/]")
+    _print_lines(out, report.failures, "[bold red]FAIL[/]")
     met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
     failed = f", {required - met} failed" if required > met else ""
     out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
 
 
-def _cut(rows: Sequence[Row], fails: Callable[[Row], bool], most: int) -> list[Row]:
-    """Keep so many rows in their order, those that fail before others."""
-    if len(rows) <= most:
-        return list(rows)
-    first = sorted(range(len(rows)), key=lambda i: (not fails(rows[i]), i))[:most]
-    return [rows[i] for i in sorted(first)]
-
-
-def _print_cut(out: Console, table: Table, left: int) -> None:
-    """Print a table and an empty line, and how many of its rows were left out."""
-    out.print(table)
-    if left:
-        out.print(f"and {left} more rows; --full shows them")
-    out.print()
-
-
-def _print_lines(out: Console, findings: Sequence[Finding], mark: str, most: int) -> None:
-    """Print findings as text, and of more than so many how many more there are."""
-    for found in findings[:most]:
+def _print_lines(out: Console, findings: Sequence[Finding], mark: str) -> None:
+    """Print findings as text."""
+    for found in findings:
         out.print(f"{mark} {cell(str(found))}", soft_wrap=True)
-    if len(findings) > most:
-        out.print(f"   and {len(findings) - most} more")
 
 
-def _row_table(title: str, findings: Sequence[Finding], most: int) -> tuple[Table, int]:
+def _row_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
     """One row for each name and time, one column for each quantity."""
     quantities = list(dict.fromkeys(found.title for found in findings))
     columns, limits = ["", "at\n[s]"], ["allowed", ""]
@@ -203,47 +213,48 @@ def _row_table(title: str, findings: Sequence[Finding], most: int) -> tuple[Tabl
         rows.setdefault((found.name, found.when), {})[found.title] = found
     for quantity in quantities:
         items = [found for found in findings if found.title == quantity]
-        units = " or ".join(dict.fromkeys(found.unit for found in items))
-        columns.append(quantity.removeprefix("joint ").replace(" ", "\n") + f"\n[{units}]")
-        limits.append(_number(items[0].limit, ".1e"))
+        title_lines = quantity.removeprefix("joint ").replace(" ", "\n")
+        columns.append(f"{title_lines}\n[{_unit_names(items, units)}]")
+        limits.append(_number(items[0].limit, items[0], ".1e", units))
     table = plain_table(title, [*columns, ""])
-    kept = _cut(list(rows.items()), lambda row: not all(f.ok for f in row[1].values()), most)
-    for (name, when), row in kept:
-        cells = [_cell(row[key], ".1e") if key in row else "" for key in quantities]
+    for (name, when), row in rows.items():
+        cells = [_cell(row[key], ".1e", units) if key in row else "" for key in quantities]
         worst = min(row.values(), key=lambda found: found.ok)
         table.add_row(cell(name), when, *cells, _mark(worst))
     table.add_row(*limits, "", style="dim")
-    return table, len(rows) - len(kept)
+    return table
 
 
-def _list_table(title: str, findings: Sequence[Finding], most: int) -> tuple[Table, int]:
+def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
     """One row for each finding, by quantity; of those nothing is required of, the largest alone."""
     table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", ""])
     table.columns[-1].justify = "left"
-    rows: list[tuple[Finding, str, str]] = []
     for quantity in dict.fromkeys(found.title for found in findings):
         items = [found for found in findings if found.title == quantity]
+        names = _unit_names(items, units)
+        table.add_row(cell(f"{quantity} [{names}]" if names else quantity), style="dim")
         free = [found for found in items if found.limit is None]
-        units = " or ".join(dict.fromkeys(found.unit for found in items if found.unit))
-        head = cell(f"{quantity} [{units}]" if units else quantity)
-        rows += [(found, head, "") for found in items if found.limit is not None]
+        shown = [(found, "") for found in items if found.limit is not None]
         if free:
             largest = max(free, key=lambda found: abs(found.value or 0.0))
-            rows.append((largest, head, "most: " if len(free) > 1 else ""))
-    kept = _cut(rows, lambda row: not row[0].ok, most)
-    for head, group in itertools.groupby(kept, key=lambda row: row[1]):
-        table.add_row(head, style="dim")
-        for found, _, of_all in group:
+            shown.append((largest, "most: " if len(free) > 1 else ""))
+        for found, of_all in shown:
             table.add_row(
                 f"  {of_all}{cell(found.name or found.subject)}",
-                _cell(found, ".4g"),
-                _number(found.limit, ".4g") or "none given",
-                _number(found.margin, ".4g"),
+                _cell(found, ".4g", units),
+                _number(found.limit, found, ".4g", units) or "none given",
+                _number(found.margin, found, ".4g", units),
                 found.when,
                 _mark(found),
-                _proof(found),
+                _proof(found, units),
             )
-    return table, len(rows) - len(kept)
+    return table
+
+
+def _unit_names(findings: Sequence[Finding], units: Units) -> str:
+    """Units that values are shown in."""
+    names = (units.shown(0.0, found.unit)[1] for found in findings)
+    return " or ".join(dict.fromkeys(name for name in names if name))
 
 
 def _mark(found: Finding) -> str:
@@ -256,52 +267,69 @@ def _mark(found: Finding) -> str:
     return marks[found.verdict]
 
 
-def _proof(found: Finding) -> str:
+def _proof(found: Finding, units: Units) -> str:
     """How a value was found; for a bound, also how far the truth may lie beyond it."""
-    return f"{found.proof} +{found.excess:.1g}" if found.proof == "bounded" else found.proof
+    if found.proof != "bounded":
+        return found.proof
+    return f"{found.proof} +{_number(found.excess, found, '.1g', units)}"
 
 
-def _cell(found: Finding, form: str) -> str:
-    text = _number(found.value, form)
+def _cell(found: Finding, form: str, units: Units) -> str:
+    text = _number(found.value, found, form, units)
     return text if found.ok else f"[bold red]{text}[/]"
 
 
-def _number(value: float | None, form: str) -> str:
-    return "" if value is None else format(value, form)
+def _number(value: float | None, found: Finding, form: str, units: Units) -> str:
+    """A value in the unit of a finding, in the units that are shown."""
+    return "" if value is None else format(units.shown(value, found.unit)[0], form)
 
 
-def _choice_table(choices: Sequence[Choice], most: int) -> tuple[Table, int]:
-    """One row a waypoint given by a pose: which of its solutions was taken, and why."""
-    table = plain_table("Solutions chosen", ["waypoint", "branch", "turns", "of", "why"], 5)
-    for choice in choices[:most]:
+def _choice_table(choices: Sequence[Choice]) -> Table:
+    """Which solutions of poses were taken, and why; waypoints where all is the same share a row."""
+    table = plain_table("Solutions chosen", ["waypoints", "branch", "turns", "of", "why"], 5)
+    for column in table.columns:
+        column.no_wrap, column.overflow = False, "fold"
+    rows: list[tuple[list[str], tuple[str, ...]]] = []
+    for choice in choices:
         kind = "branch" if choice.branches == 1 else "branches"
         count = f"{choice.branches} {kind}, {choice.solutions} with turns"
         if choice.sampled:
             count = f"{choice.branches} samples of its self-motion"
-        cells = (choice.waypoint, choice.branch or "-", _turns(choice.turns), count, choice.reason)
-        table.add_row(*map(cell, cells))
-    return table, max(0, len(choices) - most)
+        cells: tuple[str, ...] = (
+            choice.branch or "-", _turns(choice.turns), count, choice.reason,
+        )  # fmt: skip
+        if not rows or rows[-1][1] != cells:
+            rows.append(([], cells))
+        rows[-1][0].append(choice.waypoint)
+    for names, cells in rows:
+        table.add_row(*map(cell, (_span(names), *cells)))
+    return table
+
+
+def _span(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
 
 
 def _turns(turns: Sequence[tuple[str, int]]) -> str:
     return ", ".join(f"{joint} {turn:+d}" for joint, turn in turns) or "-"
 
 
-def _alternative_table(choices: Sequence[Choice], most: int) -> tuple[Table, int]:
+def _alternative_table(choices: Sequence[Choice]) -> Table:
     """The next best sequence and its cost; waypoints where both are the same share a row."""
     columns = ["waypoints", "next best", "against the one chosen"]
     table = plain_table("Best sequence with another solution there", columns, 3)
+    for column in table.columns:
+        column.no_wrap, column.overflow = False, "fold"
     rows: list[tuple[list[str], tuple[str, str] | None]] = []
     for choice in choices:
         cells = _alternative(choice)
         if not rows or rows[-1][1] != cells:
             rows.append(([], cells))
         rows[-1][0].append(choice.waypoint)
-    found = [(names, cells) for names, cells in rows if cells is not None]
-    for names, cells in found[:most]:
-        span = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
-        table.add_row(*map(cell, (span, *cells)))
-    return table, max(0, len(found) - most)
+    for names, found in rows:
+        if found is not None:
+            table.add_row(*map(cell, (_span(names), *found)))
+    return table
 
 
 def _alternative(choice: Choice) -> tuple[str, str] | None:

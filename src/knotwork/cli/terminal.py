@@ -2,25 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import sys
 
 import click
 
-# Control characters but tab and line feed, separators of lines, and what turns the direction of
-# writing around.
-_CONTROLS = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]"
-)
-
-
-def plain(text: str) -> str:
-    r"""Write control characters as Python would, `\x1b` for escape; lines stay lines.
-
-    >>> print(plain("PASSED \x1b[8m but not"))
-    PASSED \x1b[8m but not
-    """
-    return _CONTROLS.sub(lambda found: ascii(found.group())[1:-1], text)
+from knotwork.plain_text import one_line, plain
 
 
 def cell(text: str, *, lines: bool = False) -> str:
@@ -32,9 +18,8 @@ def cell(text: str, *, lines: bool = False) -> str:
     """
     from rich.markup import escape
 
-    text = text if lines else text.replace("\n", r"\n").replace("\t", r"\t")
     # a backslash at the end would take the markup behind it for text
-    return escape(plain(text))
+    return escape(plain(text) if lines else one_line(text))
 
 
 def echo(text: str, *, err: bool = False) -> None:

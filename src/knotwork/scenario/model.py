@@ -16,6 +16,7 @@ from knotwork.errors import DocumentError, InputError
 from knotwork.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
+from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -228,7 +229,7 @@ class Scenario:
         waypoints: In order of time; at least two.
         robot: Shipped name, path, or inline description; `None` for a task of joints alone.
         relative_to: Folder that relative paths in `robot` start from, or `None`.
-        length_unit: The file's unit of length, `"m"` or `"mm"`, for messages.
+        units: Those of the file, for whatever people read.
         joint_units: Without a robot: `"rad"` or `"m"` by joint; `"rad"` for those left out.
         frames: Named frames of the file, each as `pin.SE3` in the base frame.
         tool: Where the tool is, and what it weighs.
@@ -276,7 +277,7 @@ class Scenario:
     description: str = ""
     robot: str | Document | None = None
     relative_to: Path | None = None
-    length_unit: str = "m"
+    units: Units = field(default_factory=Units)
     joint_units: Mapping[str, str] = field(default_factory=dict)
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     tool: ToolPlacement = field(default_factory=ToolPlacement)
@@ -325,7 +326,7 @@ class Scenario:
     @property
     def shown_length(self) -> tuple[float, str]:
         """How many of the file's units of length a metre has, and the unit's name, for messages."""
-        return (1e3, "mm") if self.length_unit == "mm" else (1.0, "m")
+        return self.units.shown(1.0, "m")
 
     @property
     def times(self) -> FloatArray:

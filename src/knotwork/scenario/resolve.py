@@ -30,6 +30,7 @@ from knotwork.scenario.schema import Balanced, EndAcceleration, ScenarioFile
 from knotwork.scenario.tool_schema import Tool
 from knotwork.scenario.waypoint_reader import WaypointReader
 from knotwork.scenario.waypoint_schema import JointWaypoint, PoseWaypoint
+from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
 
@@ -117,7 +118,7 @@ class _Resolver:
             paths=paths,
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
-            length_unit=file.units.length,
+            units=Units(file.units.length, file.units.angle),
             joint_units=file.joint_units,
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),

@@ -125,11 +125,7 @@ class Explanation:
         """The joints that are too fast, the worst of them first."""
         limit = self.robot.velocity_limit
         ordered = sorted(speeds, key=lambda fault: -fault[1] / limit[fault[0]])
-        return ", ".join(
-            f"{self.robot.joint_names[j]} needs {v:.4g} {self.robot.joint_units[j]}/s (limit "
-            f"{limit[j]:.4g})"
-            for j, v in ordered
-        )
+        return ", ".join(self._speed(j, v, " needs", ".4g") for j, v in ordered)
 
     def _reason(self, candidates: Candidates, changed: bool) -> str:
         if len(candidates.q) == 1:
@@ -250,6 +246,8 @@ class Explanation:
                 said = f"{self._speed(j, speed)} from {self.names[i]!r} to {self.names[i + 1]!r}"
         return said
 
-    def _speed(self, j: int, speed: float) -> str:
-        limit, unit = self.robot.velocity_limit[j], self.robot.joint_units[j]
-        return f"{self.robot.joint_names[j]} {speed:.3g} {unit}/s (limit {limit:.3g})"
+    def _speed(self, j: int, speed: float, needs: str = "", form: str = ".3g") -> str:
+        units, unit = self.scenario.units, f"{self.robot.joint_units[j]}/s"
+        limit = units.shown(float(self.robot.velocity_limit[j]), unit)[0]
+        said = units.text(speed, unit, form)
+        return f"{self.robot.joint_names[j]}{needs} {said} (limit {limit:{form}})"

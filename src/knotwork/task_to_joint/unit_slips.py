@@ -26,9 +26,9 @@ def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
     if not isinstance(waypoint, CartesianWaypoint):
         return
     distance, reach = float(np.linalg.norm(waypoint.position)), _reach(robot)
-    if scenario.length_unit == "m" and FAR_OFF * reach < distance <= 1000 * reach:
+    if scenario.units.length == "m" and FAR_OFF * reach < distance <= 1000 * reach:
         shown, unit = f"{distance:.4g} m", "mm"
-    elif scenario.length_unit == "mm" and distance < reach / FAR_OFF and 1000 * distance <= reach:
+    elif scenario.units.length == "mm" and distance < reach / FAR_OFF and 1000 * distance <= reach:
         shown, unit = f"{1000 * distance:.4g} mm", "m"
     else:
         return

@@ -6,7 +6,8 @@ import numpy as np
 
 from knotwork.errors import TimingError
 from knotwork.joint_quantities import rate_unit
-from knotwork.timing.bounds import feasible_durations, least_durations
+from knotwork.least_durations import feasible_durations
+from knotwork.timing.bounds import least_durations
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.safe_numbers import rounded_down, rounded_up
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.least_durations import feasible_durations
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
-from knotwork.timing.bounds import feasible_durations
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.rebuild import Knots
 from knotwork.waypoints import FloatArray

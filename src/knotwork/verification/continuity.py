@@ -45,7 +45,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
             yield _finding(
                 "Continuity", space.joint_names[joint], f"{quantity}_jump",
                 value, float(allowed[where, joint]), unit, time,
-                f"{quantity} jumps by {value:.3g} {unit} at {time:.6g} s",
+                f"{quantity} jumps by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s",
                 required=order <= scenario.continuity,
             )  # fmt: skip
         rates = motion.curve.extrema(order + 1)
@@ -55,8 +55,9 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
             yield _finding(
                 "Continuity", space.joint_names[i], f"{quantity}_jump",
                 value, FASTEST[order], unit, time,
-                f"{quantity} changes by {value:.3g} {unit} at {time:.6g} s, which is a jump for "
-                f"any drive (at most {FASTEST[order]:g} {unit})",
+                f"{quantity} changes by {scenario.units.text(value, unit, '.3g')} at {time:.6g} s, "
+                "which is a jump for any drive (at most "
+                f"{scenario.units.text(FASTEST[order], unit, 'g')})",
                 required=order <= scenario.continuity,
             )  # fmt: skip
 
@@ -75,7 +76,8 @@ def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
             yield _finding(
                 "Motion", space.joint_names[i], f"{quantity}_rounding", value, limit, unit, None,
                 f"the coefficients cancel one another so far that {quantity} is known to "
-                f"{value:.3g} {unit} only, not to {limit:g} {unit}",
+                f"{scenario.units.text(value, unit, '.3g')} only, not to "
+                f"{scenario.units.text(limit, unit, 'g')}",
             )  # fmt: skip
 
 

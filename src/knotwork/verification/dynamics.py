@@ -17,6 +17,7 @@ from knotwork.verification.limits import (
     with_slack,
 )
 from knotwork.verification.motion import Motion
+from knotwork.verification.remedies import joint_remedy
 
 NO_IMPULSE = 1e-9
 """A jump of velocities is felt by a joint if its impulse is above this, relative to the largest."""
@@ -37,7 +38,8 @@ def effort_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iter
             time, sign = infinite[i]
             reached, limit = Reached(sign * np.inf, time), sign * float(limits[i])
         margin = abs(limit) - abs(reached.value) - (reached.excess if found.ok else 0.0)
-        yield limit_finding(space, i, "effort", reached, limit, margin)
+        finding = limit_finding(space, i, "effort", reached, limit, margin)
+        yield finding.with_remedy(joint_remedy(finding, motion, scenario, space))
 
 
 def _impulses(motion: Motion, space: JointSpace) -> dict[int, tuple[float, float]]:

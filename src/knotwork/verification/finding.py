@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 Verdict = Literal["met", "failed", "warning", "information"]
@@ -47,6 +47,7 @@ class Finding:
             x, y, z, w.
         achieved: What the motion does, in the same form.
         points: Places that it is about, in the base frame [m].
+        brief: What short reports say of it even where all is well, if anything.
         detail: Tables leave it out, because another finding says more; reports as data have it.
         form: Unit of requested and achieved where it is not that of the value.
     """
@@ -69,6 +70,7 @@ class Finding:
     achieved: tuple[float, ...] | None = None
     form: str = ""
     points: tuple[tuple[float, ...], ...] = ()
+    brief: str = ""
     detail: bool = False
 
     @property
@@ -107,9 +109,13 @@ class Finding:
         from_below = self.margin is not None and (share - 1.0) * self.margin > 0.0
         return 1.0 / share if from_below and share else share
 
+    def with_remedy(self, said: str) -> Finding:
+        """The same finding, whose message ends with what would help, if anything is said."""
+        return replace(self, message=f"{self.message}; {said}") if said else self
+
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON; infinite numbers are `None`."""
-        data = {key: _plain(value) for key, value in asdict(self).items()}
+        data = {key: _plain(value) for key, value in asdict(self).items() if key != "brief"}
         return {"ok": self.ok, **data}
 
     def __str__(self) -> str:

@@ -14,8 +14,10 @@ from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.scenario import Scenario
+from knotwork.units import Units
 from knotwork.verification.finding import Finding, Proof, judged
 from knotwork.verification.motion import Motion
+from knotwork.verification.remedies import joint_remedy
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -28,7 +30,8 @@ LIMIT_SLACK = 1e-9
 
 def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
-    return derivative_limits(space, motion.curve)
+    for found in derivative_limits(space, motion.curve):
+        yield found.with_remedy(joint_remedy(found, motion, scenario, space))
 
 
 def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator[Finding]:
@@ -93,14 +96,23 @@ def kept(margin: float, limit: float) -> bool:
     return bool(margin >= -LIMIT_SLACK * max(1.0, abs(limit)))
 
 
-def in_words(reached: Reached, limit: float, unit: str) -> str:
-    """Say how a value stands to a limit, and what is not proved."""
-    allowed = f"limit {limit:.6g} {unit}".rstrip()
+def in_words(reached: Reached, limit: float, unit: str, units: Units) -> str:
+    """Say how a value stands to a limit, and what is not proved.
+
+    Args:
+        reached: The value.
+        limit: The limit, in SI.
+        unit: SI unit of both.
+        units: Those to say it in.
+    """
+    allowed = f"limit {units.text(limit, unit)}"
+    if limit and 1.0 < reached.value / limit < np.inf:
+        percent = 100.0 * reached.value / limit
+        allowed += f" ({percent:.0f} %)" if percent >= 101.0 else ""
     if np.isinf(reached.value):
         said = f"is infinite at the jump at {reached.time:.6g} s, {allowed}"
     else:
-        value = f"{reached.value:.6g} {unit}".rstrip()
-        said = f"reaches {value} at {reached.time:.6g} s, {allowed}"
+        said = f"reaches {units.text(reached.value, unit)} at {reached.time:.6g} s, {allowed}"
     if reached.proof != "sampled":
         return said
     from knotwork.verification.bounds.adaptive import BUDGET
@@ -124,7 +136,7 @@ def limit_finding(
     joint = space.joint_names[i]
     unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     given = bool(np.isfinite(limit))
-    said = in_words(reached, limit, unit) if given else "has no limit given"
+    said = in_words(reached, limit, unit, space.shown_in) if given else "has no limit given"
     return Finding(
         group=JOINT_LIMITS,
         subject="joint",

@@ -43,6 +43,7 @@ def _stretch(
         robot, motion.curve, path.motion, interval, stretch.full_speed, stretch.speed, limits
     )
     begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
+    units = scenario.units
     scale, length = scenario.shown_length
     angle, place = found.orientation.value, scale * found.position.value
     full = stretch.full_speed
@@ -51,12 +52,16 @@ def _stretch(
          f"the tool leaves the {stretch.kind} by {place:.3g} {length}, tolerance "
          f"{scale * limits.position:.3g} {length}"),
         ("path_orientation", found.orientation, limits.orientation, "rad", interval,
-         f"the tool is turned off by {angle:.3g} rad, tolerance {limits.orientation:.3g} rad"),
+         f"the tool is turned off by {units.text(angle, 'rad', '.3g')}, tolerance "
+         f"{units.text(limits.orientation, 'rad', '.3g')}"),
         ("path_speed", found.speed, limits.speed, "m/s", full,
          f"the speed is {scale * found.slowest:.5g} to {scale * found.fastest:.5g} {length}/s, "
          f"asked for {scale * stretch.speed:.5g} from {full[0]:.3f} s to {full[1]:.3f} s, "
          f"tolerance {100 * allowed.path_speed:.3g} %"),
     ]  # fmt: skip
+    brief = f"{begin} to {end}: {place:.3g} of {scale * limits.position:.3g} {length} off"
+    if found.speed is not None:
+        brief += f", {scale * found.slowest:.4g} to {scale * found.fastest:.4g} {length}/s"
     for quantity, bound, limit, unit, when, said in rows:
         if bound is None:
             continue
@@ -75,6 +80,7 @@ def _stretch(
             interval=when,
             proof="bounded" if bound.proved else "sampled",
             excess=max(bound.bound - bound.value, 0.0),
+            brief=brief if quantity == "path_deviation" else "",
         )
     if found.speed is not None:
         yield Finding(

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import html
+from dataclasses import dataclass, field
 from typing import Any
 
 from knotwork.errors import CheckFailedError
+from knotwork.units import Units
+from knotwork.verification.brief import brief
 from knotwork.verification.finding import Finding
 
 VERSION = 2
 """Of `report.json`. Version 1 had no number, and a list for each kind of check."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
-    """The verdict on a trajectory, finding by finding.
+    """The verdict on a trajectory, finding by finding; printed, it is told in a few lines.
 
     >>> import knotwork as kw
     >>> report = kw.plan("paper_case").report
@@ -29,6 +32,7 @@ class Report:
         planner: What made the trajectory, as it says itself.
         start_time, end_time: Of the trajectory [s].
         findings: All that the checks found, in their order.
+        units: Those of the scenario, for whatever people read; findings are in SI.
     """
 
     scenario: str
@@ -37,6 +41,17 @@ class Report:
     start_time: float
     end_time: float
     findings: tuple[Finding, ...]
+    units: Units = field(default_factory=Units)
+
+    def __str__(self) -> str:
+        """The verdict and the tightest cases, in some 15 lines of 80 characters."""
+        return "\n".join(line.text for line in brief(self))
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>"
 
     @property
     def ok(self) -> bool:

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.joint_quantities import rate_unit
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.units import Units
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.limits import (
     LIMIT_SLACK,
@@ -22,6 +24,7 @@ from knotwork.verification.limits import (
     with_slack,
 )
 from knotwork.verification.motion import Motion
+from knotwork.verification.remedies import slower
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -39,17 +42,20 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
 
     robot, limits = space.robot, scenario.motion_limits
     if limits.tool_speed is not None:
-        yield _of_frame(tool_speed_bound, motion, robot, limits.tool_speed, "tool_speed", "m/s")
+        limit = limits.tool_speed
+        yield _of_frame(tool_speed_bound, motion, robot, limit, "tool_speed", 1, scenario.units)
     if limits.tool_acceleration is not None:
         limit, jump = limits.tool_acceleration, _tool_jump(motion, robot)
         found = _of_frame(
-            tool_acceleration_bound, motion, robot, limit, "tool_acceleration", "m/s²", jump=jump
-        )
+            tool_acceleration_bound, motion, robot, limit, "tool_acceleration", 2, scenario.units,
+            jump=jump,
+        )  # fmt: skip
         yield found
     for one in limits.frame_speed:
         yield _of_frame(
-            tool_speed_bound, motion, robot, one.speed, "frame_speed", "m/s", frame=one.frame
-        )
+            tool_speed_bound, motion, robot, one.speed, "frame_speed", 1, scenario.units,
+            frame=one.frame,
+        )  # fmt: skip
 
 
 def _of_frame(
@@ -58,7 +64,8 @@ def _of_frame(
     robot: Robot,
     limit: float,
     quantity: str,
-    unit: str,
+    order: int,
+    units: Units,
     *,
     frame: str | None = None,
     jump: float | None = None,
@@ -71,7 +78,8 @@ def _of_frame(
         robot: The arm.
         limit: In SI.
         quantity: Its name.
-        unit: Its unit.
+        order: Of its derivative of position.
+        units: Those to say it in.
         frame: Name of the link; by default the tool.
         jump: When it is infinite [s], if it is.
     """
@@ -79,14 +87,14 @@ def _of_frame(
     reached = bounded(found) if jump is None else Reached(np.inf, jump)
     margin = limit - reached.value - (reached.excess if found.ok else 0.0)
     who = "tool" if frame is None else f"link {frame!r}"
-    words = quantity.partition("_")[2]
-    return Finding(
+    words, unit = quantity.partition("_")[2], rate_unit("m", order)
+    finding = Finding(
         group=TOOL_LIMITS,
         subject="tool" if frame is None else "link",
         name=frame or "",
         quantity=quantity,
         verdict=judged(kept(margin, limit)),
-        message=f"{who}: {words} {in_words(reached, limit, unit)}",
+        message=f"{who}: {words} {in_words(reached, limit, unit, units)}",
         value=reached.value,
         limit=limit,
         margin=margin,
@@ -95,6 +103,9 @@ def _of_frame(
         proof=reached.proof,
         excess=reached.excess,
     )
+    if finding.ok or np.isinf(reached.value):
+        return finding
+    return finding.with_remedy(slower(reached.value / limit, order))
 
 
 def _tool_jump(motion: Motion, robot: Robot) -> float | None:
@@ -122,7 +133,7 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     if limit is not None:
         message = (
             "tool: the smallest singular value (metres and radians mixed) "
-            f"{in_words(reached, limit, '')}"
+            f"{in_words(reached, limit, '', scenario.units)}"
         )
     yield Finding(
         group=SINGULARITY,

@@ -69,4 +69,5 @@ def check(
         start_time=trajectory.start_time,
         end_time=trajectory.end_time,
         findings=(*faults, *known, *found),
+        units=scenario.units,
     )

@@ -38,8 +38,9 @@ def waits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Fin
             quantity="movement",
             verdict=judged(bool((moved <= tolerances).all())),
             message=f"waypoint {waypoint.name!r}: the arm is to stand still from {start:.3f} s to "
-            f"{end:.3f} s, and {space.joint_names[worst]} moves by {distance:.3g} {unit}, "
-            f"tolerance {tolerance:.3g} {unit}",
+            f"{end:.3f} s, and {space.joint_names[worst]} moves by "
+            f"{scenario.units.text(distance, unit, '.3g')}, tolerance "
+            f"{scenario.units.text(tolerance, unit, '.3g')}",
             value=distance,
             limit=tolerance,
             margin=tolerance - distance,

@@ -10,13 +10,14 @@ import numpy as np
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.joint_space import JointSpace, JointState
 from knotwork.scenario import Scenario
+from knotwork.units import Units
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
-    from knotwork.scenario import ScenarioWaypoint, ToleranceSet
+    from knotwork.scenario import ScenarioWaypoint
 
 TINY = np.finfo(float).tiny
 # Times that differ by rounding are the same.
@@ -57,7 +58,7 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
     for waypoint, time, _ in _reached(motion, scenario, space):
         if isinstance(waypoint, CartesianWaypoint):
             q, v = motion.curve(time), motion.curve(time, 1)
-            yield from _tool_findings(waypoint, space.robot, q, v, scenario.tolerances)
+            yield from _tool_findings(waypoint, space.robot, q, v, scenario)
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -97,7 +98,7 @@ def _tool_findings(
     robot: Robot,
     q: FloatArray,
     v: FloatArray,
-    tolerances: ToleranceSet,
+    scenario: Scenario,
 ) -> Iterator[Finding]:
     import pinocchio as pin
 
@@ -115,7 +116,8 @@ def _tool_findings(
         error = float(np.linalg.norm(achieved - requested)) if distance is None else distance
         yield _error_finding(
             "Tool at the waypoints", waypoint.name, waypoint.time, quantity,
-            requested, achieved, error, getattr(tolerances, quantity), unit,
+            requested, achieved, error, getattr(scenario.tolerances, quantity), unit,
+            scenario.units,
         )  # fmt: skip
 
 
@@ -137,6 +139,7 @@ def _joint_finding(
     return _error_finding(
         "Joints at the waypoints", name, time, quantity, requested, achieved,
         float(errors[worst]), float(tolerances[worst]), rate_unit(space.joint_units[worst], order),
+        scenario.units,
     )  # fmt: skip
 
 
@@ -157,6 +160,7 @@ def _error_finding(
     error: float,
     tolerance: float,
     unit: str,
+    units: Units,
 ) -> Finding:
     words = quantity.replace("_", " ")
     return Finding(
@@ -165,8 +169,8 @@ def _error_finding(
         name=waypoint,
         quantity=quantity,
         verdict=judged(error <= tolerance),
-        message=f"waypoint {waypoint!r} at {time:g} s: {words} is off by {error:.3g} {unit}, "
-        f"tolerance {tolerance:.3g} {unit}",
+        message=f"waypoint {waypoint!r} at {time:g} s: {words} is off by "
+        f"{units.text(error, unit, '.3g')}, tolerance {units.text(tolerance, unit, '.3g')}",
         value=error,
         limit=tolerance,
         margin=tolerance - error,

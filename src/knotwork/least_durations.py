@@ -1,0 +1,54 @@
+"""How long one joint has to take between two states, within limits of velocity and acceleration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.waypoints import FloatArray
+
+
+def feasible_durations(
+    move: FloatArray, v0: FloatArray, v1: FloatArray, V: FloatArray, A: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Find what durations are possible for each joint.
+
+    Args:
+        move: What it moves by, shape (d,).
+        v0: Velocity at the start, shape (d,).
+        v1: Velocity at the end, shape (d,).
+        V: Velocity limits, shape (d,).
+        A: Acceleration limits, shape (d,).
+
+    Returns:
+        t1, t2 and t3, shape (d,) each: it can take from t1 to t2, and from t3 on. Where every
+        duration from t1 on is possible, t2 is infinite.
+    """
+    unlimited = np.isinf(A)
+    A = np.where(unlimited, 1.0, A)
+    # what it moves by if it goes from the one velocity to the other at once
+    direct = 0.5 * (v0 + v1) * np.abs(v1 - v0) / A
+    rounding = 1e-12 * (np.abs(move) + np.abs(direct))
+    # mirrored so that it accelerates first
+    sign = np.where(move > direct, 1.0, -1.0)
+    D, a, b = sign * move, sign * v0, sign * v1
+    first = np.where(np.abs(move - direct) <= rounding, np.abs(v1 - v0) / A, _peaked(D, a, b, V, A))
+    # braking first, it takes longer, up to where it would have to stop and go back
+    valley = 0.5 * (a * a + b * b) - A * D
+    blocked = (np.minimum(a, b) > 0.0) & (valley > 0.0)
+    last = (a + b - 2.0 * np.sqrt(np.maximum(valley, 0.0))) / A
+    later = _peaked(-D, -a, -b, V, A)
+    return (
+        np.where(unlimited, np.abs(move) / V, first),
+        np.where(blocked & ~unlimited, np.maximum(last, first), np.inf),
+        np.where(blocked & ~unlimited, later, np.inf),
+    )
+
+
+def _peaked(
+    D: FloatArray, a: FloatArray, b: FloatArray, V: FloatArray, A: FloatArray
+) -> FloatArray:
+    """Duration with a peak of velocity, not negative and at most V, between the ends."""
+    squares = 0.5 * (a * a + b * b)
+    peak = np.minimum(np.sqrt(np.maximum(A * D + squares, 0.0)), V)
+    rest = np.maximum(D - (peak * peak - squares) / A, 0.0)
+    return np.asarray((2.0 * peak - a - b) / A + np.where(peak < V, 0.0, rest / V))

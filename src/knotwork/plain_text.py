@@ -1,0 +1,25 @@
+"""Text from files as it can be shown to people: it moves no cursor and hides nothing."""
+
+from __future__ import annotations
+
+import re
+
+# Control characters but tab and line feed, separators of lines, and what turns the direction of
+# writing around.
+_CONTROLS = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ufeff]"
+)
+
+
+def plain(text: str) -> str:
+    r"""Write control characters as Python would, `\x1b` for escape; lines stay lines.
+
+    >>> print(plain("PASSED \x1b[8m but not"))
+    PASSED \x1b[8m but not
+    """
+    return _CONTROLS.sub(lambda found: ascii(found.group())[1:-1], text)
+
+
+def one_line(text: str) -> str:
+    r"""The same in one line: line feeds and tabs are written out, too."""
+    return plain(text.replace("\n", r"\n").replace("\t", r"\t"))

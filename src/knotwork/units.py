@@ -1,0 +1,45 @@
+"""`Units`: those that a scenario's file is written in, for whatever people read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+_FACTORS = {"m": 1.0, "mm": 1e3, "rad": 1.0, "deg": 180.0 / math.pi}
+"""What one SI unit is in each of them."""
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of length and angle that values are shown in; what is computed and stored is in SI.
+
+    >>> Units("mm", "deg").shown(0.25, "m/s")
+    (250.0, 'mm/s')
+
+    Attributes:
+        length: `"m"` or `"mm"`.
+        angle: `"rad"` or `"deg"`.
+    """
+
+    length: str = "m"
+    angle: str = "rad"
+
+    def shown(self, value: float, unit: str) -> tuple[float, str]:
+        """A value in SI in these units, and the name of its unit.
+
+        Args:
+            value: In SI.
+            unit: Its SI unit; those without metres or radians at their head stay as they are.
+        """
+        head, slash, rest = unit.partition("/")
+        own = {"m": self.length, "rad": self.angle}.get(head)
+        return (value, unit) if own is None else (value * _FACTORS[own], f"{own}{slash}{rest}")
+
+    def text(self, value: float, unit: str, form: str = ".6g") -> str:
+        """A value in SI in words, in these units.
+
+        >>> Units("mm", "deg").text(3.14159, "rad/s²", ".4g")
+        '180 deg/s²'
+        """
+        shown, name = self.shown(value, unit)
+        return f"{shown:{form}} {name}".rstrip()

@@ -1,0 +1,238 @@
+"""A report in a few lines: the verdict, what fails, and the tightest case of each group."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+from knotwork.plain_text import one_line
+from knotwork.units import Units
+from knotwork.verification.finding import Finding
+
+WIDTH = 80
+MOST_LINES = 14
+"""A report has no more lines; what is told of failures may need more."""
+MOST_FAILURE_LINES = 8
+MOST_WARNING_LINES = 4
+"""The first failure or warning is told whole; others while there is room in so many lines."""
+NOTABLE = 0.01
+"""A use of a limit below this part of it is worth no row of its own."""
+INDENT = "  "
+
+
+class Told(Protocol):
+    """What is told of a report."""
+
+    @property
+    def scenario(self) -> str:
+        """Its name."""
+
+    @property
+    def start_time(self) -> float:
+        """[s]."""
+
+    @property
+    def end_time(self) -> float:
+        """[s]."""
+
+    @property
+    def units(self) -> Units:
+        """Those of the scenario."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing fails."""
+
+    @property
+    def failures(self) -> Sequence[Finding]:
+        """Findings that fail."""
+
+    @property
+    def warnings(self) -> Sequence[Finding]:
+        """Findings that are plausibly slips."""
+
+    @property
+    def groups(self) -> dict[str, list[Finding]]:
+        """Findings by their group."""
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Requirements that are met, and all."""
+
+
+class BriefLine(NamedTuple):
+    """A line of a short report.
+
+    Attributes:
+        kind: `"passed"`, `"failed"`, `"failure"`, `"warning"`, `"group"` or `"more"`.
+        text: Without a line feed.
+    """
+
+    kind: str
+    text: str
+
+
+def brief(report: Told, width: int = WIDTH) -> list[BriefLine]:
+    """Write a report in at most some 15 lines.
+
+    Args:
+        report: The report.
+        width: Of the lines, in characters; only longer words are longer.
+    """
+    lines = _wrapped("passed" if report.ok else "failed", _verdict(report), width)
+    lines += _told("failure", "FAIL ", report.failures, MOST_FAILURE_LINES, width)
+    lines += _told("warning", "warning: ", report.warnings, MOST_WARNING_LINES, width)
+    groups = {name: found for name, found in report.groups.items() if _has_numbers(found)}
+    if report.ok:
+        plain = {name: found for name, found in groups.items() if _far_from_limits(found)}
+        rest = _listed("far below what is allowed", plain, width)
+        rows = {name: found for name, found in groups.items() if name not in plain}
+        room = MOST_LINES - len(lines) - len(rest)
+        return [*lines, *_rows(rows, report.units, room, width), *rest]
+    met = {name: found for name, found in groups.items() if _met(found)}
+    return [*lines, *_listed("met", met, width)]
+
+
+def _verdict(report: Told) -> str:
+    met, required = report.counts
+    failed = f", {required - met} failed" if required > met else ""
+    word = "PASSED" if report.ok else "FAILED"
+    duration = f"{report.end_time - report.start_time:.5g} s"
+    return f"{word} {report.scenario}: {met} of {required} requirements met{failed}; {duration}"
+
+
+def _listed(what: str, groups: Mapping[str, Sequence[Finding]], width: int) -> list[BriefLine]:
+    """Groups of which no more is told, by their names."""
+    if not groups:
+        return []
+    names = ", ".join(f"{name} ({_count(found)})" for name, found in groups.items())
+    return _wrapped("group", f"{INDENT}{what}: {names}", width, 2 * INDENT)
+
+
+def _told(
+    kind: str, mark: str, findings: Sequence[Finding], most: int, width: int
+) -> list[BriefLine]:
+    """Tell findings in their own words: the worst of those alike, and how many more there are."""
+    lines: list[BriefLine] = []
+    alike: dict[tuple[str, str, str], list[Finding]] = {}
+    for found in findings:
+        alike.setdefault((found.group, found.subject, found.quantity), []).append(found)
+    left = len(findings)
+    for several in alike.values():
+        worst = max(several, key=lambda one: one.use or 0.0)
+        others = f" (and {len(several) - 1} more like it)" if len(several) > 1 else ""
+        told = _wrapped(kind, f"{mark}{worst}{others}", width, " " * len(mark))
+        if lines and len(lines) + len(told) > most:
+            return [*lines, BriefLine("more", f"{' ' * len(mark)}and {left} more")]
+        lines += told
+        left -= len(several)
+    return lines
+
+
+def _rows(groups: dict[str, list[Finding]], units: Units, room: int, width: int) -> list[BriefLine]:
+    """One row a group, and what findings say in short of themselves as long as there is room."""
+    heads = {name: f"{INDENT}{name} ({_count(found)})" for name, found in groups.items()}
+    indent = max((len(head) for head in heads.values()), default=0) + 2
+    told = {
+        name: [one.brief for one in found if one.brief] or _tightest(found, units)
+        for name, found in groups.items()
+    }
+    # a line for how many more there are is kept free where there are any
+    needed = (len(_lines(said[0], width - indent)) + (len(said) > 1) for said in told.values())
+    spare = max(0, room - sum(needed))
+    lines: list[BriefLine] = []
+    for name, said in told.items():
+        kept, spare = _fitting(said, spare, width - indent)
+        head = heads[name]
+        for text in kept:
+            for line in _lines(text, width - indent):
+                lines.append(BriefLine("group", f"{head:<{indent}}{line}"))
+                head = ""
+    return lines
+
+
+def _fitting(said: Sequence[str], spare: int, width: int) -> tuple[list[str], int]:
+    """The first text, others as long as there is room, and the lines that are left after them."""
+    sizes = [len(_lines(text, width)) for text in said]
+    room = spare + (len(said) > 1)
+    if sum(sizes[1:]) <= room:
+        return list(said), room - sum(sizes[1:])
+    kept, used = 1, 0
+    while used + sizes[kept] < room:
+        used += sizes[kept]
+        kept += 1
+    return [*said[:kept], f"and {len(said) - kept} more"], room - used - 1
+
+
+def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
+    """The finding nearest its limit: what part of it is used, or else by how much it is kept.
+
+    Where nothing has a limit, it is the largest of each quantity.
+    """
+    numbers = [one for one in findings if one.value is not None]
+    limited = [one for one in numbers if one.required and one.limit is not None]
+    if not limited:
+        largest: dict[str, Finding] = {}
+        for one in numbers:
+            if abs(one.value or 0.0) >= abs(largest.get(one.quantity, one).value or 0.0):
+                largest[one.quantity] = one
+        return [
+            _told_of(one, units) + ("" if one.required else ", no limit given")
+            for one in largest.values()
+        ]
+    if any(one.use is None for one in limited):
+        nearest = min(limited, key=lambda one: one.margin if one.margin is not None else 0.0)
+        return [_told_of(nearest, units)]
+    tightest = max(limited, key=lambda one: one.use or 0.0)
+    return [f"{100.0 * (tightest.use or 0.0):.0f} %: {_told_of(tightest, units)}"]
+
+
+def _told_of(found: Finding, units: Units) -> str:
+    """What a finding is about, its value, its limit and when."""
+    number = units.text(found.value or 0.0, found.unit, ".4g")
+    if found.limit:
+        limit = units.text(found.limit, found.unit, ".4g")
+        from_below = (abs(found.value or 0.0) > abs(found.limit)) == found.ok
+        bare = f"{units.shown(found.value or 0.0, found.unit)[0]:.4g}"
+        number = f"{number}, at least {limit}," if from_below else f"{bare} of {limit}"
+    at = f"at {found.when} s" if found.when else ""
+    return " ".join(filter(None, (one_line(found.name), found.title, number, at)))
+
+
+def _far_from_limits(findings: Sequence[Finding]) -> bool:
+    """Whether all have limits, and no part of them worth a word is used."""
+    uses = [one.use for one in findings if one.required and one.value is not None]
+    others = any(one.brief or (one.value is not None and not one.required) for one in findings)
+    return bool(uses) and not others and all(use is not None and use < NOTABLE for use in uses)
+
+
+def _count(findings: Sequence[Finding]) -> int:
+    return sum(one.required for one in findings) or len(findings)
+
+
+def _has_numbers(findings: Sequence[Finding]) -> bool:
+    return any(one.value is not None or one.brief for one in findings)
+
+
+def _met(findings: Sequence[Finding]) -> bool:
+    return all(one.ok for one in findings) and any(one.required for one in findings)
+
+
+def _wrapped(kind: str, text: str, width: int, indent: str = INDENT) -> list[BriefLine]:
+    first, *others = _lines(text, width, width - len(indent))
+    return [BriefLine(kind, first), *(BriefLine(kind, indent + line) for line in others)]
+
+
+def _lines(text: str, width: int, later: int | None = None) -> list[str]:
+    """Lines of a text; those after the first are as wide as `later` says, if it does."""
+    indent = " " * (width - later) if later is not None else ""
+    found = textwrap.wrap(
+        one_line(text),
+        max(width, 20),
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+        drop_whitespace=True,
+    )
+    return [found[0], *(line[len(indent) :] for line in found[1:])] if found else [""]

@@ -1,0 +1,88 @@
+"""What would help where a limit of a joint or of the tool is broken, as far as that is certain."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+
+import numpy as np
+
+from knotwork.joint_quantities import DERIVATIVES
+from knotwork.joint_space import JointSpace
+from knotwork.least_durations import feasible_durations
+from knotwork.scenario import Scenario
+from knotwork.verification.finding import Finding
+from knotwork.verification.motion import Motion
+
+NOTABLE = 1.001
+"""A move that needs more than so many times its duration is said to need more time."""
+
+
+def slower(use: float, order: int) -> str:
+    """How much slower the same motion keeps a limit on a derivative.
+
+    Slowed down to k times the time, derivatives of this order fall to the k to the order-th part.
+
+    Args:
+        use: Part of the limit that is used, over 1.
+        order: Order of the derivative.
+    """
+    factor = use ** (1.0 / order)
+    digits = 10.0 ** (2 - math.floor(math.log10(factor)))
+    factor = math.ceil(digits * factor) / digits
+    return f"the same motion in {factor:.4g} times the time keeps it"
+
+
+def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: JointSpace) -> str:
+    """What would help a joint that breaks a limit; empty where nothing is certain.
+
+    Args:
+        found: The finding that says so.
+        motion: The motion.
+        scenario: Its task.
+        space: The scenario's joints.
+    """
+    use = found.use
+    if found.ok or use is None or not math.isfinite(use) or found.time is None:
+        return ""
+    j = space.joint_names.index(found.name)
+    if found.quantity == "effort":
+        return _weight(found, motion, space, j)
+    order = DERIVATIVES.index(found.quantity)
+    if not order:
+        return ""
+    return _move_too_short(found.time, motion, scenario, space, j) or slower(use, order)
+
+
+def _move_too_short(
+    time: float, motion: Motion, scenario: Scenario, space: JointSpace, j: int
+) -> str:
+    """Say how long a move has to take, if its ends alone need more time than it has."""
+    times = scenario.times
+    i = min(max(bisect_right(times, time) - 1, 0), len(times) - 2)
+    ends = np.clip(times[i : i + 2], motion.start_time, motion.end_time)
+    duration = float(ends[1] - ends[0])
+    if duration <= 0.0:
+        return ""
+    q, v = motion.curve(ends)[:, j], motion.curve(ends, 1)[:, j]
+    limits = (space.limits[kind][j : j + 1] for kind in ("velocity", "acceleration"))
+    V, A = (np.maximum(limit, np.finfo(float).tiny) for limit in limits)
+    if np.abs(v).max() > V[0] or (np.isinf(V[0]) and np.isinf(A[0])):
+        return ""
+    least = float(feasible_durations(q[1:] - q[:1], v[:1], v[1:], V, A)[0][0])
+    if not NOTABLE * duration < least < math.inf:
+        return ""
+    first, last = (scenario.waypoints[k].name for k in (i, i + 1))
+    return f"the move from {first!r} to {last!r} needs at least {least:.4g} s, not {duration:.4g} s"
+
+
+def _weight(found: Finding, motion: Motion, space: JointSpace, j: int) -> str:
+    """Say what of an effort is weight, which no slower motion takes away."""
+    if space.robot is None or not found.limit or found.value is None or found.time is None:
+        return ""
+    q, still = motion.curve(found.time), np.zeros(len(space.joint_names))
+    weight = float(space.robot.torque(q, still, still)[j])
+    said = f"{weight:.4g} {found.unit} of it is weight"
+    if abs(weight) > abs(found.limit) and weight * found.value > 0.0:
+        return f"{said}, so slower motion does not help: a lighter load or another posture would"
+    return f"{said}, the rest falls with the square of the speed"
