@@ -326,6 +326,7 @@ def check(
             tables.print_report(report, scenario)
         else:
             tables.print_brief(report)
+            echo(f"the motion: {report.planner}")
             given = f"{trajectory}" + (f" -s {reference}" if reference is not None else "")
             tables.print_next(given)
     return PASSED if report.ok else FAILED
