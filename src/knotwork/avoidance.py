@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint import TaskSolution
 from knotwork.verification import Finding
@@ -20,7 +21,13 @@ MOST_SEQUENCES = 12
 """So many sequences of solutions are tried at most, the best one included."""
 
 
-def without_collisions(first: PlanT, made: Callable[[TaskSolution], PlanT]) -> PlanT:
+MOST_TIMED = 4
+"""So many where the times are chosen anew for each."""
+
+
+def without_collisions(
+    first: PlanT, made: Callable[[TaskSolution], PlanT], most: int = MOST_SEQUENCES
+) -> PlanT:
     """Take the best sequence of solutions whose motion collides nowhere.
 
     Where the motion of a sequence collides between two waypoints, the solutions that it has at both
@@ -30,15 +37,19 @@ def without_collisions(first: PlanT, made: Callable[[TaskSolution], PlanT]) -> P
     Args:
         first: The plan of the best sequence.
         made: Plans another one.
+        most: So many are tried, the first one included.
     """
     best, current, tried = first, first, 1
-    while (failed := failed_pairs(current.report.findings)) and tried < MOST_SEQUENCES:
+    while (failed := failed_pairs(current.report.findings)) and tried < most:
         solution = current.solution
         other = solution.avoiding(_intervals(failed, current.scenario)) if solution else None
         if other is None:
             break
-        current = made(other)
         tried += 1
+        try:
+            current = made(other)
+        except InputError:  # there is no such motion, however slow
+            break
         if _worth(current) < _worth(best):
             best = current
     if tried == 1:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from numpy.typing import ArrayLike
 
 from knotwork import storage
-from knotwork.avoidance import without_collisions
+from knotwork.avoidance import MOST_TIMED, without_collisions
 from knotwork.errors import InputError, KnotError, OptionError
 from knotwork.interpolation import (
     PLANNER_SPECS,
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from knotwork.choosing import ChosenTimes
     from knotwork.timing import Progress
     from knotwork.view.page import Page
+
+Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +172,7 @@ def plan(
     scenario: str | Path | Mapping[str, Any] | Scenario,
     *,
     planner: str | None = None,
-    knots: str | float | ArrayLike | BalancedKnots | None = None,
+    knots: Knots = None,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Plan:
@@ -208,12 +210,26 @@ def plan(
         scenario = load_scenario(scenario)
     if isinstance(knots, str) and knots == "optimal":
         scenario, knots = with_optimal_knots(scenario), None
-    chosen = None
-    if scenario.free is not None:
+    if scenario.free is None:
+        return without_collisions(*_planned(scenario, planner, knots))
+    asked, free = scenario, scenario.free
+
+    def timed(solution: TaskSolution | None) -> Plan:
         from knotwork.choosing import choose_times
 
-        chosen = choose_times(scenario, scenario.free, budget=budget, progress=progress)
-        scenario = chosen.scenario
+        chosen = choose_times(asked, free, budget=budget, progress=progress, solution=solution)
+        return _planned(chosen.scenario, planner, knots, chosen)[0]
+
+    return without_collisions(timed(None), timed, MOST_TIMED)
+
+
+def _planned(
+    scenario: Scenario,
+    planner: str | None,
+    knots: Knots,
+    chosen: ChosenTimes | None = None,
+) -> tuple[Plan, Callable[[TaskSolution], Plan]]:
+    """Plan a scenario in which nothing is free, with its best solutions; and what plans others."""
     own_planner = scenario.planner
     if planner is None:
         with scenario.error_context("planner"):
@@ -252,13 +268,12 @@ def plan(
                 chosen.solution,
                 waypoints=waypoints,
                 infeasibilities=solution.infeasibilities,
-                _avoid=None,
             )
         report = check(trajectory, scenario, space=space, known=known)
         return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)
 
     solution = solve_task(scenario, space, _knots_along_paths(scenario.planner, options))
-    return without_collisions(made(solution), made)
+    return made(solution), made
 
 
 def with_optimal_knots(scenario: Scenario) -> Scenario:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 import knotwork as kw
 from command_line import Command
+from knotwork import documents, resources
 from knotwork.errors import FollowingError, InputError
 from knotwork.verification import Finding
 
@@ -435,6 +436,19 @@ def test_a_sequence_whose_motion_collides_is_not_taken() -> None:
     assert alone.report.ok
     report = kw.check(alone.trajectory, plan.scenario)
     assert {"wrist_3_link, forearm_link"} <= {found.name for found in report.failures}
+
+
+@pytest.mark.exhaustive
+def test_a_sequence_whose_fastest_motion_collides_is_not_taken() -> None:
+    task = dict(documents.read(resources.find("scenarios", "ur5_valve")).data)
+    task["waypoints"] = [
+        {key: value for key, value in one.items() if key != "after"} for one in task["waypoints"]
+    ]
+    limits = {**task["limits"], "acceleration": 400, "jerk": 4000}
+    report = kw.plan({**task, "times": "fastest", "limits": limits}).report
+    assert report.ok
+    (tried,) = report.select(quantity="sequences_tried")
+    assert "the first that does not" in tried.message
 
 
 def test_solutions_that_collide_at_a_waypoint_are_not_taken() -> None:

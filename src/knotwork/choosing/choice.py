@@ -89,6 +89,7 @@ def choose_times(
     *,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
+    solution: TaskSolution | None = None,
 ) -> ChosenTimes:
     """Choose what a scenario leaves free.
 
@@ -101,6 +102,7 @@ def choose_times(
         free: What it leaves to be chosen.
         budget: Time after which the best motion so far is taken [s].
         progress: Called as the solver goes on.
+        solution: Solutions of the poses, if not the best.
 
     Raises:
         InputError: The task can't be solved, or no motion keeps the limits.
@@ -114,7 +116,7 @@ def choose_times(
         edits |= path_speeds(FreeTask(scenario, free, space, waypoints))
         scenario = scenario_of(edited(asked, edits))
     space = joint_space(scenario)
-    solution = solve_task(scenario, space, knots_of(scenario))
+    solution = solution or solve_task(scenario, space, knots_of(scenario))
     left = scenario.free or replace(free, path_speed={})
     task = FreeTask(scenario, left, space, solution.waypoints)
     found = _solved(task, find_runs(task), watch)
