@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from knotwork import metrics, storage
-from knotwork.documents import REMOVED, Edits, edited
+from knotwork.documents import REMOVED, Document, Edits, edited
 from knotwork.errors import InputError
 from knotwork.pipeline import Plan, plan
 from knotwork.robot import Robot
@@ -19,6 +19,10 @@ from knotwork.trajectory import JointTrajectory
 
 FACTORS = (1.0, 1.05, 1.1, 1.2, 1.4, 1.7, 2.0, 2.5)
 """Durations that are tried by default, in least times."""
+
+JERK_PARTS = (3.0, 10.0, 30.0, 100.0)
+"""Where the motion of least torque fails its check, the integral of jerk squared is weighed so many
+times as heavily as that of torque, by turns."""
 
 NODES = 6
 """Points of Gauss and Legendre in each piece, for integrals of torque."""
@@ -40,6 +44,9 @@ class TradeoffPoint:
         jerk_use: Part of that limit that is used; `None` where there is none.
         jerk_joint: The joint.
         ok: The motion passes the check.
+        objective: What is made least: `"time"`, `"effort"`, `"effort and jerk"` or `"jerk"`.
+        failure: What fails first, of this motion or of that of least torque in whose place it
+            stands; empty if nothing does.
     """
 
     factor: float
@@ -52,6 +59,8 @@ class TradeoffPoint:
     jerk_use: float | None
     jerk_joint: str
     ok: bool
+    objective: str = "time"
+    failure: str = ""
 
 
 @dataclass(frozen=True)
@@ -105,7 +114,9 @@ def tradeoff(
     """Plan a scenario with free times for several durations, from the least one on.
 
     At each duration the motion is the one of least torque (the integral of torques squared), or
-    without a robot of least jerk; at the least time itself it is the fastest.
+    without a robot of least jerk; at the least time itself it is the fastest. What stands around is
+    not known where times are chosen, and least torque may fold an arm into itself. Where the motion
+    of least torque fails its check, one that weighs jerk more takes its place, if it passes.
 
     Args:
         scenario: As for `knotwork.plan`; with times that are free. Its own objective and duration
@@ -139,15 +150,37 @@ def tradeoff(
     least = fastest.trajectory.duration
     points = []
     for factor in sorted(set(factors)):
-        made = fastest
-        if factor > 1.0:
-            wanted: Edits = {("duration",): factor * least, ("objective",): objective}
-            made = plan(scenario_of(edited(document, {**bare, **wanted})))
-        points.append(_point(made, factor))
+        if factor == 1.0:
+            points.append(_point(fastest, factor, "time"))
+            continue
+        wanted = {**bare, ("duration",): factor * least}
+        points.append(_smoothest(document, wanted, factor, objective))
     return Tradeoff(scenario.name, objective, tuple(points))
 
 
-def _point(made: Plan, factor: float) -> TradeoffPoint:
+def _smoothest(document: Document, wanted: Edits, factor: float, objective: str) -> TradeoffPoint:
+    """The motion of least torque that passes its check; else one in which jerk counts as well."""
+
+    def made(weights: str | dict[str, float]) -> Plan:
+        return plan(scenario_of(edited(document, {**wanted, ("objective",): weights})))
+
+    first = made(objective)
+    if first.report.ok or objective == "jerk" or first.space.robot is None:
+        return _point(first, factor, objective)
+    jerk = metrics.integral_of_square(first.trajectory, 3)
+    heavy = squared_effort(first.space.robot, first.trajectory) / jerk
+    failure = str(first.report.failures[0])
+    for part in JERK_PARTS:
+        other = made({"effort": 1.0, "jerk": part * heavy})
+        if other.report.ok:
+            return _point(other, factor, "effort and jerk", failure)
+    other = made("jerk")
+    if other.report.ok:
+        return _point(other, factor, "jerk", failure)
+    return _point(first, factor, objective)
+
+
+def _point(made: Plan, factor: float, objective: str, failure: str = "") -> TradeoffPoint:
     robot, motion = made.space.robot, made.trajectory
     jerk = metrics.peak(motion, 3, made.space.limits["jerk"])
     squared, torque, use, joint = None, None, None, ""
@@ -163,7 +196,8 @@ def _point(made: Plan, factor: float) -> TradeoffPoint:
         use = shares[worst] or None
     return TradeoffPoint(
         factor, motion.duration, squared, torque, use, joint,
-        jerk.value, jerk.use, jerk.joint, made.report.ok,
+        jerk.value, jerk.use, jerk.joint, made.report.ok, objective,
+        failure or next((str(one) for one in made.report.failures), ""),
     )  # fmt: skip
 
 

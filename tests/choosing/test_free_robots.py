@@ -132,8 +132,9 @@ def test_a_speed_that_is_chosen_keeps_the_direction_of_a_given_one() -> None:
     assert capped.trajectory.duration == pytest.approx(given.trajectory.duration, rel=2e-2)
 
 
-def test_less_torque_for_a_longer_time() -> None:
-    curve = kw.tradeoff("panda_pick_place_fastest", factors=[1.0, 1.5])
+@pytest.mark.exhaustive
+def test_jerk_counts_where_the_arm_of_least_torque_meets_itself() -> None:
+    curve = kw.tradeoff("panda_pick_place_fastest", factors=[1.0, 2.5])
     assert curve.objective == "effort"
     fast, slow = curve.points
     assert fast.ok
@@ -141,6 +142,9 @@ def test_less_torque_for_a_longer_time() -> None:
     assert fast.peak_effort is not None
     assert slow.squared_effort is not None
     assert slow.peak_jerk < fast.peak_jerk
+    assert (fast.objective, fast.failure) == ("time", "")
+    assert "jerk" in slow.objective
+    assert "deep in" in slow.failure
 
 
 @pytest.mark.parametrize("speed", ["fastest", {"at_most": 300}])

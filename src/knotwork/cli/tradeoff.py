@@ -12,7 +12,7 @@ from knotwork.cli.parameters import FAILED, PASSED, NewPath, Numbers, json_optio
 from knotwork.cli.terminal import cell, echo
 
 if TYPE_CHECKING:
-    from knotwork.tradeoffs import Tradeoff
+    from knotwork.tradeoffs import Tradeoff, TradeoffPoint
 
 
 @click.command()
@@ -48,9 +48,10 @@ def tradeoff(
     """Show what the least time of SCENARIO is traded for.
 
     The motion is planned for several durations, from the least one on: at each with the least
-    integral of torques squared, or without a robot of jerk squared. Shown are that integral, the
-    peak torque and the peak jerk, each of the joint nearest its limit. The exit code is 1 if one
-    of the motions fails its check.
+    integral of torques squared, or without a robot of jerk squared; where that motion fails its
+    check, one in which jerk counts more takes its place. Shown are that integral, the peak torque
+    and the peak jerk, each of the joint nearest its limit. The exit code is 1 if one of the
+    motions fails its check.
     """
     from knotwork import tradeoffs as curves
 
@@ -90,9 +91,20 @@ def print_tradeoff(curve: Tradeoff) -> None:
             cells += [_short(point.squared_effort), _short(point.peak_effort)]
             cells += [_percent(point.effort_use), cell(point.effort_joint)]
         cells += [_short(point.peak_jerk), _percent(point.jerk_use), cell(point.jerk_joint)]
-        table.add_row(*cells, "ok" if point.ok else "[bold red]FAIL[/]")
+        marks = "ok" if point.ok else "[bold red]FAIL[/]"
+        table.add_row(*cells, f"{marks} *" if point.failure and point.ok else marks)
     tables.console().print(table)
+    for point in curve.points:
+        if point.failure:
+            echo(f"{point.duration:.4g} s: {_why(point)}{point.failure.split(' (', maxsplit=1)[0]}")
     tables.console().print("rad or m, s, N m or N; peaks are those of the joint nearest its limit")
+
+
+def _why(point: TradeoffPoint) -> str:
+    if not point.ok:
+        return ""
+    least = {"effort and jerk": "torque and jerk", "jerk": "jerk alone"}[point.objective]
+    return f"* of least {least}, because that of least torque fails: "
 
 
 def _short(value: Any) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from knotwork.view.style import colour, dress, new_figure, printable, settings
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -54,6 +55,7 @@ def plot_tradeoff(curve: Curve) -> Figure:
         axes = figure.subplots(len(drawn), 1, sharex=True, squeeze=False)[:, 0]
         for i, (axis, (label, values)) in enumerate(zip(axes, drawn, strict=True)):
             axis.plot(durations, values, marker="o", color=colour(i))
+            _mark(axis, curve.points, values)
             axis.set_ylabel(label)
             axis.set_ylim(bottom=0.0)
             dress(axis)
@@ -61,6 +63,20 @@ def plot_tradeoff(curve: Curve) -> Figure:
         what = {"effort": "torque", "jerk": "jerk"}[curve.objective]
         figure.suptitle(f"{printable(curve.scenario)}: duration against {what}")
     return figure
+
+
+def _mark(axis: Axes, points: Sequence[Any], values: Sequence[float]) -> None:
+    """Mark the motions that fail, and those that stand in the place of one that fails."""
+    for ok, marker, label in (
+        (True, "o", "least torque fails: jerk counts too"),
+        (False, "X", "fails"),
+    ):
+        pairs = zip(points, values, strict=True)
+        here = [(p.duration, v) for p, v in pairs if p.failure and p.ok == ok]
+        if here:
+            look: dict[str, Any] = {"markerfacecolor": "white" if ok else "red", "markersize": 9.0}
+            axis.plot(*zip(*here, strict=True), marker, color="black", label=label, **look)
+            axis.legend(loc="best")
 
 
 def _shown(
