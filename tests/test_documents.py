@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from pydantic import Discriminator, Field, Tag
 
 from knotwork import documents
-from knotwork.documents import Document, Number, Positive, StrictModel, Text
+from knotwork.documents import Document, Number, Positive, StrictModel, Text, yaml_text
 from knotwork.errors import DocumentError, KnotworkError
 from knotwork.scenario import Scenario, load_scenario
 from sweeps import examples
@@ -633,3 +633,21 @@ def test_half_a_character_is_an_error_and_text_with_backslashes_is_text() -> Non
     with pytest.raises(DocumentError):
         documents.parse(r'{"name": "\ud83d"}')
     assert documents.parse(r"a: '\ud83d\ude00'").data == {"a": r"\ud83d\ude00"}
+
+
+def test_many_problems_are_told_in_few_lines() -> None:
+    """A file of a hundred thousand faults must not take minutes, nor fill the terminal."""
+    data = {"waypoints": [{"joints": {"a": 0}, "speedy": 1}] * 20_000}
+    with pytest.raises(DocumentError) as caught:
+        load_scenario(data)
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 51
+    assert lines[-1] == "(given in Python): and 950 more problems"
+
+
+def test_a_file_of_more_values_than_are_read_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each takes hundreds of bytes while it is read."""
+    monkeypatch.setattr(yaml_text, "MOST_VALUES", 100)
+    documents.parse(f"[{'1,' * 98}]")
+    with pytest.raises(DocumentError, match="holds more than 100 values"):
+        documents.parse(f"[{'1,' * 100}]")

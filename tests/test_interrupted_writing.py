@@ -101,6 +101,63 @@ def test_writers_ended_at_any_time_leave_one_whole_set(tmp_path: Path) -> None:
     assert not hidden(tmp_path)
 
 
+# The command line, which says when it begins to write.
+COMMAND = """
+from knotwork.cli.main import main
+from knotwork.storage import files
+def begun(*arguments):
+    print("writing", flush=True)
+    return write(*arguments)
+write, files._write = files._write, begun
+main()
+"""
+COMMANDS = {
+    "plan": ("plan", "{task}", "--out", "{made}"),
+    "export": ("export", "{task}", "-f", "json", "--force", "-o", "{made}/a.json"),
+}
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", COMMANDS)
+def test_commands_ended_while_they_write_leave_one_whole_set(name: str, tmp_path: Path) -> None:
+    """Of two scenarios in turn: never files of both, nor a part of a file."""
+    made = tmp_path / "made"
+
+    def run(task: Path, *, ended_after: float | None) -> None:
+        arguments = [part.format(task=task, made=made) for part in COMMANDS[name]]
+        command = [sys.executable, "-W", "ignore", "-c", COMMAND, *arguments]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "writing\n"
+            if ended_after is not None:
+                time.sleep(ended_after)
+                process.kill()
+            process.stdout.read()
+        assert process.returncode in (0, 1, -signal.SIGKILL)
+
+    def found() -> dict[str, bytes]:
+        storage.finish_interrupted(made)
+        return {path.name: path.read_bytes() for path in made.glob("[!.]*")}
+
+    tasks, wholes = [], []
+    for duration in (1, 2):
+        task = tmp_path / f"{duration}.json"
+        points = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": duration}]
+        task.write_text(json.dumps({"name": "task", "rate": 2e4, "waypoints": points}))
+        run(task, ended_after=None)
+        tasks.append(task)
+        wholes.append(found())
+    assert wholes[0].keys() == wholes[1].keys()
+    assert wholes[0] != wholes[1]
+    rng = random.Random(name)
+    for i in range(12 if name == "plan" else 5):
+        run(tasks[i % 2], ended_after=rng.uniform(0, 0.03))
+        assert found() in wholes
+    run(tasks[0], ended_after=None)
+    assert found() == wholes[0]
+    assert not hidden(made)
+
+
 def write_often(folder: Path, text: str, times: int) -> None:
     for _ in range(times):
         storage.write_files(folder, dict.fromkeys(NAMES, text))

@@ -101,6 +101,9 @@ def test_closed_messages_stop_nothing(tmp_path: Path) -> None:
     assert len(list((tmp_path / "made").iterdir())) == 3
     assert shell("plan no_such_case 2>&-", tmp_path).returncode == 2
     assert shell("plan paper_case >&- 2>&-", tmp_path).returncode == 2
+    assert shell("plan no_such_case 2>/dev/full", tmp_path).returncode == 2
+    assert shell("plan --no-such-option 2>/dev/full", tmp_path).returncode == 2
+    assert shell("plan paper_case >/dev/full 2>/dev/full", tmp_path).returncode == 2
 
 
 @pytest.mark.parametrize(
@@ -111,6 +114,8 @@ def test_closed_messages_stop_nothing(tmp_path: Path) -> None:
         ("plot", "paper_case", "-o", ""),
         ("view", "ur5_deburring", "--html", ""),
         ("report", "paper_case", "--html", ""),
+        ("plan", "paper_case", "--package-path", ""),
+        ("check", "", "--scenario", "paper_case"),
     ],
 )
 def test_an_empty_path_is_refused(

@@ -117,18 +117,25 @@ class Problem:
         return f"{where}{field}{self.message}{accepted}"
 
 
+MOST_PROBLEMS = 50
+"""Of a file, that a message names."""
+
+
 class DocumentError(InputError):
     """A file that can't be read or does not say what it must, with every problem found in it.
 
     Attributes:
         file: The file, or `None` for a mapping given in Python.
-        problems: What is wrong, in the order of the file.
+        problems: What is wrong, in the order of the file; the message names the first ones.
     """
 
     def __init__(self, file: Path | str | None, problems: Sequence[Problem]) -> None:
         self.file, self.problems = file, tuple(problems)
         name = str(file) if file is not None else "(given in Python)"
-        super().__init__("\n".join(f"{name}: {problem}" for problem in self.problems))
+        lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PROBLEMS]]
+        if len(self.problems) > MOST_PROBLEMS:
+            lines.append(f"{name}: and {len(self.problems) - MOST_PROBLEMS} more problems")
+        super().__init__("\n".join(lines))
 
 
 class RobotError(InputError):

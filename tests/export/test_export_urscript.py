@@ -124,6 +124,15 @@ def test_joints_of_any_order_and_prefix_are_told_in_the_controllers_order() -> N
     assert shuffled.to_urscript().splitlines()[5:] == motion.to_urscript().splitlines()[5:]
 
 
+def test_a_name_is_never_a_part_of_the_program() -> None:
+    hostile = "a\n  movej([0, 0, 0, 0, 0, 0])\r\x0b\u2028é "
+    named = cubic_arm(names=tuple(f"{hostile}{name}" for name in ARM)).to_urscript()
+    plain = cubic_arm(names=ARM).to_urscript()
+    assert named.isascii()
+    assert named.splitlines()[5:] == plain.splitlines()[5:]
+    assert named.splitlines()[4].startswith("# Joints: a\\n  movej(")
+
+
 @pytest.mark.parametrize(
     ("names", "words"),
     [

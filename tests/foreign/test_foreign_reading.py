@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,9 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from knotwork import storage
 from knotwork.errors import DocumentError
-from knotwork.foreign import read_trajectory
+from knotwork.foreign import csv_file, read_trajectory
 from knotwork.foreign.header import column
 from knotwork.pipeline import plan
 from knotwork.trajectory import JointTrajectory
@@ -569,3 +571,39 @@ def test_a_comma_in_a_number_is_refused_where_commas_divide(tmp_path: Path) -> N
     file.write_text('time,joint_1,joint_10,slide\n0,0,0,0\n1,"0,5",0,0\n')
     with pytest.raises(DocumentError, match=r"line 3.*'0,5' is no number"):
         read(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("1" + ",1" * 2_000_000, "at most 10000 columns"),
+        ("\n" * 2_000_000, "holds no rows"),
+        ("#\n" * 1_000_000, "holds no rows"),
+        ('"' * 2_000_001, "not valid CSV"),
+        ("time" + ",lift" * 9_000 + "\n", "is given twice"),
+    ],
+)
+def test_a_table_of_any_shape_is_refused_in_little_memory(
+    text: str, says: str, tmp_path: Path
+) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    tracemalloc.start()
+    try:
+        with pytest.raises(DocumentError, match=says):
+            read_trajectory(tmp_path / "a.csv", ["lift"], ["m"])
+        assert tracemalloc.get_traced_memory()[1] < 200_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_more_numbers_than_are_read_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(csv_file, "MOST_CELLS", 20)
+    monkeypatch.setattr(storage.reading, "MOST_VALUES", 20)
+    (tmp_path / "a.csv").write_text("time,lift\n" + "0,0\n" * 10)
+    with pytest.raises(DocumentError, match="line 11: is too much"):
+        read_trajectory(tmp_path / "a.csv", ["lift"], ["m"])
+    (tmp_path / "a.json").write_text(f"[{'0,' * 20}0]")
+    with pytest.raises(DocumentError, match="more than 20 values"):
+        read_trajectory(tmp_path / "a.json", ["lift"], ["m"])

@@ -199,6 +199,15 @@ FILES = {
 }
 
 
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="no device that never ends")
+def test_points_are_read_from_files_alone(tmp_path: Path, knotwork: Command) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(yaml.safe_dump(off(along={"points": "/dev/zero"}), sort_keys=False))
+    ran = knotwork("plan", file)
+    assert ran.code == 2
+    assert "is no regular file" in ran.err
+
+
 @pytest.mark.parametrize("text", FILES)
 def test_a_wrong_file_of_points_is_named_with_its_line(
     text: str, knotwork: Command, tmp_path: Path

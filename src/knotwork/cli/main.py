@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
@@ -20,6 +21,7 @@ from knotwork.cli.parameters import (
     FAILED,
     PASSED,
     WRONG_INPUT,
+    GivenPath,
     NewPath,
     Seconds,
     full_option,
@@ -64,7 +66,8 @@ def main() -> NoReturn:
         code = cli.main(standalone_mode=False)
         sys.stdout.flush()
     except click.ClickException as error:
-        error.show()
+        with contextlib.suppress(OSError):  # nothing can be written to standard error
+            error.show()
         code = WRONG_INPUT
     except (click.Abort, KeyboardInterrupt):
         echo("interrupted", err=True)
@@ -283,7 +286,7 @@ def _plan_to_dict(
 
 
 @click.command(epilog=_EXIT_CODES)
-@click.argument("trajectory", type=click.Path(path_type=Path))
+@click.argument("trajectory", type=GivenPath(path_type=Path))
 @scenario_option("which it is checked against")
 @log_options
 @package_path_option

@@ -47,17 +47,21 @@ class Knots(click.ParamType[Any]):
         return numbers[0] if ruled else numbers
 
 
-class NewPath(click.Path):
-    """Path of a file or folder to write; an empty one, as of an unset variable, is refused."""
-
-    def __init__(self) -> None:
-        super().__init__(path_type=Path)
+class GivenPath(click.Path):
+    """Path of a file or folder; an empty one, as of an unset variable, is refused."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument."""
         if value == "":
             self.fail("an empty path is not accepted; for the current folder give .", param, ctx)
         return super().convert(value, param, ctx)
+
+
+class NewPath(GivenPath):
+    """Path of a file or folder to write."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
 
 
 class Seconds(click.ParamType[Any]):
@@ -149,7 +153,7 @@ package_path_option = click.option(
     "--package-path",
     metavar="DIR",
     multiple=True,
-    type=click.Path(exists=True, file_okay=False, resolve_path=True),
+    type=GivenPath(exists=True, file_okay=False, resolve_path=True),
     expose_value=False,
     callback=_look_in,
     help="Folder that the robot's meshes are looked for in, before those of ROS_PACKAGE_PATH; "

@@ -23,8 +23,15 @@ def cell(text: str, *, lines: bool = False) -> str:
 
 
 def echo(text: str, *, err: bool = False) -> None:
-    """Print text, control characters written out."""
-    click.echo(plain(text), err=err)
+    """Print text, control characters written out.
+
+    Where nothing can be written to standard error, the exit code still says what it would.
+    """
+    try:
+        click.echo(plain(text), err=err)
+    except OSError:
+        if not err:
+            raise
 
 
 def echo_data(text: str | bytes) -> None:

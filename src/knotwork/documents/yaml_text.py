@@ -24,6 +24,8 @@ MOST_NESTED = 100
 MOST_REPEATED = 1_000_000
 # A hundred thousand waypoints have a tenth of this.
 MOST_BYTES = 100_000_000
+# And half of this. Each takes some 300 bytes until the document is read.
+MOST_VALUES = 5_000_000
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
@@ -215,7 +217,7 @@ def _checked_size(text: str, file: Path | None) -> int:
     Refuse deep nesting before the parser makes a tree of the text, since it would crash.
 
     Raises:
-        DocumentError: The text is nested too deep.
+        DocumentError: The text is nested too deep, or holds too many values.
         yaml.YAMLError: It is no YAML.
     """
     depth = values = 0
@@ -229,6 +231,9 @@ def _checked_size(text: str, file: Path | None) -> int:
                 raise DocumentError(file, [_too_deep(line)])
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
+        if values > MOST_VALUES:
+            problem = Problem(None, "", f"holds more than {MOST_VALUES} values")
+            raise DocumentError(file, [problem])
     return values
 
 

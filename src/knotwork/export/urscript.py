@@ -152,7 +152,7 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
         f"{points.describe()}.",
         "Each line kw_cubic is a piece: positions [rad] and velocities [rad/s] at its end, and its",
         "duration [s]. The arm must stand at the first point. Try it in the simulator first.",
-        f"Joints: {', '.join(trajectory.joint_names[i] for i in order)}.",
+        f"Joints: {', '.join(_comment(trajectory.joint_names[i]) for i in order)}.",
     ]
     program = _PROGRAM.format(
         first=_numbers(position[0]),
@@ -163,6 +163,11 @@ def to_urscript(motion: JointTrajectory | Points, *, fit: float | None = None) -
         pieces="\n".join(pieces),
     )
     return "".join(f"# {line}\n" for line in about) + program
+
+
+def _comment(name: str) -> str:
+    """A name in one line of ASCII: behind a line break it would be a part of the program."""
+    return ascii(name)[1:-1]
 
 
 def _number(value: float) -> str:

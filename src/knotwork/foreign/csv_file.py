@@ -26,11 +26,12 @@ from knotwork.waypoints import FloatArray
 
 DELIMITERS = (",", ";", "\t")
 MOST_BYTES = 500_000_000
+MOST_CELLS = 21_000_000
+"""More than any table that is exported has."""
+MOST_COLUMNS = 10_000
 
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d*),(\d+(?:[eE][+-]?\d+)?\s*)$")
 _QUOTED = re.compile('"[^"]*"')
-# Below comments and empty lines; line breaks in quotes are part of it.
-_FIRST_ROW = re.compile(r'(?:[^\S\n]*(?:#[^\n]*)?\n)*((?:"[^"]*"|[^"\n])*)')
 
 
 def read_csv(
@@ -122,7 +123,7 @@ def read_rows(path: Path) -> list[tuple[int, list[str]]]:
     lines = io.StringIO(text)
     above: tuple[int, str] | None = None
     rows: list[tuple[int, list[str]]] = []
-    at = 1
+    at, room = 1, MOST_CELLS
     for line in lines:
         size = 1
         if line.lstrip().startswith("#"):
@@ -132,6 +133,10 @@ def read_rows(path: Path) -> list[tuple[int, list[str]]]:
             if delimiter != ",":
                 cells = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
             rows.append((at, cells))
+            room -= len(cells)
+            if len(cells) > MOST_COLUMNS or room < 0:
+                most = f"at most {MOST_COLUMNS} columns and {MOST_CELLS} numbers are read"
+                raise DocumentError(path, [Problem(at, "", "is too much", most)])
         at += size
     if rows and above and all(_is_number(cell) for cell in rows[0][1]):
         # headings in a comment, as NumPy's savetxt writes them
@@ -144,12 +149,23 @@ def read_rows(path: Path) -> list[tuple[int, list[str]]]:
 
 def _delimiter(text: str) -> str:
     """The character between the cells of the first row; those in quotes do not count."""
-    first = _FIRST_ROW.match(text)
-    head = _QUOTED.sub("", first[1]) if first else ""
+    head = _QUOTED.sub("", _first_row(text))
     # spaces are between the words of a heading, too: they count where there is nothing else
     return max(
         (*DELIMITERS, " "), key=lambda one: (head.count(one) > 0, one != " ", head.count(one))
     )
+
+
+def _first_row(text: str) -> str:
+    """The row below comments and empty lines; line breaks in quotes are part of it."""
+    row, quotes = [], 0
+    for line in io.StringIO(text):
+        if row or (line.strip() and not line.lstrip().startswith("#")):
+            row.append(line)
+            quotes += line.count('"')
+            if quotes % 2 == 0:
+                break
+    return "".join(row)
 
 
 def _cells(path: Path, at: int, lines: Iterator[str], delimiter: str) -> tuple[list[str], int]:
@@ -187,6 +203,7 @@ def _columns(
     unknown = 0
     problems: list[Problem] = []
     columns: list[Column] = []
+    taken: set[tuple[str, int | None]] = set()
     # line breaks of every kind are read as \n
     names = [re.sub("\r\n?", "\n", name) for name in joint_names]
     ours = any(own_joint(cell) in names for cell in cells)
@@ -201,14 +218,13 @@ def _columns(
                 message += f" of {owner}"
             problems.append(Problem(line, f"column {i + 1}", message, error.accepted))
             continue
-        if content.quantity and any(
-            (content.quantity, content.joint) == (other.quantity, other.joint) for other in columns
-        ):
+        if content.quantity and (content.quantity, content.joint) in taken:
             what = content.quantity
             if content.joint is not None:
                 what = f"the {what} of joint {joint_names[content.joint]!r}"
             problems.append(Problem(line, f"column {i + 1}", f"{what} is given twice"))
         columns.append(content)
+        taken.add((content.quantity, content.joint))
     if unknown > 1 and not any(content.quantity in QUANTITIES for content in columns):
         accepted = f"its joints are {', '.join(names)}"
         raise DocumentError(path, [Problem(line, "", f"no column is a joint of {owner}", accepted)])

@@ -24,6 +24,7 @@ from knotwork.trajectory import JointTrajectory
 KNOT_AGREEMENT = 1e-9
 # A hundred thousand waypoints of seven joints have half of this.
 MOST_BYTES = 500_000_000
+MOST_VALUES = 25_000_000
 
 _Row = list[Finite]
 _Table = list[_Row]
@@ -168,6 +169,8 @@ def read_trajectory_document(path: Path | str) -> Document:
         return data
 
     text = documents.read_text(path, most=MOST_BYTES)
+    if text.count(",") + text.count("[") > MOST_VALUES:
+        raise DocumentError(path, [Problem(None, "", f"holds more than {MOST_VALUES} values")])
     try:
         data = json.loads(text, object_pairs_hook=mapping)  # NaN is refused where it stands
     except json.JSONDecodeError as error:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from pathlib import Path
 
 import numpy as np
 
+from knotwork.documents import read_text
 from knotwork.errors import DocumentError, Problem, did_you_mean
 from knotwork.tool_paths.curve import REPEATED
 from knotwork.waypoints import FloatArray
@@ -66,17 +68,16 @@ def read_points(path: Path, length_unit: float) -> tuple[FloatArray, FloatArray 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """Rows that hold something, each with its line."""
+    lines = io.StringIO(read_text(path).removeprefix("\ufeff"))
+    reader = csv.reader(lines)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
-            return [
-                (reader.line_num, cells)
-                for cells in reader
-                if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")
-            ]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise DocumentError(path, [Problem(None, "", f"can't be read: {reason}")]) from error
+        return [
+            (reader.line_num, cells)
+            for cells in reader
+            if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")
+        ]
+    except csv.Error as error:
+        raise DocumentError(path, [Problem(None, "", f"can't be read: {error}")]) from error
 
 
 def _columns(path: Path, line: int, names: list[str]) -> list[str]:
