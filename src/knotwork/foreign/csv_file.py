@@ -158,7 +158,8 @@ def _delimiter(text: str) -> str:
 
 def _first_row(text: str) -> str:
     """The row below comments and empty lines; line breaks in quotes are part of it."""
-    row, quotes = [], 0
+    row: list[str] = []
+    quotes = 0
     for line in io.StringIO(text):
         if row or (line.strip() and not line.lstrip().startswith("#")):
             row.append(line)
