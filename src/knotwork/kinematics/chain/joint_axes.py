@@ -64,27 +64,32 @@ class JointAxes:
         """
         n, d = q.shape
         q = np.ascontiguousarray(q.T)
-        sine, cosine = np.sin(q), np.cos(q)
-        points, axes = np.empty((3, d, n)), np.empty((3, d, n))
-        R = np.empty((3, 3, n))
+        cosine, sines = np.cos(q), np.empty((d, 2, 1, n))
+        np.sin(q, out=sines[:, 0, 0])
+        np.negative(sines[:, 0, 0], out=sines[:, 1, 0])
+        # Of each frame its three axes, and then its origin.
+        frames, turned, across = (
+            np.empty((d + 1, 4, 3, n)),
+            np.empty((2, 3, n)),
+            np.empty((2, 3, n)),
+        )
+        R: FloatArray = np.empty((3, 3, n))
         R[:] = np.eye(3)[:, :, None]
-        p: FloatArray = np.zeros((3, n))
-        for i, (step, turns) in enumerate(zip(self._steps, self.revolute, strict=False)):
-            moved = (step @ R.reshape(3, 3 * n)).reshape(4, 3, n)
-            p = p + moved[3]
-            R = moved[:3]
-            axes[:, i] = R[2]
-            if turns:
-                x = R[0] * cosine[i]
-                x += R[1] * sine[i]
-                R[1] *= cosine[i]
-                R[1] -= R[0] * sine[i]
-                R[0] = x
+        for i, (step, frame) in enumerate(zip(self._steps, frames, strict=True)):
+            np.matmul(step, R.reshape(3, 3 * n), out=frame.reshape(4, 3 * n))
+            R = frame[:3]
+            if i:
+                frame[3] += frames[i - 1, 3]
+            if i == d:
+                break
+            if self.revolute[i]:
+                np.multiply(R[:2], cosine[i], out=turned)
+                np.multiply(R[1::-1], sines[i], out=across)
+                np.add(turned, across, out=R[:2])
             else:
-                p = p + q[i] * R[2]
-            points[:, i] = p
-        moved = (self._steps[-1] @ R.reshape(3, 3 * n)).reshape(4, 3, n)
-        return p + moved[3], moved[:3], points, axes
+                frame[3] += q[i] * R[2]
+        joints = frames[:d].transpose(1, 2, 0, 3)
+        return frames[d, 3], R, joints[3], joints[2]
 
     def jacobian(self, tip: FloatArray, points: FloatArray, axes: FloatArray) -> FloatArray:
         """Jacobians of the TCP in base axes (`local_world_aligned`), shape (6, d, n).
