@@ -9,6 +9,7 @@ import itertools
 import math
 from functools import lru_cache
 from typing import TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,12 +154,17 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     return np.array(list(itertools.product(*choices))).reshape(-1, len(q))
 
 
+_TURNS_FIT: WeakKeyDictionary[Robot, bool] = WeakKeyDictionary()
+
+
 def _turns_fit(robot: Robot) -> bool:
     """Whether any joint that turns has room for two of its positions a whole turn apart."""
-    lower, upper = limits_of(robot)
-    room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
-    turns = np.array([unit == "rad" for unit in robot.joint_units])
-    return bool((turns & (room + 2.0 * AT_LIMIT >= FULL_TURN)).any())
+    if robot not in _TURNS_FIT:
+        lower, upper = limits_of(robot)
+        room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+        turns = np.array([unit == "rad" for unit in robot.joint_units])
+        _TURNS_FIT[robot] = bool((turns & (room + 2.0 * AT_LIMIT >= FULL_TURN)).any())
+    return _TURNS_FIT[robot]
 
 
 def starts(

@@ -80,7 +80,7 @@ def find_candidates(
     targets = Targets.of([waypoint.pose for waypoint in waypoints])
     redundant = robot.dof > 6
     found = _tracked(robot, targets) if redundant else _branches(robot, targets)
-    result: list[Candidates] = []
+    copied: list[tuple[list[FloatArray], bool]] = []
     before: FloatArray | None = None
     for i, (waypoint, solutions, reference) in enumerate(
         zip(waypoints, found, references, strict=True)
@@ -112,8 +112,8 @@ def find_candidates(
                 where=waypoint.where,
             ).q
             copies.insert(0, all_turns(robot, before))
-        result.append(_valued(robot, waypoint, copies, free))
-    return result
+        copied.append((copies, free))
+    return _valued(robot, waypoints, copied)
 
 
 def nearest_candidate(robot: Robot, waypoint: CartesianWaypoint, near: FloatArray) -> Candidates:
@@ -125,7 +125,7 @@ def nearest_candidate(robot: Robot, waypoint: CartesianWaypoint, near: FloatArra
     q = solve_pose_ik(
         robot, waypoint.pose, near, nearest=True, waypoint=waypoint.name, where=waypoint.where
     ).q
-    return _valued(robot, waypoint, [q[None]], False)
+    return _valued(robot, [waypoint], [([q[None]], False)])[0]
 
 
 def _branches(robot: Robot, targets: Targets) -> list[FloatArray]:
@@ -159,25 +159,44 @@ def _tracked(robot: Robot, targets: Targets) -> list[FloatArray]:
 
 
 def _valued(
-    robot: Robot, waypoint: CartesianWaypoint, copies: list[FloatArray], free: bool
-) -> Candidates:
-    """Say what each solution is worth: the speeds it takes, and how near limits it is."""
-    first = np.array([turns[0] for turns in copies])
-    twist = np.concatenate([waypoint.linear, waypoint.angular])
-    v, left, smallest = solve_velocities(robot, first, twist)
+    robot: Robot,
+    waypoints: Sequence[CartesianWaypoint],
+    copied: Sequence[tuple[list[FloatArray], bool]],
+) -> list[Candidates]:
+    """Say what each solution is worth: the speeds it takes, and how near limits it is.
+
+    Args:
+        robot: The robot.
+        waypoints: The waypoints.
+        copied: For each of them its solutions, each with its turns, shape (k, d), and whether the
+            arm moves freely there.
+    """
+    counts = [len(copies) for copies, _ in copied]
+    first = np.array([turns[0] for copies, _ in copied for turns in copies])
+    twists = np.array([np.concatenate([one.linear, one.angular]) for one in waypoints])
+    twists = np.repeat(twists, counts, axis=0)
+    v, left, smallest = solve_velocities(robot, first, twists)
     fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
     excess = np.where(fastest > AT_LIMIT, fastest, 0.0)
-    lost = np.where(left > RESIDUAL * max(1.0, float(np.abs(twist).max())), 1.0 + left, 0.0)
-    owner = np.repeat(np.arange(len(copies)), [len(turns) for turns in copies])
-    q = np.concatenate(copies)
-    return Candidates(
-        q=q,
-        branch=owner,
-        flags=configuration_flags(robot, first)[owner],
-        lost=lost[owner],
-        excess=excess[owner],
-        weight=1.0 + limit_nearness(robot, q) + singular_nearness(smallest)[owner],
-        velocity=v[owner],
-        branches=len(copies),
-        free=free,
-    )
+    most = RESIDUAL * np.maximum(1.0, np.abs(twists).max(axis=1))
+    lost = np.where(left > most, 1.0 + left, 0.0)
+    flags, singular = configuration_flags(robot, first), singular_nearness(smallest)
+    result, begin = [], 0
+    for (copies, free), count in zip(copied, counts, strict=True):
+        branch = np.repeat(np.arange(count), [len(turns) for turns in copies])
+        owner, q = begin + branch, np.concatenate(copies)
+        begin += count
+        result.append(
+            Candidates(
+                q=q,
+                branch=branch,
+                flags=flags[owner],
+                lost=lost[owner],
+                excess=excess[owner],
+                weight=1.0 + limit_nearness(robot, q) + singular[owner],
+                velocity=v[owner],
+                branches=count,
+                free=free,
+            )
+        )
+    return result
