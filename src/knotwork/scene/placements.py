@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,14 @@ class JointTree:
     turns: FloatArray
     slides: FloatArray
     carriers: Any
+
+    @cached_property
+    def crosses(self) -> tuple[FloatArray, FloatArray]:
+        """Matrices of the cross products with the axes, and their squares, (n + 1, 3, 3) each."""
+        x, y, z = self.axis.T
+        zero = np.zeros_like(x)
+        cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1).copy()
+        return cross, cross @ cross
 
 
 def joint_tree(model: Any) -> JointTree:
@@ -76,6 +85,7 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
     k, n = len(q), len(joints.parent)
     rotation, origin = np.empty((k, n, 3, 3)), np.empty((k, n, 3))
     rotation[:, 0], origin[:, 0] = np.eye(3), 0.0
+    turned = _turned(joints, q)
     for i in range(1, n):
         up, value = joints.parent[i], q[:, joints.column[i]]
         rotation[:, i] = rotation[:, up] @ joints.rotation[i]
@@ -84,13 +94,13 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
             along = rotation[:, i] @ joints.axis[i]
             origin[:, i] += (joints.slides[i] * value)[:, None] * along
         if joints.turns[i]:
-            rotation[:, i] = rotation[:, i] @ _turned(joints.axis[i], joints.turns[i] * value)
+            rotation[:, i] = rotation[:, i] @ turned[i]
     return rotation, origin
 
 
-def _turned(axis: FloatArray, angle: FloatArray) -> FloatArray:
-    """Rotation matrices about an axis, shape (k, 3, 3) (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))
+def _turned(joints: JointTree, q: FloatArray) -> FloatArray:
+    """Rotation matrices of all joints about their axes, shape (n + 1, k, 3, 3) (Rodrigues)."""
+    angle = joints.turns[:, None] * q.T[list(joints.column)]
+    sine, cosine = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
+    cross, square = (one[:, None] for one in joints.crosses)
+    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * square)
