@@ -1,4 +1,4 @@
-"""Distances of an arm's links and boxes by Pinocchio's own reader and Coal, without Knotwork."""
+"""Distances of an arm's links and objects by Pinocchio's own reader and Coal, without Knotwork."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Array = NDArray[np.float64]
 
 
 class Truth:
-    """An arm whose base is the root of its URDF, with hulls of its links, and boxes around it."""
+    """An arm whose base is the root of its URDF, with hulls of its links, and objects around it."""
 
-    def __init__(self, name: str, boxes: dict[str, tuple[Array, Any]]) -> None:
+    def __init__(self, name: str, objects: dict[str, tuple[Any, Any]]) -> None:
         robot = kw.load_robot(name)
         self.joints = robot.joint_names
         self.locked = dict(robot.locked)
@@ -35,9 +35,9 @@ class Truth:
                 one.geometry = one.geometry.convex
             link = self.model.frames[one.parentFrame].name
             self.owner.setdefault(link, []).append(i)
-        for box, (size, placement) in boxes.items():
-            shape = pin.GeometryObject(box, 0, placement, coal.Box(*size))
-            self.owner[box] = [self.geometry.addGeometryObject(shape)]
+        for one, (geometry, placement) in objects.items():
+            shape = pin.GeometryObject(one, 0, placement, geometry)
+            self.owner[one] = [self.geometry.addGeometryObject(shape)]
         self.geometry.addAllCollisionPairs()
         self.index = {
             frozenset((pair.first, pair.second)): i
@@ -54,7 +54,7 @@ class Truth:
         pin.updateGeometryPlacements(self.model, self.data, self.geometry, self.found, q)
 
     def distance(self, first: str, second: str) -> float:
-        """Distance of two links, or a link and a box, where they have been placed [m]."""
+        """Distance of two links, or a link and an object, where they have been placed [m]."""
         return min(
             pin.computeDistance(
                 self.geometry, self.found, self.index[frozenset((a, b))]
