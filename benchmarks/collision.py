@@ -2,9 +2,11 @@
 
 The same bodies and pairs are checked by Knotwork's proof over all time, and by Pinocchio's
 `computeCollisions` at every millisecond. Both run in turn in one process, and the least time of
-the processor counts. The part is a sphere of 5,120 triangles in the block, as its convex hull and
-as it is. Then an arm of two joints swings a thin blade through thin rods: how many of them does
-each find?
+the processor counts. A part of 5,120 triangles at the block is a ball, as its convex hull and as it
+is, and a ring. Then an arm of two joints swings a thin blade through thin rods: how many of them
+does each find?
+
+With `--save benchmarks/results` the results are saved there.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ import trimesh
 from rich.console import Console
 
 import knotwork as kw
+import results
 from knotwork import documents, resources
 from knotwork.scene.model import CollisionModel
 from knotwork.verification import Motion
@@ -124,43 +127,77 @@ def sampled_rods(plan: kw.Plan) -> int:
     return len(seen)
 
 
-@click.command()
-@click.option("--runs", default=7, help="Times each check is made; the fastest counts.")
-def main(runs: int) -> None:
-    """Compare the proof with samples."""
+def timed(name: str, plan: kw.Plan, runs: int) -> dict[str, Any]:
+    """What the proof and the samples cost for one motion."""
+    motion, look = Motion(plan.trajectory, plan.space), sampled(plan)
+
+    def prove() -> None:
+        list(collisions(motion, plan.scenario, plan.space))
+
+    least = {"proof_ms": math.inf, "samples_ms": math.inf}
+    for _ in range(runs):
+        for kind, action in (("proof_ms", prove), ("samples_ms", look)):
+            least[kind] = min(least[kind], 1e3 * cost(action))
+    pairs = len(plan.report.select(quantity="clearance"))
+    return {"motion": name, "pairs": pairs, **{kind: round(ms, 1) for kind, ms in least.items()}}
+
+
+def measured(runs: int) -> dict[str, Any]:
+    """All that is measured, as it is saved."""
     with tempfile.TemporaryDirectory() as folder:
-        part = Path(folder) / "part.stl"
-        trimesh.creation.icosphere(subdivisions=4, radius=60).export(part)
+        ball, ring = Path(folder) / "ball.stl", Path(folder) / "ring.stl"
+        trimesh.creation.icosphere(subdivisions=4, radius=60).export(ball)
+        trimesh.creation.torus(200, 30, major_sections=64, minor_sections=40).export(ring)
         plans = {
-            "ur5_deburring": kw.plan("ur5_deburring"),
-            "with a part, its hull": deburring(part, exact=False),
-            "with a part, exact": deburring(part, exact=True),
-            "panda_pick_place": kw.plan("panda_pick_place"),
+            "ur5_deburring, with bench, block and spindle": kw.plan("ur5_deburring"),
+            "and a ball of 5,120 triangles, its hull": deburring(ball, exact=False),
+            "and that ball, exact": deburring(ball, exact=True),
+            "and a ring of 5,120 triangles, exact": deburring(ring, exact=True),
+            "panda_pick_place, with rack, shield and vial": kw.plan("panda_pick_place"),
         }
-        rows = []
-        for name, plan in plans.items():
-            motion, look = Motion(plan.trajectory, plan.space), sampled(plan)
-
-            def prove(plan: kw.Plan = plan, motion: Motion = motion) -> None:
-                list(collisions(motion, plan.scenario, plan.space))
-
-            least = {"proof": np.inf, "samples": np.inf}
-            for _ in range(runs):
-                least["proof"] = min(least["proof"], cost(prove))
-                least["samples"] = min(least["samples"], cost(look))
-            pairs = len(plan.report.select(quantity="clearance"))
-            ratio = least["samples"] / least["proof"]
-            rows.append(
-                [name, str(pairs), *(f"{1e3 * one:.1f}" for one in least.values()), f"{ratio:.1f}"]
-            )
-        columns = ("motion", "pairs", "proof [ms]", f"samples at {RATE} Hz [ms]", "ratio")
-        Table("Collisions over a whole motion", columns, rows, f"least of {runs}, CPU time").show(
-            Console()
-        )
+        motions = [timed(name, plan, runs) for name, plan in plans.items()]
     plan = swing(np.random.default_rng(0))
     proved = sum(not found.ok for found in plan.report.select(quantity="clearance"))
-    rows = [["proof", str(proved)], [f"samples at {RATE} Hz", str(sampled_rods(plan))]]
-    Table(f"Rods found, of {RODS} in the way", ("", "found"), rows, "").show(Console())
+    rods = [
+        {"way": "proof", "found": proved},
+        {"way": f"samples at {RATE} Hz", "found": sampled_rods(plan)},
+    ]
+    return {"runs": runs, "rods_in_the_way": RODS, "motions": motions, "rods": rods}
+
+
+def tables(data: dict[str, Any]) -> list[Table]:
+    """The results as tables."""
+    rows = [
+        [
+            one["motion"],
+            str(one["pairs"]),
+            f"{one['proof_ms']:.1f}",
+            f"{one['samples_ms']:.1f}",
+            f"{one['samples_ms'] / one['proof_ms']:.1f}",
+        ]
+        for one in data["motions"]
+    ]
+    columns = ("motion", "pairs", "proof ms", f"samples at {RATE} Hz ms", "ratio")
+    note = f"(least of {data['runs']}, CPU time)"
+    rods = [[one["way"], str(one["found"])] for one in data["rods"]]
+    return [
+        Table("Collisions over a whole motion", columns, rows, note),
+        Table(f"Rods found, of {data['rods_in_the_way']} in the way", ("", "found"), rods),
+    ]
+
+
+@click.command()
+@click.option("--runs", default=7, help="Times each check is made; the fastest counts.")
+@click.option(
+    "--save", type=click.Path(file_okay=False, path_type=Path), help="Folder for the results."
+)
+def main(runs: int, save: Path | None) -> None:
+    """Compare the proof with samples."""
+    data = measured(runs)
+    for table in tables(data):
+        table.show(Console(width=140))
+    if save is not None:
+        print(results.save(save, "collision", data))
 
 
 if __name__ == "__main__":

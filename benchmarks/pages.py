@@ -12,6 +12,7 @@ from typing import Any
 
 import jinja2
 
+import collision
 import ik_tables
 import paths
 import planner_tables
@@ -47,10 +48,19 @@ def path_benchmarks() -> dict[str, Any]:
     return {"proved": proved, "curves": curves, "long": long, "last": data["long"][-1]}
 
 
+def collision_benchmarks() -> dict[str, Any]:
+    """What the page on the cost of the proof of collisions shows."""
+    data = results.load("collision")
+    cost, rods = collision.tables(data)
+    proof, samples = (one["found"] for one in data["rods"])
+    return {"cost": cost, "rods": rods, "proof": proof, "samples": samples}
+
+
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
     "ik_benchmarks": ik_benchmarks,
     "planners": planners,
     "path_benchmarks": path_benchmarks,
+    "collision_benchmarks": collision_benchmarks,
 }
 
 

@@ -21,7 +21,10 @@ def benchmarks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
 
 
-@pytest.mark.parametrize("page", ["ik_benchmarks", "planners", "path_benchmarks"])
+PAGES = ["ik_benchmarks", "planners", "path_benchmarks", "collision_benchmarks"]
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_pages_show_the_saved_results(page: str) -> None:
     shown = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
     assert shown == importlib.import_module("pages").render(page), "run: make figures"
