@@ -21,12 +21,17 @@ image. For n = 2 both hold, and what is left is the plain cubic.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
 from knotwork.interpolation.knots import PlacedKnots
 from knotwork.interpolation.tridiagonal import solve_tridiagonal
 from knotwork.waypoints import FloatArray
+
+Terms: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+"""y1 - y0, v0 and v1 of consecutive intervals, shape (d, intervals) each."""
 
 BLOCK = 49152
 """Values that are worked on together, so that the temporaries stay in the nearer caches."""
@@ -54,6 +59,27 @@ class Waypoints:
         # odd, as rows a power of two apart would compete for the same lines of the cache
         return max(16, BLOCK // max(1, int(self.y.shape[0]))) | 1
 
+    def weights(self, low: int, high: int) -> IntervalWeights:
+        """Weights of the intervals low … high - 1; of few intervals all are kept."""
+        if self.x.size > self.block:
+            return _interval_weights(self, low, high)
+        return self._all_weights.part(low, high)
+
+    def terms(self, low: int, high: int) -> Terms:
+        """Terms of the intervals low … high - 1 that are given; of few intervals all are kept."""
+        if self.x.size > self.block:
+            return _given_terms(self, low, high)
+        change, start, end = self._all_terms
+        return change[:, low:high], start[:, low:high], end[:, low:high]
+
+    @cached_property
+    def _all_weights(self) -> IntervalWeights:
+        return _interval_weights(self, 0, self.x.size - 1)
+
+    @cached_property
+    def _all_terms(self) -> Terms:
+        return _given_terms(self, 0, self.x.size - 1)
+
 
 @dataclass(frozen=True, eq=False)
 class IntervalWeights:
@@ -71,8 +97,17 @@ class IntervalWeights:
     after_time: FloatArray
     before_time: FloatArray
 
+    def part(self, low: int, high: int) -> IntervalWeights:
+        """The weights of some of the intervals."""
+        if high - low == self.after_time.size:
+            return self
+        own = slice(low, high)
+        return IntervalWeights(
+            self.after[:, own], self.before[:, own], self.after_time[own], self.before_time[own]
+        )
 
-def interval_weights(data: Waypoints, low: int, high: int) -> IntervalWeights:
+
+def _interval_weights(data: Waypoints, low: int, high: int) -> IntervalWeights:
     """Set up the accelerations at the knots of the intervals low … high - 1."""
     start, end = data.x[low:high], data.x[low + 1 : high + 1]
     left, right = data.knots.left[low + 1 : high + 1], data.knots.right[low:high]
@@ -130,22 +165,23 @@ def waypoint_accelerations(data: Waypoints, given: FloatArray) -> FloatArray:
     for low in range(0, n - 1, data.block):
         high = min(low + data.block, n - 1)
         own, following = slice(low, high), slice(low + 1, high + 1)
-        weights = interval_weights(data, low, high)
+        weights = data.weights(low, high)
         per_after, per_before = inverse(weights.after_time), inverse(weights.before_time)
-        weights.after[...] *= per_after
-        weights.before[...] *= per_before
-        np.negative(weights.before[0], out=lower[own])
-        np.negative(weights.after[1], out=upper[own])
-        np.subtract(per_before, weights.before[1], out=diagonal[following])
-        per_after -= weights.after[0]
+        after, before = weights.after * per_after, weights.before * per_before
+        np.negative(before[0], out=lower[own])
+        np.negative(after[1], out=upper[own])
+        np.subtract(per_before, before[1], out=diagonal[following])
+        per_after -= after[0]
         diagonal[own] += per_after
-        terms = _given_terms(data, low, high)
+        terms = data.terms(low, high)
         scratch, total = np.empty((2, *terms[0].shape))
-        _weighted_sum(weights.before[2:], terms, rhs[:, following], scratch)
-        _weighted_sum(weights.after[2:], terms, total, scratch)
+        _weighted_sum(before[2:], terms, rhs[:, following], scratch)
+        _weighted_sum(after[2:], terms, total, scratch)
         rhs[:, own] += total
     known = data.knots.known
-    fixed = np.union1d(np.flatnonzero(known), [0, n - 1])
+    ends = known.copy()
+    ends[0] = ends[-1] = True
+    fixed = np.flatnonzero(ends)
     diagonal[fixed] = 1.0
     upper[fixed[:-1]] = lower[fixed[1:] - 1] = 0.0
     rhs[:, fixed] = np.where(known[fixed], given[:, fixed], 0.0)
@@ -171,15 +207,15 @@ def knot_accelerations(
         after: Takes A, shape (d, high - low).
         before: Takes B, shape (d, high - low).
     """
-    weights = interval_weights(data, low, high)
-    terms = (a[:, low:high], a[:, low + 1 : high + 1], *_given_terms(data, low, high))
+    weights = data.weights(low, high)
+    terms = (a[:, low:high], a[:, low + 1 : high + 1], *data.terms(low, high))
     scratch = np.empty(terms[2].shape)
     _weighted_sum(weights.after, terms, after, scratch)
     _weighted_sum(weights.before, terms, before, scratch)
 
 
-def _given_terms(data: Waypoints, low: int, high: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return y1 - y0, v0 and v1 of the intervals low … high - 1, shape (d, high - low) each."""
+def _given_terms(data: Waypoints, low: int, high: int) -> Terms:
+    """The terms of the intervals low … high - 1 that are given."""
     position, velocity = data.y[:, low : high + 1], data.dydx[:, low : high + 1]
     # the data may be a transposed view, and NumPy would keep its order in what is made from it
     change = np.empty((position.shape[0], high - low))

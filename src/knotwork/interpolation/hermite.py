@@ -97,7 +97,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
             array.reshape(times.size, math.prod(trailing)).T
             for array in (values, derivatives, given)
         )
-        known = _known(given)
+        known = np.zeros(times.size, bool) if acceleration is None else _known(given)
         ends = end_accelerations(end_acceleration, trailing)
         if ends is not None:
             given = given.copy()
@@ -113,7 +113,9 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         _check_range(a, c)
         self._assign(c.reshape(*c.shape[:2], *trailing), placed.time, own_axis)
         self._waypoint_times = times
-        found = np.moveaxis(a.T.reshape(values.shape), 0, own_axis)
+        found = a.T.reshape(values.shape)
+        if own_axis:
+            found = np.moveaxis(found, 0, own_axis)
         found.setflags(write=False)
         self._waypoint_acceleration = found
 
@@ -183,7 +185,8 @@ def _along_time(
         raise WaypointDataError(
             f"{what} has length {array.shape[axis]} along axis {axis}; there are {n} times"
         )
-    array = np.moveaxis(array, axis, 0)
+    if axis:
+        array = np.moveaxis(array, axis, 0)
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])

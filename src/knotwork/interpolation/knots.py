@@ -94,6 +94,8 @@ class PlacedKnots:
         """Every knot once [s], shape (m,)."""
         first, last = self.range
         time = self.sides[first : last + 1]
+        if not self.cuts.size:
+            return time.copy()
         return np.insert(time, 2 * self.cuts + 1 - first, self.waypoints[self.cuts])
 
     @property
