@@ -140,14 +140,13 @@ def sweep(
     --freeze).
     """
     from knotwork import sweeps
+    from knotwork.sweeps.figures import figure_named
     from knotwork.sweeps.folder import is_study
     from knotwork.sweeps.run import TIME_LIMIT
 
     target = _picture_path(picture, Path(source) if is_study(source) else out)
-    if best is not None:
-        from knotwork.sweeps.figures import figure_named
-
-        figure_named(best)
+    for name in [*(figures or []), *filter(None, [best])]:
+        figure_named(name)
     if is_study(source):
         _refuse_planning(source, {"--vary": vary, "--rows": rows, "--resume": resume, "--out": out})
         study = sweeps.Study.open(source)

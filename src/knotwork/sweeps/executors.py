@@ -54,7 +54,7 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Done]:
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
-            dashboard_address=None,
+            dashboard_address=":0",
             memory_limit=0,
             local_directory=folder,
             silence_logs=SILENT,

@@ -1,0 +1,118 @@
+"""Studies by a real Dask cluster of this machine, some of whose processes are killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from tasks import LIFT
+
+import knotwork as kw
+
+pytestmark = [
+    pytest.mark.exhaustive,
+    pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL"),
+]
+
+TASK = {**LIFT, "planner": "quintic:estimated"}
+VARY: dict[str, Any] = {
+    "waypoints[up].after": "0.5:3:24",
+    "waypoints[up].joints.lift": "uniform(0.5, 1.5)",
+}
+OPTIONS: dict[str, Any] = {"samples": 10, "seed": 5, "chunk": 4}
+ROWS = 240
+
+
+def without_time(study: kw.Study) -> Any:
+    return study.table.drop_columns(["plan_time"])
+
+
+@pytest.fixture(scope="module")
+def serial() -> Any:
+    """The rows as one process makes them, without Dask."""
+    return without_time(kw.sweep(TASK, VARY, workers=0, **OPTIONS))
+
+
+def planning(process: psutil.Process) -> list[psutil.Process]:
+    """Processes below one that plan rows."""
+    found = []
+    for one in process.children(recursive=True):
+        try:
+            if "knotwork.sweeps.child" in one.cmdline():
+                found.append(one)
+        except psutil.Error:
+            continue
+    return found
+
+
+def test_a_worker_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> None:
+    killed: list[int] = []
+
+    def kill_one(at: kw.SweepProgress) -> None:
+        if at.done >= ROWS // 4 and not killed:
+            worker = planning(psutil.Process())[0].parent()
+            assert worker is not None
+            assert worker.pid != os.getpid()
+            worker.send_signal(signal.SIGKILL)
+            killed.append(worker.pid)
+            assert at.done < ROWS
+
+    study = kw.sweep(TASK, VARY, out=tmp_path / "study", workers=2, progress=kill_one, **OPTIONS)
+    assert killed
+    assert set(study["verdict"]) == {"passed", "failed"}
+    assert without_time(study).equals(serial)
+    assert not planning(psutil.Process())
+
+
+def test_a_run_that_is_killed_is_gone_on_with(serial: Any, tmp_path: Path) -> None:
+    folder = tmp_path / "study"
+    script = (
+        "import knotwork as kw\n"
+        "if __name__ == '__main__':\n"
+        f"    kw.sweep({TASK!r}, {VARY!r}, out={str(folder)!r}, workers=2, **{OPTIONS!r})\n"
+    )
+    file = tmp_path / "run.py"
+    file.write_text(script, encoding="utf-8")
+    run = subprocess.Popen([sys.executable, str(file)])
+    until = time.monotonic() + 60
+    while len(list(folder.glob("chunks/*/*.parquet"))) < 10 and time.monotonic() < until:
+        assert run.poll() is None
+        time.sleep(0.01)
+    below = psutil.Process(run.pid).children(recursive=True)
+    run.kill()
+    run.wait()
+    gone, alive = psutil.wait_procs(below, timeout=20)
+    assert gone
+    assert not alive
+    finished = len(kw.Study.open(folder))
+    assert 40 <= finished < ROWS
+    seen: list[kw.SweepProgress] = []
+    study = kw.sweep(
+        TASK, VARY, out=folder, resume=True, workers=0, progress=seen.append, **OPTIONS
+    )
+    assert seen[0].before == finished
+    assert without_time(study).equals(serial)
+
+
+def test_a_scheduler_by_its_address(serial: Any) -> None:
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
+    ) as cluster:
+        study = kw.sweep(TASK, VARY, scheduler=cluster.scheduler_address, **OPTIONS)
+    assert without_time(study).equals(serial)
+
+
+def test_no_scheduler_at_an_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("knotwork.sweeps.executors.CONNECT_TIMEOUT", 0.5)
+    for address in ("tcp://127.0.0.1:9", "no such address"):
+        with pytest.raises(kw.InputError, match=f"scheduler {address}: can't be reached"):
+            kw.sweep(TASK, VARY, scheduler=address, **OPTIONS)

@@ -1,0 +1,95 @@
+"""`knotwork sweep`: what it prints, its exit codes, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import knotwork as kw
+from command_line import Command
+from knotwork.cli.sweep import progress_line
+
+TASK = """
+name: lift # kept
+limits: {velocity: 1.2}
+waypoints:
+  - {name: down, joints: {lift: 0}}
+  - {name: up, joints: {lift: 1}, after: 1}
+"""
+
+
+@pytest.fixture
+def task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A task in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "lift.yaml"
+    file.write_text(TASK, encoding="utf-8")
+    return file
+
+
+def test_a_study_is_made_shown_drawn_and_frozen(knotwork: Command, task: Path) -> None:
+    after = ("--vary", "waypoints[up].after=1:2:5")
+    made = knotwork("sweep", task, *after, "--workers", 0, "--out", "study")
+    assert made.code == 0, made.err
+    assert "lift: 5 rows, 4 pass" in made.out
+    assert "velocity" in made.out
+    assert "best duration: 1.25 s in row 1, waypoints[up].after = 1.25" in made.out
+    again = knotwork("sweep", task, *after, "--workers", 0, "--out", "study", "--resume")
+    assert again.out == made.out
+    shown = knotwork("sweep", "study", "--plot", "--best", "velocity_use", "--freeze", "best.yaml")
+    assert shown.code == 0, shown.err
+    assert "in row 4, waypoints[up].after = 2.0" in shown.out
+    assert (Path("study") / "study.png").read_bytes().startswith(b"\x89PNG")
+    assert "# kept" in Path("best.yaml").read_text(encoding="utf-8")
+    assert kw.plan("best.yaml").trajectory.duration == 2.0
+    data = json.loads(knotwork("sweep", "study", "--json").out)
+    assert (data["rows"], data["finished"], data["passed"]) == (5, 5, 4)
+    assert data["reasons"] == {"velocity": 1}
+    assert data["best"]["row"]["waypoints[up].after"] == 1.25
+
+
+def test_none_passes(knotwork: Command, task: Path) -> None:
+    ran = knotwork("sweep", task, "--vary", "waypoints[up].after=0.5,1", "--workers", 0)
+    assert ran.code == 1
+    assert "0 pass" in ran.out
+    frozen = ("--freeze", "best.yaml")
+    ran = knotwork("sweep", task, "--vary", "waypoints[up].after=0.5,1", "--workers", 0, *frozen)
+    assert ran.code == 2
+    assert "no row passes" in ran.err
+    assert not Path("best.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--vary", "rate"], "--vary rate: has no values; accepted: PATH=VALUES"),
+        (["--vary", "rate=1,2", "--vary", "rate=3"], "rate: is given twice"),
+        ([], "nothing is varied"),
+        (["--vary", "rat=1,2"], "rat: unknown key"),
+        (["--vary", "rate=1,2", "--plot"], "--plot: there is no folder for the picture"),
+        (["--vary", "rate=1,2", "--plot", "a.gif"], "the suffix is '.gif'"),
+        (["--vary", "rate=1,2", "--best", "speed"], "unknown figure 'speed'"),
+        (["--vary", "rate=1,2", "--figures", "speed", "--plot", "a.png"], "figure 'speed'"),
+        (["--rows", "no.csv"], "no.csv: can't be read"),
+        (["--vary", "rate=1,2", "--stop-after", "3", "good"], "'good' is not 'feasible'"),
+    ],
+)
+def test_what_is_refused(knotwork: Command, task: Path, arguments: list[str], said: str) -> None:
+    ran = knotwork("sweep", task, "--workers", 0, *arguments)
+    assert ran.code == 2
+    assert said in ran.err
+    assert "Traceback" not in ran.err
+
+
+def test_a_folder_of_a_study_is_not_planned(knotwork: Command, task: Path) -> None:
+    knotwork("sweep", task, "--vary", "rate=100", "--workers", 0, "--out", "study")
+    ran = knotwork("sweep", "study", "--vary", "rate=1")
+    assert ran.code == 2
+    assert "--vary: study is the folder of a study, whose rows are only shown" in ran.err
+
+
+def test_progress_has_rate_time_left_and_how_many_pass() -> None:
+    at = kw.SweepProgress(done=2500, total=10_000, passed=500, before=500, seconds=100.0)
+    assert progress_line(at) == "2500 of 10000 rows, 20 a second, 6 min 15 s left, 500 pass (20 %)"
