@@ -11,7 +11,7 @@ INSTALL := $(PIP) install --quiet --constraint constraints.txt --no-build-isolat
 # Tests are spread over the processors there are; `make test JOBS=0` runs them in one process.
 JOBS ?= auto
 
-.PHONY: demo test test-all lint types suite exhaustive docs figures picture scene clean
+.PHONY: demo test test-all lint types suite exhaustive docs figures picture scene placement clean
 
 demo: $(VENV)/run
 	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
@@ -48,6 +48,11 @@ picture: $(VENV)/dev
 # Needs Chromium.
 scene: $(VENV)/dev
 	$(BIN)/python docs/scene_picture.py
+
+# Plans 1,476 scenarios, which takes minutes; started again, it goes on where it was.
+placement: $(VENV)/dev
+	$(BIN)/python examples/placement_study.py build/placement
+	cp build/placement/placement.png docs/placement.png
 
 $(VENV)/base: constraints.txt pyproject.toml
 	@test -n "$(PYTHON)" || { echo "Python 3.10 or newer is needed; set PYTHON=/path/to/python3" >&2; exit 2; }

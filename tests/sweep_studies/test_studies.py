@@ -15,8 +15,13 @@ from tasks import LIFT
 
 import knotwork as kw
 from knotwork.documents import Document
+from knotwork.errors import OutOfReachError
+from knotwork.scenario import scenario_of
 from knotwork.sweeps import work
 from knotwork.sweeps.bench import Block
+from knotwork.sweeps.reach import out_of_reach
+from knotwork.sweeps.spec import StudySpec, scenario_document
+from knotwork.sweeps.variations import make_axes
 
 VARY = {"waypoints[up].after": "1:3:5", "knots": "paper,balanced"}
 
@@ -176,6 +181,19 @@ def test_out_of_reach_is_found_without_planning(monkeypatch: pytest.MonkeyPatch)
     assert study["clearance"][0] > 0.01
     assert study["path_deviation"][0] < 5e-5
     assert study["clearance"][1:] == [None, None]
+
+
+@pytest.mark.exhaustive
+def test_what_the_test_of_poses_refuses_planning_refuses_too() -> None:
+    vary = {"frames.block.position[0]": "250:650:5", "frames.block.rpy[2]": "0:315:8"}
+    axes = make_axes(vary)
+    spec = StudySpec(scenario_document("ur5_deburring"), axes, 60.0)
+    scenarios = {row: scenario_of(spec.document_of(row)) for row in range(len(spec))}
+    refused = out_of_reach(scenarios)
+    assert 5 < len(refused) < 30
+    for row in refused:
+        with pytest.raises(OutOfReachError):
+            kw.plan(scenarios[row])
 
 
 class Unpickled:

@@ -13,7 +13,14 @@ from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.sweeps.packages import distributed, own_version
-from knotwork.sweeps.work import ChildWorker, Chunk, HereWorker, perform, perform_in_child
+from knotwork.sweeps.work import (
+    ChildWorker,
+    Chunk,
+    FinishedChunk,
+    HereWorker,
+    perform,
+    perform_in_child,
+)
 
 AHEAD = 3
 """Chunks that are handed over for each worker: one is planned, the next ones wait for it."""
@@ -24,28 +31,25 @@ SILENT = 50
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
 
-Done = tuple[int, bytes]
-"""Index of a chunk and its Parquet file."""
 
-
-def here(chunks: Iterator[Chunk]) -> Iterator[Done]:
+def here(chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
     """Plan chunks in this process, one after the other; a crash ends it."""
     worker = HereWorker()
     for chunk in chunks:
-        yield chunk.index, perform(chunk, worker)
+        yield perform(chunk, worker)
 
 
-def in_one_child(chunks: Iterator[Chunk]) -> Iterator[Done]:
+def in_one_child(chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
     """Plan chunks in a child process, one after the other."""
     worker = ChildWorker()
     try:
         for chunk in chunks:
-            yield chunk.index, perform(chunk, worker)
+            yield perform(chunk, worker)
     finally:
         worker.close()
 
 
-def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Done]:
+def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[FinishedChunk]:
     """Plan chunks on a Dask cluster of this machine, in the order in which they are ready."""
     dask = distributed()
     with (
@@ -64,23 +68,35 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Done]:
         yield from _by(client, chunks)
 
 
-def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Done]:
+def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[FinishedChunk]:
     """Plan chunks on the workers of a scheduler, in the order in which they are ready.
 
     Raises:
         InputError: There is no scheduler at the address, or its workers can't plan for it.
     """
-    dask = distributed()
+    with _client(address) as client:
+        _check_workers(client, address)
+        yield from _by(client, chunks)
+
+
+def thread_count(address: str) -> int:
+    """How many chunks the workers of a scheduler can plan at once.
+
+    Raises:
+        InputError: There is no scheduler at the address.
+    """
+    with _client(address) as client:
+        return sum(client.nthreads().values())
+
+
+def _client(address: str) -> Any:
     try:
-        client = dask.Client(address, timeout=CONNECT_TIMEOUT)
+        return distributed().Client(address, timeout=CONNECT_TIMEOUT)
     except (OSError, ValueError, RuntimeError) as error:
         raise InputError(
             f"scheduler {address}: can't be reached ({error or type(error).__name__}); accepted: "
             "the address that dask scheduler prints, for example tcp://host:8786"
         ) from error
-    with client:
-        _check_workers(client, address)
-        yield from _by(client, chunks)
 
 
 def _check_workers(client: Any, address: str) -> None:
@@ -100,7 +116,7 @@ def _check_workers(client: Any, address: str) -> None:
             )
 
 
-def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[Done]:
+def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
     """Hand chunks over as earlier ones become ready, so that few are under way at any time.
 
     Raises:
@@ -121,7 +137,7 @@ def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[Done]:
         under_way -= 1
         if done.status != "finished":
             raise _lost(done)
-        yield int(done.key.rpartition("-")[2]), done.result()
+        yield done.result()
         done.release()
 
 

@@ -50,7 +50,7 @@ def _use(quantity: str) -> RowFigure:
         found = plan.report.select(quantity=quantity, **kind)
         return _extreme(max, (one.use for one in found))
 
-    title = f"largest part used of a limit of {quantity.replace('_', ' ')}"
+    title = f"part used of limits of {quantity.replace('_', ' ')}"
     return RowFigure(f"{quantity}_use", title, "", False, of)
 
 

@@ -25,6 +25,7 @@ from knotwork.sweeps.work import (
     BLOCK,
     ChildWorker,
     Chunk,
+    FinishedChunk,
     chunk_of,
     columns_of,
     outcomes,
@@ -34,6 +35,9 @@ TIME_LIMIT = 60.0
 """Of one row by default [s]."""
 CHUNK_TIME = 2.0
 """Work in a chunk, about [s]."""
+CENTRAL_TIME = 0.02
+"""Twice what handing out a chunk and writing its rows takes, which one process does for all workers
+[s]: of hundreds of workers it would be the first at its limit, so their chunks are larger."""
 MOST_IN_CHUNK = 4096
 PILOTS, PILOT_TIME = 8, 4.0
 """Rows that are planned to learn how long they take, and when that is enough [s]."""
@@ -203,20 +207,17 @@ class _Run:
         else:
             results = (executors.in_one_child if workers else executors.here)(self.chunks())
         with closing(results):  # type: ignore[type-var]
-            for index, content in results:
-                self._keep(index, content)
+            for chunk in results:
+                self._keep(chunk)
                 if self._enough():
                     return
 
-    def _keep(self, index: int, content: bytes) -> None:
+    def _keep(self, chunk: FinishedChunk) -> None:
         if self.in_memory:
-            self.kept[index] = content
+            self.kept[chunk.index] = chunk.content
         else:
-            self.folder.write(index, content)
-        _, parquet = arrow()
-        verdicts = parquet.read_table(io.BytesIO(content), columns=["verdict"]).column(0)
-        verdicts = verdicts.to_pylist()
-        self.done, self.passed = self.done + len(verdicts), self.passed + verdicts.count(PASSED)
+            self.folder.write(chunk.index, chunk.content)
+        self.done, self.passed = self.done + chunk.rows, self.passed + chunk.passed
         if self.progress is not None:
             seconds = time.monotonic() - self.begin
             total = len(self.folder.spec)
@@ -282,7 +283,9 @@ def _chunk_size(spec: StudySpec, workers: int, scheduler: str | None) -> int:
     finally:
         worker.close()
     mean = sum(times) / len(times) if times else CHUNK_TIME
-    size = min(CHUNK_TIME / max(mean, 1e-6), MOST_IN_CHUNK)
-    if scheduler is None:
-        size = min(size, len(spec) / (LEAST_CHUNKS * workers))
+    work = CHUNK_TIME
+    if scheduler is not None:
+        workers = max(1, executors.thread_count(scheduler))
+        work = max(work, CENTRAL_TIME * workers)
+    size = min(work / max(mean, 1e-6), MOST_IN_CHUNK, len(spec) / (LEAST_CHUNKS * workers))
     return executors.power_of_two(size)

@@ -13,7 +13,7 @@ from knotwork.documents.edits import flow
 from knotwork.sweeps.bench import Bench, Block
 from knotwork.sweeps.child import Child, ChildCrashedError, ChildTimeoutError
 from knotwork.sweeps.figures import FIGURES
-from knotwork.sweeps.outcome import CRASHED, TIME_LIMIT, Outcome
+from knotwork.sweeps.outcome import CRASHED, PASSED, TIME_LIMIT, Outcome
 from knotwork.sweeps.packages import arrow
 from knotwork.sweeps.spec import StudySpec
 
@@ -137,15 +137,34 @@ def outcomes(chunk: Chunk, worker: Worker) -> Iterator[tuple[int, tuple[Any, ...
                 yield row, values, done
 
 
-def perform(chunk: Chunk, worker: Worker) -> bytes:
-    """Plan the rows of a chunk, and give them as a Parquet file."""
-    return to_parquet(chunk.columns, outcomes(chunk, worker))
+@dataclass(frozen=True)
+class FinishedChunk:
+    """The rows of a chunk.
+
+    Attributes:
+        index: Of the chunk.
+        content: Its Parquet file.
+        rows: How many rows it has.
+        passed: How many of them pass.
+    """
+
+    index: int
+    content: bytes
+    rows: int
+    passed: int
+
+
+def perform(chunk: Chunk, worker: Worker) -> FinishedChunk:
+    """Plan the rows of a chunk."""
+    rows = list(outcomes(chunk, worker))
+    passed = sum(done.verdict == PASSED for _, _, done in rows)
+    return FinishedChunk(chunk.index, to_parquet(chunk.columns, rows), len(rows), passed)
 
 
 _own = threading.local()
 
 
-def perform_in_child(chunk: Chunk) -> bytes:
+def perform_in_child(chunk: Chunk) -> FinishedChunk:
     """Plan the rows of a chunk in the child process of this thread."""
     if not hasattr(_own, "worker"):
         _own.worker = ChildWorker()

@@ -1,0 +1,225 @@
+"""Sweeps: rows a second, one worker and two, what Dask takes, and memory.
+
+The study is a grid of placements of the block of `ur5_deburring`. It is made by one child process
+without Dask, by a local cluster of one worker and by one of two. Times of the processor are told
+apart, so that a machine with other work disturbs them little: those of the processes that plan, and
+those of all others (Dask's workers, its scheduler and client, writing the files). Rates are by the
+clock, and ratios of them mean something on a quiet machine only.
+
+From these figures the script works out what a study of a million rows on a hundred machines takes,
+and what would be at its limit first.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import click
+import psutil
+from rich.console import Console
+
+import knotwork as kw
+from knotwork.sweeps import executors
+from knotwork.sweeps.run import CENTRAL_TIME
+from results import Table, save
+
+MACHINES, CORES, MANY = 100, 8, 1_000_000
+
+
+@dataclass
+class Run:
+    """What one run of the study took.
+
+    Attributes:
+        rows: Number of rows.
+        chunks: Number of chunks.
+        seconds: By the clock, from the first chunk that was finished to the last.
+        planning: Time of the processor of the processes that plan [s].
+        others: That of all other processes [s].
+        memory: Memory of all processes when a tenth of the rows was finished, and in the end [MB].
+        size: Of the files [bytes].
+    """
+
+    rows: int = 0
+    chunks: int = 0
+    seconds: float = 0.0
+    planning: float = 0.0
+    others: float = 0.0
+    memory: list[float] = field(default_factory=list)
+    size: int = 0
+
+    @property
+    def rate(self) -> float:
+        """Rows a second by the clock."""
+        return self.rows / self.seconds
+
+    @property
+    def overhead(self) -> float:
+        """Time of all other processes, in that of those that plan."""
+        return self.others / self.planning
+
+
+def usage() -> tuple[float, float, float]:
+    """Times of the processor of those that plan and of all others [s], and memory of all [MB]."""
+    planning = others = memory = 0.0
+    own = psutil.Process()
+    for process in (own, *own.children(recursive=True)):
+        try:
+            times, used = process.cpu_times(), process.memory_info().rss / 1e6
+            plans = "knotwork.sweeps.child" in process.cmdline()
+        except psutil.Error:
+            continue
+        memory += used
+        if plans:
+            planning += times.user + times.system
+        else:
+            others += times.user + times.system
+    return planning, others, memory
+
+
+def measured(vary: dict[str, str], workers: int, chunk: int, folder: Path) -> Run:
+    """Make the study, and measure from its first finished chunk to its last."""
+    run, begin = Run(), (0.0, 0.0, 0.0)
+
+    def watch(at: kw.SweepProgress) -> None:
+        nonlocal begin
+        if not run.chunks:
+            run.rows, begin = at.done, (*usage()[:2], time.perf_counter())
+        run.chunks += 1
+        if at.done >= at.total / 10 and not run.memory:
+            run.memory.append(usage()[2])
+        if at.done == at.total:
+            planning, others, memory = usage()
+            run.planning, run.others = planning - begin[0], others - begin[1]
+            run.seconds = time.perf_counter() - begin[2]
+            run.rows = at.total - run.rows
+            run.memory.append(memory)
+
+    kw.sweep("ur5_deburring", vary, out=folder, workers=workers, chunk=chunk, progress=watch)
+    run.size = sum(file.stat().st_size for file in folder.glob("chunks/*/*.parquet"))
+    return run
+
+
+def central_cost(folder: Path) -> float:
+    """Time of the processor of all but planning for a chunk [s], of which there are many here."""
+    ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
+    begin: list[float] = []
+
+    def watch(at: kw.SweepProgress) -> None:
+        if at.done in (50, at.total):
+            begin.append(usage()[1])
+
+    with by_one_worker():
+        kw.sweep(
+            {"waypoints": ends},
+            {"waypoints[1].after": "1:2:450"},
+            out=folder,
+            workers=1,
+            chunk=1,
+            progress=watch,
+        )
+    return (begin[1] - begin[0]) / 400
+
+
+def estimate(run: Run, central: float) -> Table:
+    """What a million rows on a hundred machines take.
+
+    Args:
+        run: With one worker of Dask.
+        central: Time of the processor of all but planning for a chunk [s].
+    """
+    row, cores = run.planning / run.rows, MACHINES * CORES
+    seconds, content = MANY * row / cores, run.size / run.chunks
+
+    def shown(work: float) -> list[str]:
+        chunks = MANY * row / work
+        return [
+            f"chunks of {work:.0f} s",
+            f"{chunks:.0f}",
+            f"{chunks / seconds:.0f}",
+            f"{100 * chunks * central / seconds:.0f}",
+            f"{chunks * content / 1e6:.0f}",
+        ]
+
+    return Table(
+        f"{MANY} rows on {MACHINES} machines of {CORES} cores, on paper:",
+        ("", "files", "a second", "part of one core for all but planning [%]", "rows [MB]"),
+        [shown(5.0), shown(CENTRAL_TIME * cores)],
+        note=f"{seconds / 60:.1f} min, {1e3 * row:.0f} ms a row, {1e3 * central:.1f} ms a chunk",
+    )
+
+
+@click.command()
+@click.option("--rows", default=10_000, help="Rows of the study, about.")
+@click.option("--chunk", default=8, help="Rows in a chunk.")
+@click.option("--save", "results", type=click.Path(path_type=Path), help="Save the results there.")
+def main(rows: int, chunk: int, results: Path | None) -> None:
+    """Measure sweeps."""
+    angles = max(2, round((rows * 36 / 41) ** 0.5))
+    vary = {
+        "frames.block.position[0]": f"250:650:{max(2, round(rows / angles))}",
+        "frames.block.rpy[2]": f"0:{360 - 360 / angles:g}:{angles}",
+    }
+    runs: dict[str, Run] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        runs["no Dask"] = measured(vary, 1, chunk, Path(folder) / "alone")
+        with by_one_worker():
+            runs["1 worker"] = measured(vary, 1, chunk, Path(folder) / "one")
+        runs["2 workers"] = measured(vary, 2, chunk, Path(folder) / "two")
+        alone = kw.Study.open(Path(folder) / "alone").table.drop_columns(["plan_time"])
+        for name in ("one", "two"):
+            other = kw.Study.open(Path(folder) / name).table.drop_columns(["plan_time"])
+            if not other.equals(alone):
+                raise click.ClickException(f"the rows of {name} worker(s) differ")
+        central = central_cost(Path(folder) / "light")
+    load = os.getloadavg()[0]
+    table = Table(
+        f"{alone.num_rows} placements of ur5_deburring, {chunk} in a chunk",
+        (
+            "",
+            "rows a s",
+            "planning [ms a row]",
+            "others [%]",
+            "memory, at 10 % and in the end [MB]",
+        ),
+        [
+            [
+                name,
+                f"{run.rate:.2f}",
+                f"{1e3 * run.planning / run.rows:.0f}",
+                f"{100 * run.overhead:.1f}",
+                " ".join(f"{value:.0f}" for value in run.memory),
+            ]
+            for name, run in runs.items()
+        ],
+        note=f"(load of the machine {load:.1f})",
+    )
+    console = Console(width=120)
+    table.show(console)
+    scaling = runs["2 workers"].rate / runs["1 worker"].rate
+    console.print(f"from 1 to 2 workers: {scaling:.2f} times the rows a second")
+    estimate(runs["1 worker"], central).show(console)
+    if results is not None:
+        data = {name: vars(run) for name, run in runs.items()}
+        save(results, "sweep", {"load": load, "scaling": scaling, "central": central, **data})
+
+
+@contextmanager
+def by_one_worker() -> Iterator[None]:
+    """Have `workers=1` make a cluster of one worker, which it does without."""
+    original = executors.in_one_child
+    executors.in_one_child = lambda chunks: executors.on_local_cluster(chunks, 1)
+    try:
+        yield
+    finally:
+        executors.in_one_child = original
+
+
+if __name__ == "__main__":
+    main()
