@@ -483,3 +483,13 @@ def test_errors_keep_to_standard_error_in_a_process_too(tmp_path: Path) -> None:
     assert ran.returncode == 2
     assert not ran.stdout
     assert ran.stderr.startswith("error: ")
+
+
+@pytest.mark.parametrize("arguments", [("planners",), ("robots",), ("robots", "kinova")])
+def test_lists_fit_80_columns_and_cut_no_name(
+    arguments: tuple[str, ...], knotwork: Command
+) -> None:
+    ran = knotwork(*arguments)
+    lines = [line for line in ran.out.splitlines() if not line.startswith(("model", "kinova "))]
+    assert max(map(len, lines)) <= 80
+    assert "…" not in ran.out

@@ -118,11 +118,17 @@ def planners(as_json: bool) -> int:
         return PASSED
     from knotwork.cli import tables
 
-    words = {"meets": "guarantees", "can not": "cannot", "options": "supports"}
-    columns = {"name": "name", "degree": "degree", "C": "continuity", **words}
-    tables.print_rows("Planners", rows, columns, wrapped=3)
-    ruled = ", ".join(f"{name}:{rule}" for name in PLANNER_SPECS for rule in rules(name))
-    tables.console(wrap=True).print(f"With a rule for an option after a colon: {ruled}.")
+    for row in rows:
+        tables.print_entry(
+            row["name"],
+            f"degree {row['degree']}, C{row['continuity']}",
+            {
+                "meets": row["guarantees"],
+                "can not": row["cannot"],
+                "options": ", ".join(row["supports"]),
+                "rules": ", ".join(f"{row['name']}:{rule}" for rule in row["rules"]),
+            },
+        )
     return PASSED
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from knotwork.cli.terminal import cell
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.scene.model import CollisionModel
+    from knotwork.waypoints import FloatArray
 
 
 def print_robot(robot: Robot) -> None:
@@ -32,16 +34,32 @@ def print_robot(robot: Robot) -> None:
         ]
         table.add_row(cell(name), robot.joint_units[i], *cells)
     out.print(table)
-    if robot.configurations:
-        table = plain_table("Configurations [SI]", ["joint", *robot.configurations])
+    for shown in _fitting(robot):
+        table = plain_table("Configurations [SI]", ["joint", *shown])
         for i, name in enumerate(robot.joint_names):
-            values = (f"{positions[i]:.4f}" for positions in robot.configurations.values())
+            values = (f"{positions[i]:.4f}" for positions in shown.values())
             table.add_row(cell(name), *values)
         out.print(table)
     if robot.locked:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
         out.print(f"locked joints: {cell(locked)}")
-    out.print(f"frames: {cell(', '.join(robot.frame_names))}")
+    console(wrap=True).print(f"frames: {cell(', '.join(robot.frame_names))}")
+
+
+def _fitting(robot: Robot) -> Iterator[dict[str, FloatArray]]:
+    """Configurations, as many at a time as fit the width of the terminal."""
+    width = console(wrap=True).width
+    taken = start = 2 + max(map(len, robot.joint_names))
+    shown: dict[str, FloatArray] = {}
+    for name, positions in robot.configurations.items():
+        column = 2 + max(8, len(name))
+        if shown and taken + column > width:
+            yield shown
+            shown, taken = {}, start
+        shown[name] = positions
+        taken += column
+    if shown:
+        yield shown
 
 
 def print_collisions(robot: Robot, model: CollisionModel) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -54,34 +55,39 @@ def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     return table
 
 
-def print_rows(
-    title: str, rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], wrapped: int = 1
-) -> None:
-    """Print plain data, a line for each row; where several columns wrap, lines divide the rows.
+def print_rows(title: str, rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str]) -> None:
+    """Print plain data, a line for each row; the last column is text that can be wrapped.
 
     Args:
         title: Title of the table.
         rows: Values by key.
         columns: The key of each column, by its heading.
-        wrapped: Number of columns, the last ones, with text that can be wrapped.
     """
     table = plain_table(title, list(columns), len(columns))
-    for column in table.columns[-wrapped:]:
-        column.no_wrap = False
+    table.columns[-1].no_wrap = False
     for column, key in zip(table.columns, columns.values(), strict=True):
         if any(isinstance(row[key], int | float) for row in rows):
             column.justify = "right"
     for row in rows:
         table.add_row(*(cell(_plain_text(row[key])) for key in columns.values()))
-        if wrapped > 1:
-            table.add_section()
     console(wrap=True).print(table)
+
+
+def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
+    """Print a name and texts about it, which are wrapped; empty ones are left out."""
+    out = console(wrap=True)
+    out.print(f"[bold]{cell(name)}[/]  {cell(about)}", soft_wrap=True)
+    indent = max(map(len, rows)) + 4
+    for key, text in rows.items():
+        words = text.replace("\n", " ").split()
+        width = min(out.width, WIDEST) - indent
+        lines = textwrap.wrap(" ".join(words), width, break_long_words=False) if words else []
+        for i, line in enumerate(lines):
+            out.print(cell(f"  {'' if i else key}".ljust(indent) + line), soft_wrap=True)
 
 
 def _plain_text(value: Any) -> str:
     """A value of plain data in a cell; of a mapping how many there are."""
-    if isinstance(value, list | tuple):
-        return ", ".join(value) or "-"
     if isinstance(value, float):
         return f"{value:g}"
     return str(len(value) if isinstance(value, Mapping) else value or "-").strip()
