@@ -11,7 +11,7 @@ INSTALL := $(PIP) install --quiet --constraint constraints.txt --no-build-isolat
 # Tests are spread over the processors there are; `make test JOBS=0` runs them in one process.
 JOBS ?= auto
 
-.PHONY: demo test test-all lint types suite exhaustive docs figures picture scene placement clean
+.PHONY: demo test test-all lint types suite exhaustive docs figures keys pictures placement clean
 
 demo: $(VENV)/run
 	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
@@ -42,12 +42,13 @@ docs: $(VENV)/dev
 figures: $(VENV)/dev
 	$(BIN)/python benchmarks/pages.py
 
-picture: $(VENV)/dev
-	$(BIN)/python docs/picture.py
+# Pictures of scenes: the README's, which moves, and the gallery's. Needs Chromium.
+pictures: $(VENV)/dev
+	$(BIN)/python docs/scene_pictures.py
 
-# Needs Chromium.
-scene: $(VENV)/dev
-	$(BIN)/python docs/scene_picture.py
+# Every key of scenario and robot files, as a page of the repository.
+keys: $(VENV)/dev
+	$(BIN)/python docs/every_key.py
 
 # Plans 1,476 scenarios, which takes minutes; started again, it goes on where it was.
 placement: $(VENV)/dev

@@ -15,6 +15,7 @@ import jinja2
 import collision
 import ik_tables
 import paths
+import planner_picture
 import planner_tables
 import results
 
@@ -77,4 +78,5 @@ def render(page: str) -> str:
 if __name__ == "__main__":
     for name in PAGES:
         (DOCS / f"{name}.md").write_text(render(name), encoding="utf-8")
+    planner_picture.draw(results.load("planners"), DOCS / "planners_peaks.png")
     paths.figure(results.load("paths"), DOCS / "path_deviation.png")

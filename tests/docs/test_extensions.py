@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,8 @@ myst_enable_extensions = ["dollarmath"]
 html_math_renderer = "mathml"
 html_theme = "basic"
 """
-EXTENSIONS = str(Path(__file__).parents[2] / "docs" / "extensions")
+DOCS = Path(__file__).parents[2] / "docs"
+EXTENSIONS = str(DOCS / "extensions")
 
 
 def built(folder: Path, page: str) -> Site:
@@ -193,3 +195,26 @@ def test_examples_are_found_from_any_folder(tmp_path: Path) -> None:
     site = built(tmp_path, "# P\n\n```{run}\npython examples/spline_alone.py\n```\n")
     assert site.code == 0, site.said
     assert "SciPy loaded: False" in site.page("index")
+
+
+def test_the_page_of_every_key_is_as_the_schema_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(DOCS))
+    shown = (DOCS / "every_key.md").read_text(encoding="utf-8")
+    assert shown == importlib.import_module("every_key").page(), "run: make keys"
+
+
+def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:
+    import knotwork as kw
+    from knotwork import resources
+
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    pictures = {f"gallery/{path.name}" for path in (DOCS / "gallery").iterdir()}
+    assert {part.split(")")[0] for part in page.split("](")[1:]} == pictures
+    robots = kw.robot_names()
+    for name in (*resources.names("scenarios"), *robots):
+        assert f"### {name}\n" in page
+        if name in robots:
+            assert f"gallery/robot_{name}.webp" in pictures
+        elif kw.load_scenario(name).robot is not None:
+            assert f"gallery/{name}.webp" in pictures
+    assert all((DOCS / name).stat().st_size < 50_000 for name in pictures)

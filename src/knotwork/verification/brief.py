@@ -177,10 +177,7 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
         for one in numbers:
             if abs(one.value or 0.0) >= abs(largest.get(one.quantity, one).value or 0.0):
                 largest[one.quantity] = one
-        return [
-            _told_of(one, units) + ("" if one.required else ", no limit given")
-            for one in largest.values()
-        ]
+        return [_told_of(one, units) for one in largest.values()]
     if any(one.use is None for one in limited):
         nearest = min(limited, key=lambda one: one.margin if one.margin is not None else 0.0)
         return [_told_of(nearest, units)]
@@ -193,7 +190,7 @@ def _told_of(found: Finding, units: Units) -> str:
     number = units.text(found.value or 0.0, found.unit, ".4g")
     if found.limit:
         limit = units.text(found.limit, found.unit, ".4g")
-        from_below = (abs(found.value or 0.0) > abs(found.limit)) == found.ok
+        from_below = (found.margin or 0.0) > 0.0 and abs(found.value or 0.0) > abs(found.limit)
         bare = f"{units.shown(found.value or 0.0, found.unit)[0]:.4g}"
         number = f"{number}, at least {limit}," if from_below else f"{bare} of {limit}"
     at = f"at {found.when} s" if found.when else ""
@@ -202,7 +199,11 @@ def _told_of(found: Finding, units: Units) -> str:
 
 def _far_from_limits(findings: Sequence[Finding]) -> bool:
     """Whether all have limits, and no part of them worth a word is used."""
-    uses = [one.use for one in findings if one.required and one.value is not None]
+    uses = [
+        0.0 if one.value == one.limit == 0.0 else one.use
+        for one in findings
+        if one.required and one.value is not None
+    ]
     others = any(one.brief or (one.value is not None and not one.required) for one in findings)
     return bool(uses) and not others and all(use is not None and use < NOTABLE for use in uses)
 

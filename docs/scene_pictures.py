@@ -1,0 +1,117 @@
+"""Draw the pictures of scenes with a headless Chromium: the README's, moving, and the gallery's.
+
+`make pictures` runs it; names of scenarios and robots as arguments draw those of the gallery alone.
+"""
+
+from __future__ import annotations
+
+import io
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+import knotwork as kw
+from knotwork import resources
+
+DOCS = Path(__file__).parent
+GALLERY = DOCS / "gallery"
+SIZE = (1280, 760)
+SMALL = (560, 332)
+MOVING = (800, 475)
+FRAMES = 66
+CONTROLS = ".dg, #bar, #shown { display: none !important; }"
+WORDS = "#head, #legend, #labels, #leaders { display: none !important; }"
+
+
+@contextmanager
+def scene(tab: Any, plan: kw.Plan, style: str = CONTROLS) -> Iterator[Any]:
+    """The scene of a plan in a tab, without its controls; called with a time it gives a picture."""
+    with tempfile.TemporaryDirectory() as folder:
+        page = plan.view().save(Path(folder) / "scene.html")
+        tab.goto(page.as_uri() + "#paused")
+        tab.wait_for_function("document.documentElement.dataset.ready === 'true'")
+        tab.add_style_tag(content=style)
+
+        def taken(time: float) -> Image.Image:
+            tab.evaluate(
+                """time => {
+                    const slider = document.getElementById("scrub");
+                    slider.value = time;
+                    slider.dispatchEvent(new Event("input", {bubbles: true}));
+                }""",
+                time - plan.trajectory.start_time,
+            )
+            tab.wait_for_timeout(120)
+            return Image.open(io.BytesIO(tab.screenshot())).convert("RGB")
+
+        tab.wait_for_timeout(1000)
+        yield taken
+
+
+def draw_readme(tab: Any) -> None:
+    """The first look at `ur5_deburring`: as a picture, and moving."""
+    plan = kw.plan("ur5_deburring")
+    start, end = plan.trajectory.start_time, plan.trajectory.end_time
+    with scene(tab, plan) as taken:
+        taken(8.0).save(DOCS / "scene.png")
+        times = [start + (end - start) * i / (FRAMES - 1) for i in range(FRAMES)]
+        frames = [taken(time).resize(MOVING, Image.Resampling.LANCZOS) for time in times]
+    frames[0].save(
+        DOCS / "ur5_deburring.webp",
+        save_all=True,
+        append_images=frames[1:],
+        duration=1000 * (end - start) / FRAMES / 2,  # twice as fast as the arm
+        loop=0,
+        quality=55,
+        method=6,
+    )
+
+
+def draw_gallery(tab: Any, names: list[str]) -> None:
+    """A small picture of each scenario with a robot, and of each robot at home."""
+    GALLERY.mkdir(exist_ok=True)
+    for name in resources.names("scenarios"):
+        if kw.load_scenario(name).robot is None or (names and name not in names):
+            continue
+        plan = kw.plan(name)
+        with scene(tab, plan, CONTROLS + WORDS) as taken:
+            start, end = plan.trajectory.start_time, plan.trajectory.end_time
+            _keep(taken(start + 0.55 * (end - start)), name)
+    for name in kw.robot_names():
+        if names and name not in names:
+            continue
+        home = {"joints": "home"}
+        strong = {"effort": 1e6}  # nothing is to be red
+        task = {"robot": name, "limits": strong, "waypoints": [home, {**home, "after": 1}]}
+        plan = kw.plan(task)
+        with scene(tab, plan, CONTROLS + WORDS) as taken:
+            _keep(taken(0.5), f"robot_{name}")
+
+
+def _keep(picture: Image.Image, name: str) -> None:
+    small = picture.resize(SMALL, Image.Resampling.LANCZOS)
+    small.save(GALLERY / f"{name}.webp", quality=70, method=6)
+
+
+def main() -> None:
+    """Draw all, or those named."""
+    names = sys.argv[1:]
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        tab = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        if not names:
+            draw_readme(tab)
+        draw_gallery(tab, names)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
