@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.timing.care import first_care, form_of_care, more_care
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.problem import TimingProblem
-from knotwork.timing.program import joined_limits
+from knotwork.timing.program import Solution, joined_limits
 from knotwork.timing.rebuild import rebuilt
 from knotwork.timing.section import (
     Care,
@@ -134,12 +134,12 @@ class _Run:
 
 def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run:
     """Solve from one start, with more care each time that the exact check finds an excess."""
-    x: FloatArray | None = None
+    last: Solution | None = None
     best: Attempt | None = None
     for _ in range(MOST_TIMES):
         section = Section(problem, guess, care)
         steps = _steps(section, watch, best)
-        solution = section.solve(x, steps if watch.needed else None)
+        solution = section.solve(last, steps if watch.needed else None)
         if not watch.needed:
             watch.iterations += solution.iterations
         if steps.best is not None:
@@ -152,11 +152,11 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
                 return _Run(Attempt(found, cost, True, care))
             # with further equations the solution is no good start
             same = form_of_care(more) == form_of_care(care)
-            care, x = more, solution.x if same else None
-        elif x is None or watch.late(found=best is not None):
+            care, last = more, solution if same else None
+        elif last is None or watch.late(found=best is not None):
             return _Run(best, solution.status == "Infeasible_Problem_Detected")
         else:  # what was near to a solution is none any more: start again
-            x = None
+            last = None
     return _Run(best)
 
 

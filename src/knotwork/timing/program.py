@@ -98,6 +98,7 @@ class Solution:
 
     Attributes:
         x: Variables.
+        multipliers: Of the bounds of the variables and of the constraints, one after the other.
         objective: Its value.
         status: As IPOPT calls it.
         solved: Whether IPOPT converged.
@@ -105,6 +106,7 @@ class Solution:
     """
 
     x: FloatArray
+    multipliers: FloatArray
     objective: float
     status: str
     solved: bool
@@ -239,7 +241,7 @@ class Program:
 
     def solve(
         self,
-        start: FloatArray,
+        start: FloatArray | Solution,
         bounds: tuple[FloatArray, FloatArray],
         parameters: Sequence[FloatArray],
         limits: Sequence[tuple[FloatArray, FloatArray]],
@@ -247,15 +249,21 @@ class Program:
         """Solve from a start.
 
         Args:
-            start: Variables to start from, shape (size,).
+            start: Variables to start from, shape (size,), or a solution that was found before.
             bounds: Least and greatest values of the variables.
             parameters: Of each block, shape (parameters, times).
             limits: Least and greatest values of each block's constraints, shape
                 (constraints, times) each.
         """
         low, high = joined_limits(limits)
+        known = {}
+        if isinstance(start, Solution):
+            parts = np.split(start.multipliers, [self.size])
+            known = dict(zip(("lam_x0", "lam_g0"), parts, strict=True))
+            start = start.x
         found = self._solver(
             x0=start,
+            **known,
             lbx=bounds[0],
             ubx=bounds[1],
             p=np.concatenate([np.ravel(p, order="F") for p in parameters]),
@@ -265,6 +273,7 @@ class Program:
         stats = self._solver.stats()
         return Solution(
             np.array(found["x"]).ravel(),
+            np.concatenate([np.array(found[name]).ravel() for name in ("lam_x", "lam_g")]),
             float(found["f"]),
             str(stats["return_status"]),
             bool(stats["success"]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -42,8 +42,21 @@ LONG = {"ipopt.mu_strategy": "adaptive"}
 
 MANY = 12
 
-WARM = {"ipopt.mu_init": 1e-4}
+StartKind = Literal["far", "near", "again"]
+
+NEAR = {"ipopt.mu_init": 1e-4}
 """Options of IPOPT for a start that is near to the solution."""
+
+AGAIN = {
+    "ipopt.mu_init": 1e-9,
+    "ipopt.warm_start_init_point": "yes",
+    "ipopt.warm_start_bound_push": 1e-8,
+    "ipopt.warm_start_bound_frac": 1e-8,
+    "ipopt.warm_start_slack_bound_push": 1e-8,
+    "ipopt.warm_start_slack_bound_frac": 1e-8,
+    "ipopt.warm_start_mult_bound_push": 1e-8,
+}
+"""Options of IPOPT for a start from the solution of a problem whose limits differ a little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +91,15 @@ class Found:
     curve: PiecewisePolynomial
 
 
-def _new_program(form: Form, warm: bool, steps: OnStep | None = None) -> Program:
-    options = WARM if warm else LONG if form.intervals >= MANY else None
-    return Program(layout(form).size, blocks(form), steps=steps, options=options)
+def _new_program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
+    far = LONG if form.intervals >= MANY else {}
+    options: dict[StartKind, dict[str, Any]] = {"far": far, "near": NEAR, "again": AGAIN}
+    return Program(layout(form).size, blocks(form), steps=steps, options=options[kind])
 
 
 @lru_cache(maxsize=16)
-def _program(form: Form, warm: bool) -> Program:
-    return _new_program(form, warm)
+def _program(form: Form, kind: StartKind) -> Program:
+    return _new_program(form, kind)
 
 
 def form_of(
@@ -204,13 +218,13 @@ class Section:
         )
         self.scale = _scale(problem, guess)
 
-    def solve(self, start: FloatArray | None = None, steps: OnStep | None = None) -> Solution:
-        """Run the solver, from variables given or from the guess."""
-        warm = start is not None or self.guess.near
+    def solve(self, start: Solution | None = None, steps: OnStep | None = None) -> Solution:
+        """Run the solver, from a solution found before or from the guess."""
+        kind: StartKind = "again" if start is not None else "near" if self.guess.near else "far"
         if steps is None:
-            program = _program(self.form, warm)
+            program = _program(self.form, kind)
         else:
-            program = _new_program(self.form, warm, steps)
+            program = _new_program(self.form, kind, steps)
         return program.solve(
             self.start() if start is None else start,
             self.bounds(),
