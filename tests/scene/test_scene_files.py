@@ -104,6 +104,7 @@ def test_a_wrong_tool_is_named_with_line_and_field(
     ("more", "says"),
     [
         ("collisions: {ignore: [[forearm_link, wall]]}", "collisions.ignore[0]"),
+        ("collisions: {ignore: [[ball, ball]]}", "collisions.ignore[0]: names 'ball' twice"),
         ("collisions: {ignore: [[forearm_link]]}", "has 1 value, fewer than 2"),
         ("collisions: {resolution: 0}", "must be greater than 0"),
         ("collisions: {self: 1}", "collisions.self: 1: must be true or false"),
@@ -114,6 +115,11 @@ def test_wrong_rules_are_named_with_line_and_field(
 ) -> None:
     objects = "ball: {sphere: 5, position: [0, 900, 0]}"
     assert says in run(knotwork, tmp_path, objects, more=more)
+
+
+def test_what_may_touch_an_object_is_another(knotwork: Command, tmp_path: Path) -> None:
+    said = run(knotwork, tmp_path, "ball: {sphere: 5, position: [0, 900, 0], allow: [ball]}")
+    assert "scene.objects.ball.allow: names 'ball' itself" in said
 
 
 def test_a_scene_needs_a_robot(knotwork: Command, tmp_path: Path) -> None:

@@ -109,7 +109,9 @@ def _reason(error: Exception) -> str:
     text = "; ".join(line.strip() for line in str(error).splitlines() if line.strip())
     if len(text) > 200:
         text = f"{text[:197]}..."
-    return text if isinstance(error, ValueError | OSError) else f"{type(error).__name__} {text}"
+    if isinstance(error, ValueError | OSError):
+        return text
+    return f"it is cut off or damaged ({type(error).__name__}: {text})"
 
 
 def _check(parts: tuple[MeshPart, ...]) -> None:

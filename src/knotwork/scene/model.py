@@ -264,20 +264,25 @@ class _Builder:
         names = list(dict.fromkeys([*(body.name for body in bodies), *self.robot.frame_names]))
         scene = self.scene
         links = {link for link, *_ in placed_links(self.robot)}
-        for place, name in (
-            *((("scene", "objects", one.name), one.name) for one in scene.objects),
-            *((("tool", "holds", held.name), held.name) for held in scene.held),
-        ):
-            if name in links and self.document is not None:
-                raise self.document.error(
-                    place, "is the name of a link of the robot", "any other name"
-                )
         for i, pair in enumerate(scene.rules.ignore):
             self._known(pair, names, ("collisions", "ignore", i))
-        for one in scene.objects:
-            self._known(one.allow, [*names, TOOL], ("scene", "objects", one.name, "allow"))
-        for held in scene.held:
-            self._known(held.allow, [*names, TOOL], ("tool", "holds", held.name, "allow"))
+            if pair[0] == pair[1]:
+                self._wrong(("collisions", "ignore", i), f"names {pair[0]!r} twice", "two names")
+        given: list[tuple[tuple[Any, ...], str, Sequence[str]]] = [
+            *((("scene", "objects", one.name), one.name, one.allow) for one in scene.objects),
+            *((("tool", "holds", held.name), held.name, held.allow) for held in scene.held),
+        ]
+        for place, name, allow in given:
+            if name in links:
+                self._wrong(place, "is the name of a link of the robot", "any other name")
+            self._known(allow, list(dict.fromkeys([*names, TOOL])), (*place, "allow"))
+            if name in allow:
+                self._wrong((*place, "allow"), f"names {name!r} itself", "what may touch it")
+
+    def _wrong(self, place: tuple[Any, ...], fault: str, accepted: str) -> None:
+        if self.document is not None:
+            raise self.document.error(place, fault, accepted)
+        raise InputError(f"{'.'.join(map(str, place))}: {fault} ({accepted})")
 
     def _known(self, given: Sequence[str], names: Sequence[str], place: tuple[Any, ...]) -> None:
         for name in given:
