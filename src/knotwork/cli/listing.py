@@ -46,7 +46,7 @@ def _collisions(name: str | None, as_json: bool) -> int:
     """List what is checked for collisions of one robot."""
     from knotwork.cli import robot_tables
     from knotwork.robot import load_robot
-    from knotwork.scene.model import robot_collision_model
+    from knotwork.scene.building import robot_collision_model
 
     if name is None:
         raise click.UsageError("--collisions needs the name of a robot")

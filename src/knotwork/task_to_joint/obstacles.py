@@ -38,7 +38,7 @@ class Obstacles:
     """
 
     def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
-        from knotwork.scene.model import Hold, collision_model
+        from knotwork.scene.building import Hold, collision_model
         from knotwork.scene.solid_pairs import SolidPairs
 
         poses, times = {}, {}

@@ -52,7 +52,7 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    from knotwork.scene.model import Hold, collision_model
+    from knotwork.scene.building import Hold, collision_model
 
     times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
     holds = {}

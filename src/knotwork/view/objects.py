@@ -146,7 +146,7 @@ def _carried(
 
 def _hulls(robot: Robot) -> list[dict[str, Any]]:
     """The collision shapes of the links, shown on demand."""
-    from knotwork.scene.model import robot_collision_model
+    from knotwork.scene.building import robot_collision_model
 
     model = robot_collision_model(robot)
     by_joint: dict[int, list[Mesh]] = {}

@@ -27,13 +27,13 @@ from knotwork.scene.bodies import Body
 from knotwork.scene.distances import (
     ROUNDING,
     Nearest,
-    nearer_than,
     nearest_of_bodies,
 )
 from knotwork.scene.inside import one_inside_the_other
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.placements import place_joints
 from knotwork.scene.solid_pairs import SolidPairs
+from knotwork.verification.bounds.contacts import ContactTimes
 from knotwork.verification.bounds.polynomials import Intervals, joint_rates
 from knotwork.waypoints import FloatArray
 
@@ -53,12 +53,6 @@ BLOCK = 2000
 
 BUDGET = 100_000
 """Distances that are measured at most. What is open then is undecided."""
-
-LOOKS = 200
-"""Contacts of a pair that collides are looked for at so many steps of the time it is there."""
-
-EDGE = 1e-4
-"""The ends of a contact are found to this [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,7 +287,7 @@ class _Search:
         combos = [np.flatnonzero(self.pair == k) for k in range(len(self.model.pairs))]
         worst = [int(c[self.distance[c].argmin()]) for c in combos]
         rotation, origin = self._placed(self.time[worst].tolist())
-        result = []
+        result, times = [], ContactTimes(self.model, self.curve)
         for k, pair in enumerate(self.model.pairs):
             if np.isinf(self.distance[worst[k]]):
                 continue  # they are never there together
@@ -304,7 +298,8 @@ class _Search:
             contacts: tuple[tuple[float, float], ...] = ()
             left = [one for one in self.undecided if one[0] in combos[k]]
             if distance <= pair.margin:
-                verdict, contacts = "collides", self._contacts(k, time)
+                low, high = self.windows[k].tolist()
+                verdict, contacts = "collides", times.of(k, low, high, time)
                 interval = next((one for one in contacts if one[0] <= time <= one[1]), (time, time))
             elif left:
                 verdict = "undecided"
@@ -326,39 +321,6 @@ class _Search:
                 )
             )
         return tuple(result)
-
-    def _near(self, k: int, times: Sequence[float]) -> list[bool]:
-        """Whether a pair of bodies is too near at some times."""
-        pair, meter = self.model.pairs[k], self.model.meter
-        bodies = self.model.bodies[pair.first], self.model.bodies[pair.second]
-        return [
-            nearer_than(meter, *bodies, turn, shift, pair.margin)
-            for turn, shift in zip(*self._placed(times), strict=True)
-        ]
-
-    def _contacts(self, k: int, time: float) -> tuple[tuple[float, float], ...]:
-        """From when to when the bodies are too near, each time; one of the times is known.
-
-        A contact that is shorter than the steps between the looks may be missed beside that one.
-        """
-        low, high = self.windows[k].tolist()
-        times = np.union1d(np.linspace(low, high, LOOKS + 1), [time])
-        near = self._near(k, times.tolist())
-        change = np.flatnonzero(np.diff(near))
-        edges = [self._edge(k, *times[i : i + 2].tolist()) for i in change.tolist()]
-        edges = [*([low] if near[0] else []), *edges, *([high] if near[-1] else [])]
-        return tuple(zip(edges[::2], edges[1::2], strict=True))
-
-    def _edge(self, k: int, low: float, high: float) -> float:
-        """When the bodies come too near, or cease to be, between two times [s]."""
-        (before,) = self._near(k, [low])
-        while high - low > EDGE:
-            middle = (low + high) / 2
-            if self._near(k, [middle]) == [before]:
-                low = middle
-            else:
-                high = middle
-        return low if not before else high
 
 
 def _divided(

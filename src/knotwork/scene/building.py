@@ -1,0 +1,208 @@
+"""The collision model of a robot or a scenario, made from its shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from knotwork.documents import Document
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario, Scene, Shape
+from knotwork.scene.alone import robot_alone
+from knotwork.scene.bodies import Body, placed_links
+from knotwork.scene.model import TOOL, CollisionModel, NoteKind
+from knotwork.scene.pairing import Pairing
+from knotwork.scene.solids import Solid, solid
+
+FAR_OFF = 20.0
+"""A mesh this many times larger than the arm's reach, or a thousand times smaller than that, is
+plausibly in another unit."""
+
+DOUBTFUL = 4.0
+"""A mesh this many times larger than the arm's reach may be in another unit, and so may one that is
+fifty times this smaller."""
+
+
+def robot_collision_model(robot: Robot) -> CollisionModel:
+    """The collision model of a robot alone, as `knotwork robots NAME --collisions` lists it.
+
+    Raises:
+        InputError: A link's mesh or the SRDF can't be read.
+
+    >>> model = robot_collision_model(kw.load_robot("ur5"))
+    >>> len(model.bodies), model.ignored[0].first, model.ignored[0].reason
+    (8, 'base_link', 'a joint joins them')
+    """
+    return _Builder(robot, Scene(), None).model()
+
+
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """Where and when an object is held.
+
+    Attributes:
+        taken, left: Pose of the TCP, `pin.SE3` in the base frame, at the start and at the end.
+        start, end: From when to when [s].
+    """
+
+    taken: Any
+    left: Any
+    start: float
+    end: float
+
+
+def collision_model(scenario: Scenario, robot: Robot, holds: Mapping[str, Hold]) -> CollisionModel:
+    """The collision model of a scenario.
+
+    Args:
+        scenario: The task.
+        robot: Its robot, with its tool.
+        holds: For each held object by name where and when it is held.
+
+    Raises:
+        DocumentError: A mesh is wrong, or a name in the scenario is unknown.
+    """
+    return _Builder(robot, scenario.scene, scenario.document, holds).model()
+
+
+class _Builder:
+    """Gathers bodies and pairs."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        scene: Scene,
+        document: Document | None,
+        holds: Mapping[str, Hold] | None = None,
+    ) -> None:
+        self.robot, self.scene, self.document = robot, scene, document
+        self.alone = robot_alone(robot)
+        self.joints, self.links = self.alone.joints, self.alone.links
+        self.holds = holds or {}
+        self.notes: list[tuple[NoteKind, str]] = []
+
+    def model(self) -> CollisionModel:
+        scene, base = self.scene, self.robot.base_placement
+        bodies = list(self.links.bodies)
+        if scene.tool:
+            bodies.append(self._tool(scene.tool))
+        for one in scene.objects:
+            if not one.visual:
+                place = ("scene", "objects", one.name)
+                bodies.append(Body(one.name, "object", 0, (self._solid(one.shape, base, place),)))
+        for held in scene.held:
+            bodies += self._held(held.name, held.shape)
+        self._check_names(bodies)
+        pairing = Pairing(self.robot, scene, self.alone)
+        pairs, ignored = pairing.pairs(bodies)
+        return CollisionModel(
+            self.joints,
+            tuple(bodies),
+            tuple(pairs),
+            tuple(ignored),
+            self.links.missing,
+            self.links.bare,
+            tuple(dict.fromkeys([*self.notes, *pairing.notes])),
+        )
+
+    def _tool(self, shapes: Sequence[Shape]) -> Body:
+        robot = self.robot
+        robot.require_tool()
+        frame = robot.model.frames[robot.frame_index(robot.tool_frame or "")]
+        several = self.document is not None and isinstance(
+            self.document.data.get("tool", {}).get("shape"), list
+        )
+        solids = [
+            self._solid(shape, frame.placement, ("tool", "shape", *((i,) if several else ())))
+            for i, shape in enumerate(shapes)
+        ]
+        return Body(TOOL, "tool", int(frame.parentJoint), tuple(solids))
+
+    def _held(self, name: str, shape: Shape) -> list[Body]:
+        """A held object: where it is taken from, in the tool, and where it is left."""
+        robot, base = self.robot, self.robot.base_placement
+        frame = robot.model.frames[robot.require_tool()]
+        hold, place = self.holds[name], ("tool", "holds", name)
+        here, there = (
+            (self._solid(shape, base * pose, place),) for pose in (hold.taken, hold.left)
+        )
+        carried = (self._solid(shape, frame.placement, place),)
+        return [
+            Body(name, "object", 0, here, end=hold.start),
+            Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
+            Body(name, "object", 0, there, start=hold.end),
+        ]
+
+    def _solid(self, shape: Shape, carrier: Any, place: tuple[str | int, ...]) -> Solid:
+        """A shape of the scenario as a solid; errors say where it stands."""
+        try:
+            made = solid(shape, carrier)
+            if shape.kind == "mesh":
+                self._check_size(made, shape)
+        except InputError as error:
+            if self.document is not None:
+                raise self.document.error((*place, "mesh"), str(error)) from error
+            raise
+        return made
+
+    def _check_size(self, made: Solid, shape: Shape) -> None:
+        """Refuse a mesh that is plausibly in another unit; warn of one that may be."""
+        size, reach = 2.0 * made.radius, self._reach
+        for factor in (1e-3, 1e3):
+            far = size > FAR_OFF * reach if factor < 1 else size < reach / (FAR_OFF * 50)
+            if far and reach / 200 <= size * factor <= FAR_OFF * reach:
+                raise InputError(
+                    f"mesh {shape.path} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
+                    f"it is plausibly in another unit; scale: {factor:g} makes it "
+                    f"{size * factor:.4g} m"
+                )
+            doubtful = size > DOUBTFUL * reach if factor < 1 else size < reach / (50 * DOUBTFUL)
+            if doubtful and reach / 200 <= size * factor <= FAR_OFF * reach:
+                self.notes.append(
+                    (
+                        "warning",
+                        f"mesh {shape.path} is {size:.4g} m across, and the arm reaches "
+                        f"{reach:.2g} m: it may be in another unit; scale: {factor:g} makes it "
+                        f"{size * factor:.4g} m",
+                    )
+                )
+
+    @cached_property
+    def _reach(self) -> float:
+        """How far the arm reaches at most, stretched out [m]."""
+        return float(np.linalg.norm(self.joints.translation, axis=1).sum()) + 0.1
+
+    def _check_names(self, bodies: Sequence[Body]) -> None:
+        names = list(dict.fromkeys([*(body.name for body in bodies), *self.robot.frame_names]))
+        scene = self.scene
+        links = {link for link, *_ in placed_links(self.robot)}
+        for i, pair in enumerate(scene.rules.ignore):
+            self._known(pair, names, ("collisions", "ignore", i))
+            if pair[0] == pair[1]:
+                self._wrong(("collisions", "ignore", i), f"names {pair[0]!r} twice", "two names")
+        given: list[tuple[tuple[Any, ...], str, Sequence[str]]] = [
+            *((("scene", "objects", one.name), one.name, one.allow) for one in scene.objects),
+            *((("tool", "holds", held.name), held.name, held.allow) for held in scene.held),
+        ]
+        for place, name, allow in given:
+            if name in links:
+                self._wrong(place, "is the name of a link of the robot", "any other name")
+            self._known(allow, list(dict.fromkeys([*names, TOOL])), (*place, "allow"))
+            if name in allow:
+                self._wrong((*place, "allow"), f"names {name!r} itself", "what may touch it")
+
+    def _wrong(self, place: tuple[Any, ...], fault: str, accepted: str) -> None:
+        if self.document is not None:
+            raise self.document.error(place, fault, accepted)
+        raise InputError(f"{'.'.join(map(str, place))}: {fault} ({accepted})")
+
+    def _known(self, given: Sequence[str], names: Sequence[str], place: tuple[Any, ...]) -> None:
+        for name in given:
+            if name not in names:
+                where = self.document.where(place) if self.document is not None else ""
+                raise UnknownNameError("link or object", name, names, where=where)
