@@ -175,6 +175,7 @@ def plan(
     knots: Knots = None,
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
+    warm: Plan | None = None,
 ) -> Plan:
     """Plan a scenario and check the result.
 
@@ -197,6 +198,8 @@ def plan(
         budget: Where times are free: the time after which the best motion so far is taken [s]; by
             default as long as it takes.
         progress: Where times are free: called as the solver goes on.
+        warm: Where times are free: a plan of nearly the same scenario, to start from, so that it
+            takes fewer steps. Where it does not fit, it is left aside.
 
     Returns:
         The plan. Its `report.ok` says whether it does what was asked: a limit that is broken is
@@ -217,7 +220,10 @@ def plan(
     def timed(solution: TaskSolution | None) -> Plan:
         from knotwork.choosing import choose_times
 
-        chosen = choose_times(asked, free, budget=budget, progress=progress, solution=solution)
+        before = None if warm is None else warm.chosen
+        chosen = choose_times(
+            asked, free, budget=budget, progress=progress, solution=solution, warm=before
+        )
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
     return without_collisions(timed(None), timed, MOST_TIMED)

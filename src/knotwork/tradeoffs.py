@@ -154,15 +154,19 @@ def tradeoff(
             points.append(_point(fastest, factor, "time"))
             continue
         wanted = {**bare, ("duration",): factor * least}
-        points.append(_smoothest(document, wanted, factor, objective))
+        points.append(_smoothest(document, wanted, factor, objective, fastest))
     return Tradeoff(scenario.name, objective, tuple(points))
 
 
-def _smoothest(document: Document, wanted: Edits, factor: float, objective: str) -> TradeoffPoint:
+def _smoothest(
+    document: Document, wanted: Edits, factor: float, objective: str, fastest: Plan
+) -> TradeoffPoint:
     """The motion of least torque that passes its check; else one in which jerk counts as well."""
 
     def made(weights: str | dict[str, float]) -> Plan:
-        return plan(scenario_of(edited(document, {**wanted, ("objective",): weights})))
+        return plan(
+            scenario_of(edited(document, {**wanted, ("objective",): weights})), warm=fastest
+        )
 
     first = made(objective)
     if first.report.ok or objective == "jerk" or first.space.robot is None:

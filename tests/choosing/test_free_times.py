@@ -144,6 +144,23 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
         kw.plan(task, budget=-1)
 
 
+def test_a_plan_starts_from_that_of_nearly_the_same_task() -> None:
+    def task(b: float, *more: dict[str, Any]) -> dict[str, Any]:
+        return swing(to(1, b, velocity="free"), to(1.5, velocity="free"), *more, to(2))
+
+    before, changed = kw.plan(task(-0.5)), task(-0.45)
+    cold, warm = kw.plan(changed), kw.plan(changed, warm=before)
+    warm.report.raise_if_failed()
+    assert cold.chosen is not None
+    assert warm.chosen is not None
+    assert warm.chosen.runs[0].iterations < cold.chosen.runs[0].iterations
+    assert warm.trajectory.duration < (1 + 1e-4) * cold.trajectory.duration
+    # one that does not fit is left aside
+    other = task(-0.5, to(2, -0.2, velocity="free"))
+    fresh, aside = kw.plan(other), kw.plan(other, warm=before)
+    assert np.array_equal(fresh.trajectory.polynomial.c, aside.trajectory.polynomial.c)
+
+
 def test_the_same_task_gives_the_same_bytes(tmp_path: Path) -> None:
     task = swing(to(1, -0.5, velocity="free"), to(2))
     files = [kw.plan(task).save(tmp_path / str(i)) for i in range(2)]

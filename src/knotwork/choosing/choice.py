@@ -90,6 +90,7 @@ def choose_times(
     budget: float | None = None,
     progress: Callable[[Progress], None] | None = None,
     solution: TaskSolution | None = None,
+    warm: ChosenTimes | None = None,
 ) -> ChosenTimes:
     """Choose what a scenario leaves free.
 
@@ -103,6 +104,7 @@ def choose_times(
         budget: Time after which the best motion so far is taken [s].
         progress: Called as the solver goes on.
         solution: Solutions of the poses, if not the best.
+        warm: What was chosen for a task that differs little, to start from where it fits.
 
     Raises:
         InputError: The task can't be solved, or no motion keeps the limits.
@@ -119,7 +121,8 @@ def choose_times(
     solution = solution or solve_task(scenario, space, knots_of(scenario))
     left = scenario.free or replace(free, path_speed={})
     task = FreeTask(scenario, left, space, solution.waypoints)
-    found = _solved(task, find_runs(task), watch)
+    runs = find_runs(task)
+    found = _solved(task, runs, watch, _starts(task, runs, warm))
     edits |= numbers(task, found)
     scenario = scenario_of(edited(asked, edits))
     duration = float(scenario.times[-1] - scenario.times[0])
@@ -144,14 +147,29 @@ def choose_times(
     )
 
 
-def _solved(task: FreeTask, runs: list[Run], watch: Watch) -> list[tuple[Run, TimedMotion]]:
+def _starts(task: FreeTask, runs: list[Run], warm: ChosenTimes | None) -> dict[Run, TimedMotion]:
+    """Motions to start from, by run; none where the runs are others than those of before."""
+    before = () if warm is None else warm.runs
+    same = [len(run.waypoints) for run in runs] == [len(one.time) for one in before]
+    joints = task.space.joint_names
+    if not same or any(one.trajectory.joint_names != joints for one in before):
+        return {}
+    return dict(zip(runs, before, strict=True))
+
+
+def _solved(
+    task: FreeTask, runs: list[Run], watch: Watch, starts: Mapping[Run, TimedMotion]
+) -> list[tuple[Run, TimedMotion]]:
     free, scenario = task.free, task.scenario
     weights = {"time": 0.0, **free.objective}
     objective = Objective(**weights)
 
     def found_for(run: Run, objective: Objective, total: float | None = None) -> TimedMotion:
         try:
-            return solved(timing_problem(task, run, objective, total), watch)
+            problem = timing_problem(task, run, objective, total)
+            # what is not fastest has not the knots of what is
+            start = starts.get(run) if objective.only_time and total is None else None
+            return solved(problem, watch, start)
         except TimingError as error:
             _locate(error, task, run)
             raise
@@ -161,8 +179,7 @@ def _solved(task: FreeTask, runs: list[Run], watch: Watch) -> list[tuple[Run, Ti
         return [(run, found_for(run, objective)) for run in runs]
     timed = [run for run in runs if free.duration[list(run.waypoints)[:-1]].any()]
     watch.work += sum(len(run.waypoints) - 1 for run in timed)
-    least = {id(run): found_for(run, Objective()) for run in timed}
-    spans = {id(run): least[id(run)].duration for run in timed}
+    spans = {run: found_for(run, Objective()).duration for run in timed}
     provisional = sum(float(np.ptp(task.waypoints.time[run.rows])) for run in timed)
     given = float(np.ptp(scenario.times)) - provisional
     shortest = given + sum(spans.values())
@@ -175,8 +192,8 @@ def _solved(task: FreeTask, runs: list[Run], watch: Watch) -> list[tuple[Run, Ti
     stretch = (free.total - given) / sum(spans.values())
     found = []
     for run in runs:
-        if id(run) in spans:
-            found.append((run, found_for(run, objective, stretch * spans[id(run)])))
+        if run in spans:
+            found.append((run, found_for(run, objective, stretch * spans[run])))
         else:
             found.append((run, found_for(run, objective)))
     return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
@@ -29,6 +31,6 @@ def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float
     return found
 
 
-def weighted(problem: TimingProblem, values: dict[str, float]) -> float:
+def weighted(problem: TimingProblem, values: Mapping[str, float]) -> float:
     """The objective that is minimised."""
     return float(sum(getattr(problem.objective, name) * value for name, value in values.items()))

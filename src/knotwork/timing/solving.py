@@ -13,7 +13,7 @@ from knotwork.errors import TimingError
 from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
-from knotwork.timing.costs import terms
+from knotwork.timing.costs import terms, weighted
 from knotwork.timing.explain import explained
 from knotwork.timing.feasible import TooShortError, check_feasible
 from knotwork.timing.motion import Progress, TimedMotion
@@ -23,6 +23,9 @@ from knotwork.timing.section import Guess, guess_from
 from knotwork.timing.watch import Watch
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
+
+WORSE = 1.001
+"""A motion from a start may be so much farther above the lower bound than the start was."""
 
 
 def solve(
@@ -42,7 +45,9 @@ def solve(
     Args:
         problem: What is known, and the limits.
         budget: Time after which the best motion so far is taken [s]; by default it is not limited.
-        start: A motion to start from, with as many waypoints.
+        start: A motion to start from, with as many waypoints and joints: that of a problem that
+            differs little. If its solution is farther above the lower bound than this motion was,
+            plain cubics are tried as well, and the better one is taken.
         progress: Called as the solver goes on.
 
     Returns:
@@ -76,6 +81,18 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
         check_feasible(problem)
     except TooShortError as error:
         raise _with_all_limits(problem, error) from None
+    motion = _solved_from(problem, watch, start)
+    if start is not None and _gap(motion) > WORSE * _gap(start) and not watch.late(found=True):
+        cold = _solved_from(problem, watch, None)
+        motion = min(motion, cold, key=lambda one: weighted(problem, one.objective))
+    return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
+
+
+def _gap(motion: TimedMotion) -> float:
+    return motion.duration / motion.lower_bound
+
+
+def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None) -> TimedMotion:
     found: list[Attempt] = []
     for first, last in sections(problem):
         part = part_of(problem, first, last)
@@ -87,8 +104,7 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
         if attempt is None:
             raise _failure(part, watch)
         found.append(attempt)
-    motion = _motion(problem, found)
-    return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
+    return _motion(problem, found)
 
 
 def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
