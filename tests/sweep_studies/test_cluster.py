@@ -101,6 +101,38 @@ def test_a_run_that_is_killed_is_gone_on_with(serial: Any, tmp_path: Path) -> No
     assert without_time(study).equals(serial)
 
 
+def test_rows_do_not_depend_on_what_was_planned_before() -> None:
+    vary = {"frames.block.position[0]": "300:600:4", "frames.block.rpy[2]": "0:300:4"}
+    studies = [
+        kw.sweep("ur5_deburring", vary, workers=workers, chunk=chunk)
+        for workers, chunk in ((0, 16), (2, 3))
+    ]
+    first, second = map(without_time, studies)
+    assert first.equals(second)
+
+
+def test_an_interrupt_ends_all_and_says_how_to_go_on(tmp_path: Path) -> None:
+    folder = tmp_path / "study"
+    command = ["sweep", "ur5_deburring", "--vary", "frames.block.position[0]=400:500:300"]
+    run = subprocess.Popen(
+        [sys.executable, "-m", "knotwork", *command, "--workers", "2", "--out", str(folder)],
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until = time.monotonic() + 60
+    while not list(folder.glob("chunks/*/*.parquet")) and time.monotonic() < until:
+        assert run.poll() is None
+        time.sleep(0.05)
+    below = psutil.Process(run.pid).children(recursive=True)
+    os.killpg(run.pid, signal.SIGINT)
+    out, said = run.communicate(timeout=60)
+    assert (run.returncode, out) == (130, "")
+    assert said == f"finished rows are kept in {folder}; go on with --resume\ninterrupted\n"
+    assert not psutil.wait_procs(below, timeout=20)[1]
+
+
 def test_a_scheduler_by_its_address(serial: Any) -> None:
     import distributed
 

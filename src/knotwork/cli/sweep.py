@@ -151,7 +151,7 @@ def sweep(
         _refuse_planning(source, {"--vary": vary, "--rows": rows, "--resume": resume, "--out": out})
         study = sweeps.Study.open(source)
     else:
-        with _shown_progress(as_json) as progress:
+        with _saying_what_is_kept(out), _shown_progress(as_json) as progress:
             study = sweeps.sweep(
                 source,
                 _varied(vary),
@@ -221,6 +221,17 @@ def _refuse_planning(source: str, given: dict[str, Any]) -> None:
                 f"{option}: {source} is the folder of a study, whose rows are only shown; to plan, "
                 "give the scenario"
             )
+
+
+@contextmanager
+def _saying_what_is_kept(folder: Path | None) -> Iterator[None]:
+    """Say after an interrupt how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if folder is not None:
+            echo(f"finished rows are kept in {folder}; go on with --resume", err=True)
+        raise
 
 
 @contextmanager

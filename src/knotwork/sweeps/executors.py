@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import math
 import secrets
+import signal
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from itertools import islice
@@ -52,20 +54,36 @@ def in_one_child(chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
 def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[FinishedChunk]:
     """Plan chunks on a Dask cluster of this machine, in the order in which they are ready."""
     dask = distributed()
-    with (
-        tempfile.TemporaryDirectory(prefix="knotwork-") as folder,
-        dask.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=":0",
-            memory_limit=0,
-            local_directory=folder,
-            silence_logs=SILENT,
-        ) as cluster,
-        dask.Client(cluster) as client,
-    ):
-        yield from _by(client, chunks)
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="knotwork-"))
+        with _interrupts_for_this_process():
+            cluster = dask.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=":0",
+                memory_limit=0,
+                local_directory=folder,
+                silence_logs=SILENT,
+            )
+        stack.enter_context(cluster)
+        yield from _by(stack.enter_context(dask.Client(cluster)), chunks)
+
+
+@contextlib.contextmanager
+def _interrupts_for_this_process() -> Iterator[None]:
+    """Have processes that are started meanwhile ignore an interrupt from the keyboard.
+
+    This one ends them, and what each of them would say of it is of no use.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[FinishedChunk]:
