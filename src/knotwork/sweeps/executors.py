@@ -14,7 +14,7 @@ from itertools import islice
 from typing import Any
 
 from knotwork.errors import InputError
-from knotwork.sweeps.packages import distributed, own_version
+from knotwork.sweeps.packages import dask_config, distributed, own_version
 from knotwork.sweeps.work import (
     ChildWorker,
     Chunk,
@@ -28,6 +28,13 @@ AHEAD = 3
 """Chunks that are handed over for each worker: one is planned, the next ones wait for it."""
 RECOUNT = 5.0
 """After so long the workers are counted again [s]."""
+QUIET = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.worker.memory.monitor-interval": "5s",
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.admin.tick.interval": "1s",
+}
+"""Dask's workers watch themselves closely, which takes a twentieth of a processor."""
 SILENT = 50
 """Level of logging that keeps Dask from writing of workers that are lost; they are replaced."""
 CONNECT_TIMEOUT = 20.0
@@ -55,6 +62,7 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Finished
     """Plan chunks on a Dask cluster of this machine, in the order in which they are ready."""
     dask = distributed()
     with contextlib.ExitStack() as stack:
+        stack.enter_context(dask_config().set(QUIET))
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="knotwork-"))
         with _interrupts_for_this_process():
             cluster = dask.LocalCluster(

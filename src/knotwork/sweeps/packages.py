@@ -29,6 +29,11 @@ def distributed() -> Any:
     return needed("distributed", "a sweep with several workers", _HOW)
 
 
+def dask_config() -> Any:
+    """The settings of Dask, which comes with `distributed`."""
+    return needed("dask.config", "a sweep with several workers", _HOW)
+
+
 def own_version() -> str:
     """Version of Knotwork; empty where it is not installed but only found on the path."""
     try:
