@@ -413,9 +413,9 @@ def test_images_on_meshes_are_part_of_the_page(textured_robot: kw.Robot) -> None
     picture.write_bytes(b"no picture")
     assert any("can't be read" in said for said in at_rest(textured_robot).warnings)
     picture.unlink()
-    assert shape_warnings(at_rest(textured_robot)) == [
-        "no colour is given for parts of base; they are drawn grey"
-    ]
+    (missing,) = shape_warnings(at_rest(textured_robot))
+    assert "image 'two%20colours.png' does not exist below" in missing
+    assert missing.endswith("what it colours is drawn grey")
 
 
 def test_images_are_made_small_enough_together(textured_robot: kw.Robot) -> None:

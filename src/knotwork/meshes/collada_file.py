@@ -169,7 +169,7 @@ def _image(address: str, folder: Path, inside: Path) -> tuple[Path | None, str]:
     if not path.is_relative_to(inside.resolve()):
         why = f"leads out of {inside}, and images are taken only from below it"
     elif not path.is_file():
-        why = f"is not below {inside}"
+        why = f"does not exist below {inside}"
     else:
         return path, ""
     return None, f"image {shown(address)} {why}; what it colours is drawn grey"
