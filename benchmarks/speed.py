@@ -1,0 +1,259 @@
+"""How long single plans take, before and after a change: two checkouts side by side in one run.
+
+    git worktree add /tmp/before COMMIT
+    python benchmarks/speed.py --before /tmp/before [--save benchmarks/results]
+
+Each checkout has a process of its own in each round; they take turns. Times are those of the
+processor, with one thread; the least of all rounds counts, which other work on the machine hardly
+changes. Ratios are what to look at.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from rich.console import Console
+
+import results
+from results import Table
+
+ROOT = Path(__file__).parents[1]
+WAYPOINTS = 10
+LONG = 300
+SPLINES = (4, 10, 100, 1_000, 1_000_000)
+JOINTS = 6
+# What is measured: what it is called, and what it is to take at most [ms].
+CASES: dict[str, tuple[str, float | None]] = {
+    "ten": (f"ur5, {WAYPOINTS} poses passed at speed", 40.0),
+    "panda": (f"panda, {WAYPOINTS} poses passed at speed", 100.0),
+    "joints": (f"ur5, {WAYPOINTS} joint waypoints: torque, collisions and tool proved", None),
+    "paper_case": ("`paper_case`: joint waypoints without a robot", 3.0),
+    "ur5_deburring": ("`ur5_deburring`: a tool path among objects", 40.0),
+    "panda_pick_place": ("`panda_pick_place`: a vial held among objects", 100.0),
+    "far": ("ur5, one of ten poses out of reach: refused", 50.0),
+    "far_panda": ("panda, one of ten poses out of reach: refused", 50.0),
+    "long": (f"panda, {LONG} poses passed at speed", None),
+    "all": ("`solve_all` of a ur5, mean of 20 poses", 5.0),
+    "all_search": ("`solve_all` of a talos_arm, mean of 20 poses", 5.0),
+}
+MOST_STARTS = 2.2
+
+
+def poses(robot: Any, n: int) -> list[dict[str, Any]]:
+    """Waypoints at poses along a smooth way around home, passed at 54 mm/s."""
+    import pinocchio as pin
+
+    home, waypoints = robot.configurations["home"], []
+    for i in range(n):
+        pose = robot.forward(home + 0.5 * np.sin(7.0 / n * i + np.arange(robot.dof)))
+        turn = pin.Quaternion(pose.rotation).coeffs().tolist()
+        placed = {"position": pose.translation.tolist(), "quaternion_xyzw": turn}
+        passed = {"velocity": {"linear": [0.05, 0.02, 0.0]}} if 0 < i < n - 1 else {}
+        waypoints.append({"time": 2.0 * i, "pose": placed, **passed})
+    return waypoints
+
+
+def tasks() -> dict[str, Callable[[], object]]:
+    """What is measured, by name."""
+    import knotwork as kw
+
+    ur5, panda, talos = (kw.load_robot(name) for name in ("ur5", "panda", "talos_arm"))
+    rng, home = np.random.default_rng(2), ur5.configurations["home"]
+
+    def planned(task: Any) -> Callable[[], object]:
+        return lambda: kw.plan(task)
+
+    def refused(robot: str, waypoints: list[dict[str, Any]]) -> Callable[[], object]:
+        waypoints[4]["pose"]["position"] = [2.0, 0.0, 0.5]
+
+        def run() -> object:
+            try:
+                return kw.plan({"robot": robot, "waypoints": waypoints})
+            except kw.InputError as error:
+                return error
+
+        return run
+
+    def solved(robot: Any) -> Callable[[], object]:
+        low = np.maximum(robot.lower_position_limit, -3.0)
+        high = np.minimum(robot.upper_position_limit, 3.0)
+        asked = [robot.forward(rng.uniform(low, high)) for _ in range(20)]
+        return lambda: [kw.solve_all(robot, pose) for pose in asked]
+
+    moves = [home + 0.3 * np.sin(i + np.arange(6)) for i in range(WAYPOINTS)]
+    joints = [
+        {
+            "time": 2.0 * i,
+            "joints": dict(zip(ur5.joint_names, q.tolist(), strict=True)),
+            **({"velocity": {ur5.joint_names[0]: 0.05}} if 0 < i < WAYPOINTS - 1 else {}),
+        }
+        for i, q in enumerate(moves)
+    ]
+    return {
+        "ten": planned({"robot": "ur5", "waypoints": poses(ur5, WAYPOINTS)}),
+        "panda": planned({"robot": "panda", "waypoints": poses(panda, WAYPOINTS)}),
+        "joints": planned({"robot": "ur5", "waypoints": joints}),
+        "paper_case": planned("paper_case"),
+        "ur5_deburring": planned("ur5_deburring"),
+        "panda_pick_place": planned("panda_pick_place"),
+        "far": refused("ur5", poses(ur5, WAYPOINTS)),
+        "far_panda": refused("panda", poses(panda, WAYPOINTS)),
+        "long": planned({"robot": "panda", "waypoints": poses(panda, LONG)}),
+        "all": solved(ur5),
+        "all_search": solved(talos),
+    }
+
+
+def cost(task: Callable[[], object], runs: int) -> float:
+    """Least time of the processor of some runs [s], after one that does not count."""
+    task()
+    least = np.inf
+    for _ in range(runs):
+        start = time.process_time()
+        task()
+        least = min(least, time.process_time() - start)
+    return float(least)
+
+
+def splines() -> dict[str, list[float]]:
+    """Time to build a spline, and that of SciPy's CubicSpline, by number of waypoints [s]."""
+    from scipy.interpolate import CubicSpline
+
+    from knotwork import ModifiedHermiteSpline
+
+    found = {}
+    for n in SPLINES:
+        rng = np.random.default_rng(n)
+        x = np.concatenate(([0.0], np.cumsum(rng.uniform(0.5, 1.5, n - 1))))
+        y, v = rng.normal(size=(2, n, JOINTS))
+        repeats = max(1, 10_000 // n)
+
+        def ours(x: Any = x, y: Any = y, v: Any = v, repeats: int = repeats) -> None:
+            for _ in range(repeats):
+                ModifiedHermiteSpline(x, y, v)
+
+        def theirs(x: Any = x, y: Any = y, repeats: int = repeats) -> None:
+            for _ in range(repeats):
+                CubicSpline(x, y)
+
+        found[str(n)] = [cost(one, 3) / repeats for one in (ours, theirs)]
+    return found
+
+
+def measured() -> None:
+    """Measure one checkout, and print what was found."""
+    found = {}
+    for name, task in tasks().items():
+        found[name] = cost(task, 1 if name == "long" else 5) / (20 if "all" in name else 1)
+    print(json.dumps({"cases": found, "splines": splines()}))
+
+
+def started(checkout: Path, arguments: list[str]) -> float:
+    """Time of the processor that a process of its own takes [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    run(checkout, arguments)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def run(checkout: Path, arguments: list[str]) -> str:
+    """Run Python on a checkout, and give what it prints."""
+    kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    own = {"PYTHONPATH": str(checkout / "src"), "OPENBLAS_NUM_THREADS": "1"}
+    line = [sys.executable, *arguments]
+    done = subprocess.run(line, env={**kept, **own}, check=True, capture_output=True, text=True)
+    return done.stdout
+
+
+def compared(checkouts: dict[str, Path], rounds: int) -> dict[str, Any]:
+    """Measure checkouts in turns; the least of all rounds of each [ms]."""
+    least: dict[tuple[str, str], float] = {}
+
+    def keep(name: str, which: str, seconds: float) -> None:
+        least[name, which] = min(least.get((name, which), np.inf), seconds)
+
+    for _ in range(rounds):
+        for which, checkout in checkouts.items():
+            found = json.loads(run(checkout, [__file__, "--measure"]))
+            for name, seconds in found["cases"].items():
+                keep(name, which, seconds)
+            for n, (ours, theirs) in found["splines"].items():
+                keep(n, which, ours)
+                keep(n, "scipy", theirs)
+            for _ in range(3):
+                plan = ["-m", "knotwork", "plan", "ur5_deburring"]
+                keep("start", which, started(checkout, plan))
+                keep("start", "pinocchio", started(checkout, ["-c", "import pinocchio"]))
+
+    def row(name: str, *more: str) -> dict[str, float]:
+        return {which: round(1e3 * least[name, which], 4) for which in (*checkouts, *more)}
+
+    return {
+        "plans": [{"case": name, **row(name)} for name in CASES],
+        "splines": [{"waypoints": n, **row(str(n), "scipy")} for n in SPLINES],
+        "starts": [row("start", "pinocchio")],
+    }
+
+
+def tables(data: dict[str, Any]) -> list[Table]:
+    """The tables of the page and the terminal."""
+    plans = []
+    for one in data["plans"]:
+        said, aim = CASES[one["case"]]
+        ratio = f"{one['after'] / one['before']:.2f}"
+        times = [f"{one[which]:.3g}" for which in ("before", "after")]
+        plans.append([said, *times, ratio, "" if aim is None else f"{aim:g}"])
+    (start,) = data["starts"]
+    ratios = [start[which] / start["pinocchio"] for which in ("before", "after")]
+    starts = [["`knotwork plan ur5_deburring`", *(f"{one:.2f}" for one in ratios)]]
+    starts[0] += [f"{ratios[1] / ratios[0]:.2f}", f"{MOST_STARTS}"]
+    lines = []
+    for one in data["splines"]:
+        ratios = [one[which] / one["scipy"] for which in ("before", "after")]
+        most = "1.0" if one["waypoints"] >= 1_000_000 else "2.0"
+        cells = [f"{one['waypoints']:,}", *(f"{ratio:.2f}" for ratio in ratios)]
+        lines.append([*cells, f"{ratios[1] / ratios[0]:.2f}", most])
+    columns = ("before", "after", "after / before", "aim")
+    return [
+        Table("Warm, in one process [ms]", ("", *columns), plans),
+        Table("From a cold start, over a bare `import pinocchio`", ("", *columns), starts),
+        Table(
+            f"Building a spline of {JOINTS} joints, over SciPy's `CubicSpline`",
+            ("waypoints", *columns),
+            lines,
+        ),
+    ]
+
+
+@click.command()
+@click.option("--before", type=click.Path(path_type=Path), help="Checkout to compare with.")
+@click.option("--rounds", default=3, show_default=True)
+@click.option("--save", type=click.Path(path_type=Path), help="Folder for the results.")
+@click.option("--measure", is_flag=True, hidden=True)
+def main(before: Path | None, rounds: int, save: Path | None, measure: bool) -> None:
+    """Compare two checkouts in one run."""
+    if measure:
+        measured()
+        return
+    if before is None:
+        raise click.UsageError("give --before, the folder of another checkout")
+    data = compared({"before": before.resolve(), "after": ROOT}, rounds)
+    console = Console(width=130)
+    for table in tables(data):
+        table.show(console)
+    if save is not None:
+        results.save(save, "speed", {"rounds": rounds, **data})
+
+
+if __name__ == "__main__":
+    main()
