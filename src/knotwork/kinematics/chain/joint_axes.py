@@ -51,6 +51,18 @@ class JointAxes:
         ]
         self.reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
+    def certain_miss(self, position: FloatArray) -> FloatArray:
+        """How much farther away points are than the arm is long [m], not above 0 where they aren't.
+
+        Args:
+            position: Points in the base frame [m], shape (3,) or (3, n).
+        """
+        if not self.revolute.all():
+            return np.zeros(position.shape[1:])
+        with np.errstate(over="ignore"):  # as far as that is a miss, too
+            away = np.linalg.norm(position, axis=0)
+        return np.asarray(away - (1.0 + 1e-9) * self.reach)
+
     def forward(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Place the tool and all joints.
 

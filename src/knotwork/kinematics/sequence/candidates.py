@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
+from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
@@ -78,6 +79,9 @@ def find_candidates(
     if not waypoints:
         return []
     targets = Targets.of([waypoint.pose for waypoint in waypoints])
+    missed = joint_axes(robot).certain_miss(targets.position) > TOLERANCE
+    for i in np.flatnonzero(missed).tolist():
+        nearest_candidate(robot, waypoints[i], references[i])  # says so before others are solved
     redundant = robot.dof > 6
     found = _tracked(robot, targets) if redundant else _branches(robot, targets)
     copied: list[tuple[list[FloatArray], bool]] = []

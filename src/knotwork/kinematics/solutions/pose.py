@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.kinematics.arguments import check_count, check_distance, check_request
+from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, starts
 from knotwork.kinematics.chain.levenberg_marquardt import (
     HASTY,
@@ -141,17 +142,19 @@ def solve_pose_ik(
     first = _checked(start, robot.dof)
     goal = first if near is None else read_only(near, (robot.dof,), "near")
     search = PoseSearch(robot, pose, MARGIN * position_tolerance, MARGIN * orientation_tolerance)
+    check_distance(pose)
+    asked = position_tolerance, orientation_tolerance
     kept = _Nearest(search, goal, nearest)
+    if joint_axes(robot).certain_miss(pose.translation) > position_tolerance:
+        kept.take(solution_or_reason(search, goal, asked, waypoint, where).q)
     kept.search_from(first, HASTY)
     if nearest and kept.is_nearest():
         return kept.answer("nearest solution")
     if not nearest and kept.find_any(max_restarts):
         return kept.answer("first solution")
-    check_distance(pose)
     every = solutions_inside(search)
     kept.take_all(every)
     if kept.best is None:
-        asked = position_tolerance, orientation_tolerance
         kept.take(solution_or_reason(search, goal, asked, waypoint, where).q)
     return kept.answer(f"nearest of {max(len(every), 1)} solutions")
 
