@@ -13,7 +13,10 @@ JOBS ?= auto
 
 .PHONY: demo test test-all lint types suite exhaustive docs figures keys pictures placement clean
 
-demo: $(VENV)/run
+# The demo draws nothing, reads no meshes but STL and chooses no times: it needs only these.
+DEMO := numpy pin eigenpy 'example-robot-data>=5.0,<6' pydantic PyYAML click rich
+
+demo: $(VENV)/demo
 	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
 
 test: lint types suite
@@ -57,12 +60,17 @@ placement: $(VENV)/dev
 
 $(VENV)/base: constraints.txt pyproject.toml
 	@test -n "$(PYTHON)" || { echo "Python 3.10 or newer is needed; set PYTHON=/path/to/python3" >&2; exit 2; }
-	@echo "setting up $(VENV) with $(PYTHON); the first time this downloads about 600 MB"
+	@echo "setting up $(VENV) with $(PYTHON); the first time this downloads about 230 MB (133 MB of them models of robots), for the tests about 600 MB"
 	"$(PYTHON)" -m venv --clear $(VENV)
 	$(PIP) install --quiet --constraint constraints.txt hatchling editables
 	@touch $@
 
-$(VENV)/run: $(VENV)/base
+$(VENV)/demo: $(VENV)/base
+	$(INSTALL) $(DEMO)
+	$(INSTALL) --no-deps --editable .
+	@touch $@
+
+$(VENV)/run: $(VENV)/demo
 	$(INSTALL) --editable .
 	@touch $@
 

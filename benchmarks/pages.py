@@ -18,6 +18,7 @@ import paths
 import planner_picture
 import planner_tables
 import results
+import speed
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -57,11 +58,17 @@ def collision_benchmarks() -> dict[str, Any]:
     return {"cost": cost, "rods": rods, "proof": proof, "samples": samples}
 
 
+def speed_benchmarks() -> dict[str, Any]:
+    """What the page on the time that plans take shows."""
+    return dict(zip(("plans", "starts", "lines"), speed.tables(results.load("speed")), strict=True))
+
+
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
     "ik_benchmarks": ik_benchmarks,
     "planners": planners,
     "path_benchmarks": path_benchmarks,
     "collision_benchmarks": collision_benchmarks,
+    "speed_benchmarks": speed_benchmarks,
 }
 
 

@@ -211,7 +211,7 @@ def tables(data: dict[str, Any]) -> list[Table]:
     for one in data["plans"]:
         said, aim = CASES[one["case"]]
         ratio = f"{one['after'] / one['before']:.2f}"
-        times = [f"{one[which]:.3g}" for which in ("before", "after")]
+        times = [f"{one[which]:,.{2 if one[which] < 10 else 0}f}" for which in ("before", "after")]
         plans.append([said, *times, ratio, "" if aim is None else f"{aim:g}"])
     (start,) = data["starts"]
     ratios = [start[which] / start["pinocchio"] for which in ("before", "after")]
