@@ -12,10 +12,12 @@ from knotwork.view.page import Page
 
 # As it was when it was opened: everything shown, at the start, from the first camera.
 AFRESH = """() => {
-  for (const box of document.querySelectorAll("#switches input")) if (!box.checked) box.click();
+  for (const box of document.querySelectorAll("#switches input"))
+    if (box.checked === box.name.startsWith("Meshcat")) box.click();
   viewer.set_property(["Knotwork", "arm"], "visible", true);
   document.getElementById("rate").value = "1";
   document.getElementById("rate").dispatchEvent(new Event("change"));
+  knotwork.loop(false);
   knotwork.seek(0);
   document.getElementById("first-view").click();
 }"""

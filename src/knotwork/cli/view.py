@@ -14,6 +14,9 @@ from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from knotwork.cli.sources import Motion
     from knotwork.view.page import Page
 
 _EPILOG = """
@@ -29,6 +32,11 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 @html_option()
 @click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to show over it.")
 @click.option("--no-ghosts", is_flag=True, help="No translucent copies of the arm at waypoints.")
+@click.option(
+    "--watch",
+    is_flag=True,
+    help="Plan again each time the scenario or its robot is saved, and show that in the open page.",
+)
 @click.option("--no-open", is_flag=True, help="Open no browser; only say the address.")
 @click.option(
     "--port",
@@ -51,6 +59,7 @@ def view(
     port: int | None,
     reference: str | None,
     robot: str | None,
+    watch: bool,
     log: LogOptions | None,
 ) -> int:
     """Show the arm making its move, in a browser.
@@ -67,8 +76,15 @@ def view(
         from knotwork.view.files import checked_page_path
 
         checked_page_path(out)
-        refuse({"--port": port, "--no-open": no_open or None}, "--html writes a file")
-    page = _page(source, reference, planner, knots, compare, robot, not no_ghosts, log)
+        served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
+        refuse(served, "--html writes a file")
+
+    def made(live: int | None = None) -> tuple[Page, Motion]:
+        return _page(source, reference, planner, knots, compare, robot, not no_ghosts, log, live)
+
+    if watch:
+        return _watch(source, reference, made, port, no_open)
+    page, _ = made()
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)
     if out is not None:
@@ -86,7 +102,8 @@ def _page(
     robot_name: str | None,
     ghosts: bool,
     log: LogOptions | None,
-) -> Page:
+    live: int | None,
+) -> tuple[Page, Motion]:
     from knotwork.robot import load_robot
     from knotwork.trajectory import JointTrajectory
     from knotwork.view.show import view_plan, view_trajectory
@@ -101,22 +118,83 @@ def _page(
     if not isinstance(first, JointTrajectory):
         refuse({"--robot": robot_name}, "the scenario names the robot")
         compared = {one.trajectory.planner: one.trajectory for one in checked(others)}
-        return view_plan(first, compared, ghosts=ghosts)
+        return view_plan(first, compared, ghosts=ghosts, live=live), first
     if robot is None:
         raise InputError(
             f"{source} does not say which arm it moves; give the scenario it was planned for with "
             "--scenario, or its robot with --robot"
         )
-    return view_trajectory(robot, first, ghosts=ghosts)
+    return view_trajectory(robot, first, ghosts=ghosts, live=live), first
+
+
+def _watch(
+    source: str,
+    reference: str | None,
+    made: Callable[[int | None], tuple[Page, Motion]],
+    port: int | None,
+    no_open: bool,
+) -> int:
+    """Serve a page that follows its files."""
+    from knotwork.cli.watching import Files, follow
+    from knotwork.view.live_server import LiveServer
+
+    def renewed(version: int) -> tuple[Page, list[Path], str]:
+        page, motion = made(version)
+        return page, _files(motion), _said(motion)
+
+    given = [_file(name) for name in (source, reference) if name is not None]
+    with LiveServer(source, port or 0) as server:
+        _open(server.address, f"showing {source} at {server.address} after each save", no_open)
+        follow(server, Files(given), renewed)
+    return PASSED
+
+
+def _file(name: str) -> Path:
+    """File that a source is in: of a shipped scenario its own, of a folder its trajectory."""
+    from knotwork import resources
+
+    if name in resources.names("scenarios"):
+        return resources.find("scenarios", name)
+    path = Path(name)
+    if not path.exists():
+        raise InputError(f"there is no file {name!r} to follow; accepted: the path of a file")
+    return path / "trajectory.json" if path.is_dir() else path
+
+
+def _files(motion: Motion) -> list[Path]:
+    """Files that a motion depends on, as far as they are known."""
+    from knotwork.trajectory import JointTrajectory
+
+    if isinstance(motion, JointTrajectory):
+        return []
+    robot = motion.space.robot
+    described = (robot.source, robot.urdf, robot.srdf) if robot is not None else ()
+    return [path for path in (motion.scenario.source, *described) if path is not None]
+
+
+def _said(motion: Motion) -> str:
+    """The verdict in a line."""
+    from knotwork.trajectory import JointTrajectory
+    from knotwork.view.summary import summary
+
+    if isinstance(motion, JointTrajectory):
+        return "shown"
+    return f"{'passed' if motion.report.ok else 'FAILED'}: {summary(motion.report)}"
+
+
+def _open(address: str, said: str, no_open: bool) -> None:
+    from knotwork.view.server import open_browser
+
+    echo(f"{said} until Ctrl-C")
+    if not no_open and not open_browser(address):
+        echo("no browser could be opened here; open the address in one", err=True)
 
 
 def _serve(page: Page, port: int | None, no_open: bool) -> int:
-    from knotwork.view.server import PageServer, open_browser
+    from knotwork.view.server import PageServer
 
     with PageServer(page.html, port or 0) as server:
-        echo(f"showing {page.title} at {server.address} until Ctrl-C")
-        if not no_open and not open_browser(server.address):
-            echo("no browser could be opened here; open the address in one", err=True)
+        _open(server.address, f"showing {page.title} at {server.address}", no_open)
         try:
             server.serve_forever(poll_interval=0.1)
         except KeyboardInterrupt:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,8 @@ MOST_TRIANGLES = 3_000_000
 """Of all shapes of a robot."""
 MOST_BYTES = 512_000_000
 """Of all mesh files of a robot."""
+# Mesh files kept in memory: a scenario that is written is shown after each change.
+MOST_KEPT = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,16 +168,23 @@ class _Drawn:
         return self._files[real]
 
     def _opened(self, path: Path) -> _MeshFile:
-        self._bytes += path.stat().st_size
+        found = path.stat()
+        self._bytes += found.st_size
         if self._bytes > MOST_BYTES:
             unread = f"mesh {path} is not read: the robot's have more than {MOST_BYTES} bytes"
             return _MeshFile(unread=unread)
-        try:
-            parts = read_mesh(path, mesh_package(path))
-        except InputError as error:
-            return _MeshFile(unread=str(error))
-        faults = tuple(dict.fromkeys(part.fault for part in parts if part.fault))
-        return _MeshFile([drawable(part) for part in parts], faults)
+        return _read(path, found.st_mtime_ns)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _read(path: Path, changed: int) -> _MeshFile:
+    """Read a mesh file as it was when it was changed last."""
+    try:
+        parts = read_mesh(path, mesh_package(path))
+    except InputError as error:
+        return _MeshFile(unread=str(error))
+    faults = tuple(dict.fromkeys(part.fault for part in parts if part.fault))
+    return _MeshFile([drawable(part) for part in parts], faults)
 
 
 def _changed(meshes: list[Mesh], shape: Shape) -> list[Mesh]:

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 ASSETS = Path(__file__).parent / "assets"
 # One script on the page, from these files in `assets/scene/`; each may use those before it.
-SCRIPTS = ("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "scene")
+SCRIPTS = (
+    *("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "live"),
+    "scene",
+)
 
 
 class Page:
@@ -64,7 +67,12 @@ def frame(text: str, *, height: str, name: str = "") -> str:
 
 
 def scene_page(
-    scene: Mapping[str, Any], *, embedded: bool = False, autoplay: bool = True, ghosts: bool = True
+    scene: Mapping[str, Any],
+    *,
+    embedded: bool = False,
+    autoplay: bool = True,
+    ghosts: bool = True,
+    live: int | None = None,
 ) -> Page:
     """Put a scene on a page.
 
@@ -73,13 +81,14 @@ def scene_page(
         embedded: The page is a part of another, which has the title and the verdict.
         autoplay: The motion starts by itself.
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
+        live: Number of this version, where a `LiveServer` serves others after it.
 
     Raises:
         InputError: The package `meshcat` is not installed.
     """
     from markupsafe import Markup
 
-    options = {"embedded": embedded, "autoplay": autoplay, "ghosts": ghosts}
+    options = {"embedded": embedded, "autoplay": autoplay, "ghosts": ghosts, "live": live}
     text = (
         environment()
         .get_template("scene.html")
@@ -95,6 +104,22 @@ def scene_page(
         )
     )
     return Page(scene["title"], text, tuple(scene["warnings"]))
+
+
+def waiting_page(title: str) -> Page:
+    """Make the page that a `LiveServer` shows until there is a scene."""
+    from markupsafe import Markup
+
+    text = (
+        environment()
+        .get_template("waiting.html")
+        .render(
+            title=title,
+            script=Markup(asset("scene/live.js")),
+            style=Markup(asset("scene.css")),
+        )
+    )
+    return Page(title, text)
 
 
 def json_in_html(data: Mapping[str, Any]) -> str:

@@ -34,6 +34,7 @@ from knotwork.view.objects import scene_objects
 from knotwork.view.packing import packed, packed_numbers
 from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshes, tool_mesh
 from knotwork.view.stops import Stops, arm_triangles, find_stops
+from knotwork.view.summary import summary
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_speed, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -108,9 +109,10 @@ def make_scene(
     addresses, unread = image_addresses(images)
     return {
         "title": scenario.name if scenario is not None else f"{robot.name}: stored trajectory",
-        **_arm_data(shown, trajectory.planner or "trajectory", images),
+        **_arm_data(shown, trajectory, images),
         "images": addresses,
         "ok": report.ok if report is not None else None,
+        "summary": summary(report) if report is not None else "",
         "failures": [str(item) for item in report.failures] if report is not None else [],
         "others": [
             {"name": name, "failures": _failures(other, scenario, space)}
@@ -156,13 +158,13 @@ def _failures(
     return [str(item) for item in check(trajectory, scenario, space=space).failures]
 
 
-def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, Any]:
+def _arm_data(shown: _Shown, trajectory: JointTrajectory, images: Sequence[Path]) -> dict[str, Any]:
     """The arm, its motions, the task, and where to look from."""
     robot, shapes, stops, path = shown.robot, shown.shapes.shapes, shown.stops, shown.path
     points = shown.points()
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
     copies = stops.position[stops.distinct(size)]
-    moved = {planner: shown.curve, **shown.motions}
+    moved = {trajectory.planner or "trajectory": shown.curve, **shown.motions}
     things, labels, legend = ([], [], {}) if path is None else _task_data(shown, path, size)
     objects = scene_objects(shown.scenario, robot, shown.curve, shown.report, size)
     things, labels = [*things, *objects.things], [*labels, *objects.labels]
@@ -176,6 +178,7 @@ def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, 
         "ghosts": copies.tolist(),
         "things": things,
         "labels": labels,
+        "waypoints": _stops(shown, trajectory.waypoint_times),
         "legend": legend,
         "size": size,
         "floor": float(min(stops.outlines[..., 2].min(), 0.0)),
@@ -185,6 +188,15 @@ def _arm_data(shown: _Shown, planner: str, images: Sequence[Path]) -> dict[str, 
             arm_triangles(robot, shown.shapes, hiding, size) if path is not None else (),
         ),
     }
+
+
+def _stops(shown: _Shown, times: FloatArray | None) -> list[dict[str, Any]]:
+    """Names and times of the waypoints."""
+    if shown.scenario is not None:
+        return [{"name": one.name, "time": one.time} for one in shown.scenario.waypoints]
+    return [
+        {"name": str(i), "time": float(t)} for i, t in enumerate(() if times is None else times)
+    ]
 
 
 def _task_data(

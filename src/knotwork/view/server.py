@@ -29,7 +29,7 @@ class PageServer(ThreadingHTTPServer):
     # A port on which another program listens must be an error, on every system.
     allow_reuse_address = sys.platform != "win32"
 
-    def __init__(self, page: str, port: int = 0) -> None:
+    def __init__(self, page: str, port: int = 0, handler: type[PageHandler] | None = None) -> None:
         """Listen on a port, by default any that is free.
 
         Raises:
@@ -37,7 +37,7 @@ class PageServer(ThreadingHTTPServer):
         """
         self.page = page.encode("utf-8")
         try:
-            super().__init__((HOST, port), _Handler)
+            super().__init__((HOST, port), handler or PageHandler)
         except OSError as error:
             why = (
                 "is in use"
@@ -55,13 +55,17 @@ class PageServer(ThreadingHTTPServer):
             super().handle_error(request, client_address)  # type: ignore[arg-type]
 
 
-class _Handler(BaseHTTPRequestHandler):
+class PageHandler(BaseHTTPRequestHandler):
+    """Answers with the server's page, and to nobody but browsers on this machine."""
+
     server: PageServer
 
     def do_GET(self) -> None:
+        """Answer with the page."""
         self._answer(with_page=True)
 
     def do_HEAD(self) -> None:
+        """Answer without it."""
         self._answer(with_page=False)
 
     def _answer(self, *, with_page: bool) -> None:
@@ -71,16 +75,24 @@ class _Handler(BaseHTTPRequestHandler):
             if re.sub(r":\d*$", "", host).lower() not in NAMES:
                 self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
                 return
-            if self.path.partition("?")[0] != "/":
-                self.send_error(HTTPStatus.NOT_FOUND)
-                return
-            self.send_response(HTTPStatus.OK)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.send_header("Content-Length", str(len(self.server.page)))
-            self.send_header("Cache-Control", "no-store")
-            self.end_headers()
-            if with_page:
-                self.wfile.write(self.server.page)
+            if self.path.partition("?")[0] == "/":
+                self._send_page(with_page=with_page)
+            else:
+                self.answer_other()
+
+    def _send_page(self, *, with_page: bool) -> None:
+        page = self.server.page
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.send_header("Content-Length", str(len(page)))
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        if with_page:
+            self.wfile.write(page)
+
+    def answer_other(self) -> None:
+        """Answer to a path that is not the page's."""
+        self.send_error(HTTPStatus.NOT_FOUND)
 
     def log_message(self, format: str, *args: object) -> None:
         """Say nothing: a log is no part of what was asked for."""

@@ -21,6 +21,7 @@ def view_plan(
     ghosts: bool = True,
     autoplay: bool = True,
     embedded: bool = False,
+    live: int | None = None,
 ) -> Page:
     """Show a plan: the arm in motion, the task, and what fails in the check.
 
@@ -30,6 +31,7 @@ def view_plan(
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
         autoplay: The motion starts by itself.
         embedded: The page is a part of another, which has the title and the verdict.
+        live: Number of this version, where a `LiveServer` serves others after it.
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
@@ -42,7 +44,7 @@ def view_plan(
         report=plan.report,
         others=others,
     )
-    return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts)
+    return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts, live=live)
 
 
 def needed_robot(scenario: Scenario, space: JointSpace) -> Robot:
@@ -59,19 +61,22 @@ def needed_robot(scenario: Scenario, space: JointSpace) -> Robot:
     return space.robot
 
 
-def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool = True) -> Page:
+def view_trajectory(
+    robot: Robot, trajectory: JointTrajectory, *, ghosts: bool = True, live: int | None = None
+) -> Page:
     """Show a stored trajectory without its task.
 
     Args:
         robot: The arm that it moves.
         trajectory: The motion.
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
+        live: Number of this version, where a `LiveServer` serves others after it.
 
     Raises:
         InputError: The trajectory is not of the robot's joints, or can't be shown.
     """
     scene = make_scene(robot, trajectory, warnings=_tool_warnings(robot))
-    return scene_page(scene, ghosts=ghosts)
+    return scene_page(scene, ghosts=ghosts, live=live)
 
 
 def _tool_warnings(robot: Robot) -> list[str]:

@@ -13,8 +13,8 @@ function panels(pane) {
 }
 
 class Camera {
-  constructor(viewer, data) {
-    Object.assign(this, { viewer, data });
+  constructor(viewer) {
+    this.viewer = viewer;
     this.touched = false; // turned by hand: then the camera stays
     viewer.controls.addEventListener("start", () => { this.touched = true; });
     window.onload = null; // Meshcat's own would take the whole window

@@ -16,8 +16,14 @@ function overlap(a, b) {
 }
 
 class Labels {
-  constructor(viewer, labels) {
+  constructor(viewer) {
     this.viewer = viewer;
+    this.labels = [];
+  }
+
+  set(labels) {
+    byId("labels").replaceChildren();
+    byId("leaders").replaceChildren();
     this.view = ""; // where it was seen from when labels were placed
     this.labels = labels.map((label) => {
       const box = document.createElement("div");

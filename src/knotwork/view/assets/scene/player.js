@@ -2,23 +2,58 @@
 
 // Times are in single precision: one that is this near to a frame's is the frame's [s].
 const AT_FRAME = 1e-3;
+// Before a motion begins again, its end is shown so long [ms].
+const PAUSE = 900;
 
 class Player {
-  constructor(animator, arm) {
+  constructor(animator) {
     this.animator = animator;
+    this.time = 0; // shown; after the end Meshcat's own clock goes back to 0 while the end is shown
+    this.ran = false;
+    this.ended = null; // when it came to its end, if it is to begin again
+    this.loops = true;
+    this.slider = byId("scrub");
+    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
+    byId("play").addEventListener("click", () => this.toggle());
+    byId("loop").addEventListener("click", () => this.loop(!this.loops));
+    byId("rate").addEventListener("change", () => this.setRate());
+    byId("keys").addEventListener("click", () => this.showKeys(false));
+    byId("help").addEventListener("click", () => this.showKeys(byId("keys").hidden));
+    document.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  // A motion; where another one was shown, its time is kept, and it goes on if that was running.
+  set(data) {
+    const [arm] = data.arms;
+    const running = this.running;
+    const shown = this.start + this.time;
     this.start = arm.start;
     this.times = floats(arm.time);
     this.speeds = arm.speed ? floats(arm.speed) : null;
-    this.time = 0; // shown; after the end Meshcat's own clock goes back to 0 while the end is shown
-    this.ran = false;
-    this.slider = byId("scrub");
-    this.slider.max = animator.duration || 1;
-    this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
-    byId("play").addEventListener("click", () => this.toggle());
-    byId("rate").addEventListener("change", (event) => {
-      animator.mixer.timeScale = Number(event.target.value);
-    });
-    document.addEventListener("keydown", (event) => this.key(event));
+    this.stops = data.waypoints.map((stop) => stop.time - arm.start);
+    this.slider.max = this.animator.duration || 1;
+    this.setRate();
+    if (Number.isNaN(shown)) return;
+    this.seek(shown - this.start);
+    if (running) this.animator.play();
+  }
+
+  setRate() {
+    this.animator.mixer.timeScale = Number(byId("rate").value);
+  }
+
+  get running() {
+    return this.animator.playing || this.ended !== null;
+  }
+
+  loop(on) {
+    this.loops = on;
+    if (!on) this.ended = null;
+    byId("loop").ariaPressed = String(on);
+  }
+
+  showKeys(on) {
+    byId("keys").hidden = !on;
   }
 
   // The last frame that begins no later than a time
@@ -45,6 +80,13 @@ class Player {
     animator.seek(this.time);
     animator.time = this.time;
     this.ran = false;
+    this.ended = null;
+  }
+
+  // To the waypoint before or after
+  toWaypoint(side) {
+    const beyond = this.stops.filter((time) => side * (time - this.time) > AT_FRAME);
+    if (beyond.length) this.seek(side > 0 ? Math.min(...beyond) : Math.max(...beyond));
   }
 
   step(count) {
@@ -53,9 +95,10 @@ class Player {
   }
 
   toggle() {
-    if (this.animator.playing) {
+    if (this.running) {
       this.animator.pause();
       this.ran = false;
+      this.ended = null;
     } else {
       this.seek(this.time >= this.animator.duration - 1e-6 ? 0 : this.time);
       this.animator.play();
@@ -67,10 +110,20 @@ class Player {
     if (event.altKey || event.ctrlKey || event.metaKey) return;
     // Buttons, lists and Meshcat's controls have a use of their own for these keys.
     if (event.target.closest("input:not(#scrub), select, button, summary, .dg")) return;
-    if (event.key === " ") this.toggle();
-    else if (event.key === "ArrowLeft") this.step(-1);
-    else if (event.key === "ArrowRight") this.step(1);
-    else return;
+    const uses = {
+      " ": () => this.toggle(),
+      ArrowLeft: () => this.step(-1),
+      ArrowRight: () => this.step(1),
+      Home: () => this.seek(0),
+      End: () => this.seek(this.animator.duration),
+      n: () => this.toWaypoint(1),
+      p: () => this.toWaypoint(-1),
+      l: () => this.loop(!this.loops),
+      "?": () => this.showKeys(byId("keys").hidden),
+      Escape: () => this.showKeys(false),
+    };
+    if (!(event.key in uses)) return;
+    uses[event.key]();
     event.preventDefault();
   }
 
@@ -84,6 +137,12 @@ class Player {
       // It has come to its end by itself: Meshcat shows the last frame.
       if (animator.time < 1e-9 || animator.time >= animator.duration) this.time = animator.duration;
       this.ran = false;
+      this.ended = this.loops ? performance.now() : null;
+    } else if (this.ended !== null) {
+      if (performance.now() - this.ended > PAUSE) {
+        this.seek(0);
+        animator.play();
+      }
     } else if (animator.time !== this.time && animator.time > 0) {
       this.time = animator.time; // moved by Meshcat's own controls
     }
@@ -92,7 +151,7 @@ class Player {
     if (Math.abs(slider.value - this.time) > 1e-6) slider.value = this.time;
     const speed = this.speeds ? `  ${(1000 * this.speeds[this.frame()]).toFixed(0)} mm/s` : "";
     write(byId("clock"), "textContent", `${(this.start + this.time).toFixed(2)} s${speed}`);
-    write(byId("play"), "textContent", animator.playing ? "❚❚" : "▶");
-    write(byId("play"), "ariaLabel", animator.playing ? "pause" : "play");
+    write(byId("play"), "textContent", this.running ? "❚❚" : "▶");
+    write(byId("play"), "ariaLabel", this.running ? "pause" : "play");
   }
 }

@@ -3,25 +3,15 @@
 async function showScene(data, options) {
   const viewer = new MeshCat.Viewer(byId("scene"));
   window.viewer = viewer;
-  const { images, ready } = textures(data.images);
-  addSurroundings(viewer, data);
-  addArms(viewer, data, images);
-  const hideCopies = addCopies(viewer, data);
-  addMarks(viewer, data);
-  animate(viewer, data);
-  const labels = new Labels(viewer, data.labels);
-  const player = new Player(viewer.animator, data.arms[0]);
-  addSwitches(viewer, data, labels, options.ghosts);
-  const camera = new Camera(viewer, data);
+  const stage = new Stage(viewer, options);
+  const ready = stage.show(data);
+  const { player, camera, labels } = stage;
   camera.look();
   const asked = /[#&]t=([\d.]+)/.exec(location.hash);
   if (asked) player.seek(Number(asked[1]) - player.start);
-  else if (options.autoplay && !/paused/.test(location.hash)) viewer.animator.play();
+  else if (options.autoplay && !/paused/.test(location.hash)) player.toggle();
   const tick = () => {
-    player.update();
-    labels.place();
-    hideCopies(player.frame());
-    showWhenThere(data.things, player.start + player.time);
+    stage.update();
     requestAnimationFrame(tick);
   };
   tick();
@@ -31,48 +21,103 @@ async function showScene(data, options) {
   viewer.render();
   document.documentElement.dataset.ready = "true";
   if (window.parent !== window) givePictures(viewer, () => still(viewer, camera, labels));
+  if (options.live !== null) followChanges(stage, options.live);
 }
 
-// What can be shown and hidden
-function addSwitches(viewer, data, labels, ghosts) {
-  const show = (path) => (on) => viewer.set_property(path, "visible", on);
-  const rows = { labels: (on) => labels.show(on), ghosts: show([...ROOT, "ghosts"]) };
-  const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
-  if (ghosts === false) hidden.add("ghosts");
-  data.things.forEach((thing, number) => {
-    if (thing.name === "tool") return;
-    const before = rows[thing.name];
-    const own = show(thingPath(data, thing, number));
-    rows[thing.name] = (on) => {
-      if (before) before(on);
-      own(on);
-    };
-  });
-  if (rows.deviation) {
-    rows.deviation = (on) => {
-      show([...ROOT, "deviation"])(on);
-      byId("deviation").hidden = !on;
-    };
+// All that stands in the viewer; it can be shown another scene, as seen from the same place.
+class Stage {
+  constructor(viewer, options) {
+    Object.assign(this, { viewer, options });
+    this.labels = new Labels(viewer);
+    this.player = new Player(viewer.animator);
+    this.camera = new Camera(viewer);
+    this.switches = new Switches(viewer, options.ghosts === false ? ["ghosts"] : []);
   }
-  data.arms.slice(1).forEach((arm) => { rows[`arm: ${arm.name}`] = show([...ROOT, `arm: ${arm.name}`]); });
-  for (const [name, change] of Object.entries(rows)) {
+
+  // Gives a promise that all images are there.
+  show(data) {
+    const { viewer, labels, player } = this;
+    const { images, ready } = textures(data.images);
+    viewer.delete_path(ROOT);
+    addSurroundings(viewer, data);
+    addArms(viewer, data, images);
+    this.hideCopies = addCopies(viewer, data);
+    addMarks(viewer, data);
+    animate(viewer, data);
+    labels.set(data.labels);
+    player.set(data);
+    this.switches.set(data, labels);
+    this.camera.data = data;
+    this.data = data;
+    viewer.set_dirty();
+    return ready;
+  }
+
+  update() {
+    const { player, labels, data } = this;
+    player.update();
+    labels.place();
+    this.hideCopies(player.frame());
+    showWhenThere(data.things, player.start + player.time);
+  }
+}
+
+// What can be shown and hidden; a choice stays when another scene is shown.
+class Switches {
+  constructor(viewer, hidden) {
+    this.viewer = viewer;
+    this.chosen = new Map(hidden.map((name) => [name, false]));
+    this.add("Meshcat's own controls", (on) => document.body.classList.toggle("controls", on), false);
+    this.lasting = byId("switches").childElementCount;
+    document.addEventListener("keydown", (event) => {
+      const box = document.querySelector('#switches input[name="collision shapes"]');
+      if (event.key !== "c" || event.altKey || event.ctrlKey || event.metaKey || !box) return;
+      if (!event.target.closest("input:not([type=range]):not([type=checkbox]), select")) box.click();
+    });
+  }
+
+  set(data, labels) {
+    const list = byId("switches");
+    while (list.childElementCount > this.lasting) list.firstElementChild.remove();
+    const show = (path) => (on) => this.viewer.set_property(path, "visible", on);
+    const rows = { labels: (on) => labels.show(on), ghosts: show([...ROOT, "ghosts"]) };
+    const hidden = new Set(data.things.filter((thing) => thing.hidden).map((thing) => thing.name));
+    data.things.forEach((thing, number) => {
+      if (thing.name === "tool") return;
+      const before = rows[thing.name];
+      const own = show(thingPath(data, thing, number));
+      rows[thing.name] = (on) => {
+        if (before) before(on);
+        own(on);
+      };
+    });
+    if (rows.deviation) {
+      rows.deviation = (on) => {
+        show([...ROOT, "deviation"])(on);
+        byId("deviation").hidden = !on;
+      };
+    }
+    data.arms.slice(1).forEach((arm) => { rows[`arm: ${arm.name}`] = show([...ROOT, `arm: ${arm.name}`]); });
+    for (const [name, change] of Object.entries(rows)) this.add(name, change, !hidden.has(name));
+  }
+
+  add(name, change, first) {
     const row = document.createElement("label");
     const box = document.createElement("input");
-    Object.assign(box, { type: "checkbox", name, checked: !hidden.has(name) });
-    row.append(box, ` ${name}${name === "collision shapes" ? " (key c)" : ""}`);
-    byId("switches").appendChild(row);
+    const checked = this.chosen.get(name) ?? first;
+    Object.assign(box, { type: "checkbox", name, checked });
+    row.append(box, ` ${name}`);
+    byId("switches").insertBefore(row, [...byId("switches").children].at(-(this.lasting || 0)) ?? null);
     const changed = () => {
       change(box.checked);
-      viewer.set_dirty();
+      this.viewer.set_dirty();
     };
-    box.addEventListener("change", changed);
+    box.addEventListener("change", () => {
+      this.chosen.set(name, box.checked);
+      changed();
+    });
     if (!box.checked) changed();
   }
-  document.addEventListener("keydown", (event) => {
-    const box = document.querySelector('#switches input[name="collision shapes"]');
-    if (event.key !== "c" || event.altKey || event.ctrlKey || event.metaKey || !box) return;
-    if (!event.target.closest("input:not([type=range]):not([type=checkbox]), select")) box.click();
-  });
 }
 
 // What the page around it, and tests, may ask for
@@ -81,9 +126,10 @@ function offer(viewer, player) {
   window.knotwork = {
     seek: (time) => player.seek(time - player.start),
     time: () => player.start + player.time,
-    duration: animator.duration,
-    play: () => { if (!animator.playing) player.toggle(); },
-    pause: () => { if (animator.playing) player.toggle(); },
+    duration: () => animator.duration,
+    play: () => { if (!player.running) player.toggle(); },
+    pause: () => { if (player.running) player.toggle(); },
+    loop: (on) => player.loop(on),
     picture: () => viewer.capture_image(),
   };
 }

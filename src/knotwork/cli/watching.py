@@ -1,0 +1,98 @@
+"""`knotwork view --watch`: a page that follows the files it is made from, until Ctrl-C."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from knotwork.cli.terminal import echo
+from knotwork.errors import KnotworkError
+
+if TYPE_CHECKING:
+    from knotwork.view.live_server import LiveServer
+    from knotwork.view.page import Page
+
+# How often files are looked at, and how long one must be left alone before it is read [s].
+PERIOD, REST = 0.05, 0.03
+
+Stamp = tuple[int, int, int] | None
+
+
+class Files:
+    """Files and when they were changed last.
+
+    >>> files = Files([Path("task.yaml")])
+    >>> files.changed()
+    False
+    """
+
+    def __init__(self, paths: Iterable[Path]) -> None:
+        self._stamps = {path: _stamp(path) for path in paths}
+
+    def follow(self, paths: Iterable[Path]) -> None:
+        """Follow more files, as they are now."""
+        for path in paths:
+            self._stamps.setdefault(path, _stamp(path))
+
+    def changed(self) -> bool:
+        """Whether one was changed since it was asked last; a file that is gone has not been yet."""
+        now = {path: _stamp(path) for path in self._stamps}
+        if all(now[path] in (None, stamp) for path, stamp in self._stamps.items()):
+            return False
+        time.sleep(REST)
+        while (again := {path: _stamp(path) for path in now}) != now:
+            now = again
+            time.sleep(REST)
+        self._stamps = {path: stamp or self._stamps[path] for path, stamp in now.items()}
+        return True
+
+
+def _stamp(path: Path) -> Stamp:
+    try:
+        found = path.stat()
+    except OSError:  # an editor may put a new file in its place just now
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def follow(
+    server: LiveServer, files: Files, made: Callable[[int], tuple[Page, list[Path], str]]
+) -> None:
+    """Serve a page, and make it anew after each change of a file, until Ctrl-C.
+
+    Args:
+        server: What serves it.
+        files: What it is made from, as far as is known before it was made.
+        made: Makes the page of a version; gives it with what it was made from, and what is to be
+            said of it.
+    """
+    serving = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
+    serving.start()
+    try:
+        while True:
+            _renew(server, files, made)
+            while not files.changed():
+                time.sleep(PERIOD)
+    except KeyboardInterrupt:
+        echo("stopped")
+    finally:
+        server.shutdown()
+
+
+def _renew(
+    server: LiveServer, files: Files, made: Callable[[int], tuple[Page, list[Path], str]]
+) -> None:
+    start = time.perf_counter()
+    server.start()
+    try:
+        page, paths, said = made(server.version + 1)
+    except KnotworkError as error:
+        server.refuse(str(error))
+        echo(f"{time.strftime('%H:%M:%S')} error: {error}", err=True)
+        return
+    files.follow(paths)
+    server.show(page)
+    echo(f"{time.strftime('%H:%M:%S')} {said} ({time.perf_counter() - start:.2f} s)")

@@ -1,0 +1,49 @@
+// A page that is served while its scenario is written: each new motion takes the place of the last.
+
+function followChanges(stage, version) {
+  let shown = version;
+  const changes = new EventSource("changes");
+  changes.onmessage = async (event) => {
+    const state = JSON.parse(event.data);
+    tell(state);
+    if (state.version === shown) return;
+    shown = state.version;
+    const answer = await fetch("./", { cache: "no-store" });
+    const page = new DOMParser().parseFromString(await answer.text(), "text/html");
+    renew(stage, page);
+    document.documentElement.dataset.version = state.version;
+  };
+  changes.onerror = () => tell({ error: "", busy: false, gone: true });
+}
+
+// The last good motion stays in view, paler, under what is wrong.
+function tell({ error, busy, gone = false }) {
+  const live = byId("live");
+  live.hidden = !(error || busy || gone);
+  live.className = error ? "wrong panel" : "panel";
+  live.textContent = error || (gone ? "knotwork has stopped; this is the last motion" : "planning …");
+  document.body.classList.toggle("outdated", Boolean(error) || gone);
+}
+
+// What the page says of the motion, and the motion
+function renew(stage, page) {
+  document.title = page.title;
+  for (const id of ["head", "legend"]) {
+    const [old, made] = [byId(id), page.getElementById(id)];
+    if (old && made) old.replaceWith(made);
+    else if (old) old.remove();
+    else if (made) byId("shown").before(made);
+  }
+  stage.show(JSON.parse(page.getElementById("data").textContent));
+}
+
+// Before there is a motion: the page is loaded again when there is one.
+function awaitFirst() {
+  const changes = new EventSource("changes");
+  changes.onmessage = (event) => {
+    const state = JSON.parse(event.data);
+    if (state.version > 0) location.reload();
+    byId("live").className = state.error ? "wrong panel" : "panel";
+    byId("live").textContent = state.error || "planning …";
+  };
+}
