@@ -90,6 +90,27 @@ class Plan:
         others = {name: plan(self.scenario, planner=name).trajectory for name in compare}
         return view_plan(self, others)
 
+    def play(self, viewer: Any) -> None:
+        """Show the arm making its move in a Meshcat viewer that is running.
+
+        Robot, path, waypoints, frames and scene are drawn below `knotwork`, in the axes of the
+        URDF's root, and the motion starts. All else in the viewer stays, but a robot that
+        Pinocchio's visualizer shows is hidden; `displayVisuals(True)` shows it again.
+
+        Args:
+            viewer: A `meshcat.Visualizer`, or Pinocchio's `MeshcatVisualizer`.
+
+        Raises:
+            InputError: The viewer is neither, or the scenario has no robot.
+
+        >>> import meshcat  # doctest: +SKIP
+        >>> kw.plan("ur5_deburring").play(meshcat.Visualizer())  # doctest: +SKIP
+        """
+        from knotwork.view.meshcat_player import play_scene
+        from knotwork.view.show import scene_of
+
+        play_scene(scene_of(self), viewer)
+
     def report_to_dict(self) -> dict[str, Any]:
         """Give the report as plain data, with `solutions`: how those of poses were chosen."""
         data = self.report.to_dict()

@@ -149,7 +149,7 @@ def test_lines_lead_to_labels_in_windows_of_all_sizes(show: Any) -> None:
     for size in ((390, 700), (900, 600)):
         resize(tab, *size)
         shown = shown_labels(tab)
-        assert len(shown) == 4
+        assert len(shown) >= 4
         ends = tab.evaluate(
             """() => [...document.querySelectorAll("#leaders line")]
               .filter((line) => line.style.visibility === "visible")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,3 +45,21 @@ def packed(mesh: Mesh, images: Sequence[Path] = ()) -> dict[str, Any]:
 def packed_numbers(array: np.ndarray[Any, Any]) -> str:
     """Give an array's bytes in base64."""
     return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+
+
+def unpacked(mesh: Mapping[str, Any]) -> Mesh:
+    """Give a mesh again from its plain data, without its image."""
+    vertices = unpacked_numbers(mesh["vertices"], "<f4").reshape(-1, 3)
+    faces = unpacked_numbers(mesh["faces"], "<u4" if mesh["wide"] else "<u2").reshape(-1, 3)
+    normals = unpacked_numbers(mesh["normals"], "i1").reshape(-1, 3) / 127.0
+    colours = mesh["colours"]
+    if isinstance(colours, str):
+        painted = unpacked_numbers(colours, "u1").reshape(-1, 3) / 255.0
+    else:
+        painted = np.tile(np.asarray(colours) / 255.0, (len(vertices), 1))
+    return Mesh(vertices, normals, faces, painted, mesh["opacity"])
+
+
+def unpacked_numbers(text: str, kind: str) -> np.ndarray[Any, Any]:
+    """Give an array from its bytes in base64."""
+    return np.frombuffer(base64.b64decode(text), kind)

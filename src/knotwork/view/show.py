@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from knotwork.errors import InputError
 from knotwork.joint_space import JointSpace
@@ -36,7 +37,19 @@ def view_plan(
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
     """
-    scene = make_scene(
+    scene = scene_of(plan, others)
+    return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts, live=live)
+
+
+def scene_of(
+    plan: PlanLike, others: Mapping[str, JointTrajectory] | None = None
+) -> dict[str, Any]:
+    """Compose the scene of a plan, as plain data.
+
+    Raises:
+        InputError: The scenario has no robot, or the motion can't be shown.
+    """
+    return make_scene(
         needed_robot(plan.scenario, plan.space),
         plan.trajectory,
         scenario=plan.scenario,
@@ -44,7 +57,6 @@ def view_plan(
         report=plan.report,
         others=others,
     )
-    return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts, live=live)
 
 
 def needed_robot(scenario: Scenario, space: JointSpace) -> Robot:

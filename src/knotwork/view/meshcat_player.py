@@ -1,0 +1,155 @@
+"""A scene in a Meshcat viewer that the user runs: robot, path, frames, surroundings, the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.errors import InputError
+from knotwork.view.mesh import Mesh
+from knotwork.view.packing import unpacked, unpacked_numbers
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from meshcat import Visualizer
+
+ROOT = "knotwork"
+RATE = 60.0
+"""Frames a second of the animation; Meshcat makes up those between."""
+
+
+def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
+    """Draw a scene in a Meshcat viewer, below `knotwork`, and start its motion.
+
+    What an earlier call drew is replaced. All else in the viewer stays, but the robot that
+    Pinocchio's `MeshcatVisualizer` shows is hidden; `displayVisuals(True)` shows it again.
+
+    Args:
+        scene: What to show, from `make_scene`.
+        viewer: A `meshcat.Visualizer`, or Pinocchio's `MeshcatVisualizer`.
+
+    Raises:
+        InputError: The viewer is neither, or not started.
+    """
+    root = _visualizer(viewer)[ROOT]
+    root.delete()
+    joints = _joint_nodes(scene, root)
+    for carrier, parts in enumerate(scene["shapes"]):
+        for number, part in enumerate(parts):
+            _draw(joints[carrier][f"shape {number}"], unpacked(part), lit=True)
+    nodes = []
+    for number, thing in enumerate(scene["things"]):
+        carrier = joints[thing["carrier"]] if "carrier" in thing else root
+        node = carrier[_plain(f"{thing['name']} {number}")]
+        _draw(node, unpacked(thing["mesh"]), lit=thing["lit"])
+        if thing["hidden"]:
+            node.set_property("visible", False)
+        nodes.append(node)
+    root.set_animation(_animation(scene, joints, nodes))
+
+
+def _visualizer(viewer: Any) -> Visualizer:
+    """The viewer's own, whichever of the two was given."""
+    inner = viewer
+    if hasattr(viewer, "displayVisuals"):
+        inner = getattr(viewer, "viewer", None)
+        if inner is None:
+            raise InputError("the MeshcatVisualizer has no viewer yet; call its initViewer() first")
+        if hasattr(viewer, "viewerVisualGroupName"):
+            viewer.displayVisuals(False)
+    if not all(hasattr(inner, name) for name in ("set_object", "set_animation", "window")):
+        raise InputError(
+            f"can't play in {type(viewer).__name__}; accepted: a meshcat.Visualizer or Pinocchio's "
+            "MeshcatVisualizer"
+        )
+    return inner
+
+
+def _joint_nodes(scene: Mapping[str, Any], root: Visualizer) -> list[Visualizer]:
+    """Where the viewer has what each joint carries; first what does not move."""
+    nodes = [root["arm"]]
+    for joint in scene["joints"]:
+        nodes.append(nodes[joint["parent"]][_plain(joint["name"])])
+    return nodes
+
+
+def _plain(name: str) -> str:
+    """A name that is one step of a path of Meshcat's."""
+    return name.replace("/", "|")
+
+
+def _draw(node: Visualizer, mesh: Mesh, *, lit: bool) -> None:
+    from meshcat.geometry import MeshBasicMaterial, MeshPhongMaterial, TriangularMeshGeometry
+
+    make = MeshPhongMaterial if lit else MeshBasicMaterial
+    look = make(
+        color=0xFFFFFF,
+        vertexColors=True,
+        opacity=mesh.opacity,
+        transparent=mesh.opacity < 1.0,
+    )
+    node.set_object(TriangularMeshGeometry(mesh.vertices, mesh.faces, mesh.colours), look)
+
+
+def _animation(
+    scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[Visualizer]
+) -> Any:
+    from meshcat.animation import Animation, AnimationClip
+
+    arm = scene["arms"][0]
+    time = unpacked_numbers(arm["time"], "<f4").astype(float)
+    position = unpacked_numbers(arm["position"], "<f4").astype(float).reshape(len(time), -1)
+    kept = np.append(np.flatnonzero(np.diff(np.floor(RATE * time + 1e-3), append=np.inf)), [])
+    frames = np.unique(np.concatenate([[0], kept, [len(time) - 1]]).astype(int))
+    at = (RATE * time[frames]).tolist()
+    animation = Animation(default_framerate=RATE)
+
+    def add(node: Visualizer, tracks: dict[str, Any]) -> None:
+        animation.clips[node.path] = AnimationClip(tracks=tracks, fps=RATE)
+
+    for joint, node, column in zip(scene["joints"], joints[1:], position[frames].T, strict=True):
+        add(node, _moved(joint, column, at))
+    for thing, node in zip(scene["things"], nodes, strict=True):
+        if thing.get("between") is not None:
+            add(node, _present(thing["between"], at[-1]))
+    return animation
+
+
+def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str, Any]:
+    """Where a joint takes what it carries, over time, in its parent's axes."""
+    turn = pin.Quaternion(np.array(joint["quaternion"]))
+    origin, axis = np.array(joint["origin"]), np.array(joint["axis"])
+    positions, quaternions = [], []
+    for value in q:
+        if joint["slides"]:
+            positions.append((origin + turn.toRotationMatrix() @ (value * axis)).tolist())
+            quaternions.append(turn.coeffs().tolist())
+        else:
+            turned = turn * pin.Quaternion(pin.exp3(value * axis))
+            if quaternions and np.dot(turned.coeffs(), quaternions[-1]) < 0.0:
+                turned = pin.Quaternion(-turned.coeffs())  # or it would be turned the long way
+            positions.append(origin.tolist())
+            quaternions.append(turned.coeffs().tolist())
+    from meshcat.animation import AnimationTrack
+
+    return {
+        "position": AnimationTrack("position", "vector3", at, positions),
+        "quaternion": AnimationTrack("quaternion", "quaternion", at, quaternions),
+    }
+
+
+def _present(between: tuple[float | None, float | None], end: float) -> dict[str, Any]:
+    """When something is there."""
+    from meshcat.animation import AnimationTrack
+
+    first, last = between
+    changes: dict[float, bool] = {0.0: not first, end: last is None}
+    if first:
+        changes[min(RATE * first, end)] = True
+    if last is not None:
+        changes[min(RATE * last, end)] = False
+    at = sorted(changes)
+    return {"visible": AnimationTrack("visible", "bool", at, [changes[one] for one in at])}
