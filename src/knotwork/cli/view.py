@@ -37,6 +37,14 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     is_flag=True,
     help="Plan again each time the scenario or its robot is saved, and show that in the open page.",
 )
+@click.option(
+    "--meshcat",
+    metavar="[URL]",
+    is_flag=False,
+    flag_value="own",
+    help="Play in Meshcat instead: in the server at this ZMQ address, such as "
+    "tcp://127.0.0.1:6000, or without one in a server that ends with this command.",
+)
 @click.option("--no-open", is_flag=True, help="Open no browser; only say the address.")
 @click.option(
     "--port",
@@ -60,6 +68,7 @@ def view(
     reference: str | None,
     robot: str | None,
     watch: bool,
+    meshcat: str | None,
     log: LogOptions | None,
 ) -> int:
     """Show the arm making its move, in a browser.
@@ -82,6 +91,10 @@ def view(
     def made(live: int | None = None) -> tuple[Page, Motion]:
         return _page(source, reference, planner, knots, compare, robot, not no_ghosts, log, live)
 
+    if meshcat is not None:
+        given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
+        refuse(given, "--meshcat plays in Meshcat's own page")
+        return _play(read_motions(source, reference, planner, knots, log=log), meshcat, no_open)
     if watch:
         return _watch(source, reference, made, port, no_open)
     page, _ = made()
@@ -125,6 +138,17 @@ def _page(
             "--scenario, or its robot with --robot"
         )
     return view_trajectory(robot, first, ghosts=ghosts, live=live), first
+
+
+def _play(shown: list[Motion], address: str, no_open: bool) -> int:
+    """Play the first motion in Meshcat."""
+    from knotwork.cli.meshcat_viewer import play_in_meshcat
+
+    tell_failures(shown)
+    if not checked(shown[:1]):
+        raise InputError("Meshcat is shown a task with its motion: give --scenario")
+    play_in_meshcat(shown[0], address, no_open)
+    return PASSED
 
 
 def _watch(

@@ -94,9 +94,7 @@ def _draw(node: Visualizer, mesh: Mesh, *, lit: bool) -> None:
     node.set_object(TriangularMeshGeometry(mesh.vertices, mesh.faces, mesh.colours), look)
 
 
-def _animation(
-    scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[Visualizer]
-) -> Any:
+def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[Visualizer]) -> Any:
     from meshcat.animation import Animation, AnimationClip
 
     arm = scene["arms"][0]

@@ -41,9 +41,7 @@ def view_plan(
     return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts, live=live)
 
 
-def scene_of(
-    plan: PlanLike, others: Mapping[str, JointTrajectory] | None = None
-) -> dict[str, Any]:
+def scene_of(plan: PlanLike, others: Mapping[str, JointTrajectory] | None = None) -> dict[str, Any]:
     """Compose the scene of a plan, as plain data.
 
     Raises:

@@ -1,0 +1,77 @@
+"""`knotwork view --meshcat`: a Meshcat server that is running, or one of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import socket
+import time
+from typing import Any
+
+from knotwork.cli.terminal import echo
+from knotwork.errors import InputError
+
+OWN = "own"
+"""In place of a server's address: one is started, and ends with the command."""
+
+# A server on this machine answers at once [s].
+PATIENCE = 3.0
+
+
+def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
+    """Play a plan in a Meshcat viewer; with a server of its own until Ctrl-C.
+
+    Args:
+        motion: A plan, or a checked file.
+        address: The server's ZMQ address, or `OWN`.
+        no_open: Open no browser.
+
+    Raises:
+        InputError: No server answers at the address, or the motion can't be shown.
+    """
+    from knotwork.view.meshcat_player import play_scene
+    from knotwork.view.show import scene_of
+
+    scene = scene_of(motion)
+    if address != OWN:
+        _require_server(address)
+    import meshcat
+
+    with contextlib.redirect_stdout(io.StringIO()):  # Meshcat prints its address
+        viewer = meshcat.Visualizer(zmq_url=None if address == OWN else address)
+    play_scene(scene, viewer)
+    for warning in scene["warnings"]:
+        echo(f"warning: {warning}", err=True)
+    if address != OWN:
+        echo(f"playing {scene['title']} at {viewer.url()}")
+        return
+    from knotwork.view.server import open_browser
+
+    echo(f"playing {scene['title']} at {viewer.url()} until Ctrl-C")
+    if not no_open and not open_browser(viewer.url()):
+        echo("no browser could be opened here; open the address in one", err=True)
+    try:
+        while True:
+            time.sleep(3600.0)
+    except KeyboardInterrupt:
+        echo("stopped")
+
+
+def _require_server(address: str) -> None:
+    """Raise an error unless something listens at a ZMQ address: Meshcat would wait for ever."""
+    found = re.fullmatch(r"tcp://([^:/]+|\[[^\]]+\]):(\d{1,5})/?", address)
+    if found is None:
+        raise InputError(
+            f"--meshcat {address}: not the ZMQ address of a Meshcat server; accepted: one such as "
+            "tcp://127.0.0.1:6000, which meshcat-server prints as zmq_url (give the scenario "
+            "before --meshcat where no address follows)"
+        )
+    try:
+        with socket.create_connection((found[1].strip("[]"), int(found[2])), PATIENCE):
+            pass
+    except (OSError, OverflowError) as error:
+        raise InputError(
+            f"--meshcat {address}: no server answers there; start one with meshcat-server, or "
+            "leave the address out for one that ends with this command"
+        ) from error

@@ -1,0 +1,79 @@
+"""Plans played in Meshcat: what its Python package would send to a server."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import InputError
+
+meshcat = pytest.importorskip("meshcat")
+
+
+class Window:
+    """Takes what is sent to Meshcat's server."""
+
+    def __init__(self) -> None:
+        self.sent: list[dict[str, Any]] = []
+
+    def send(self, command: Any) -> None:
+        self.sent.append(command.lower())
+
+    def kinds(self, kind: str) -> list[dict[str, Any]]:
+        return [one for one in self.sent if one["type"] == kind]
+
+
+@pytest.fixture(scope="module")
+def plan() -> kw.Plan:
+    return kw.plan("planar2_closed_form")
+
+
+def test_the_animation_is_the_motion(plan: kw.Plan) -> None:
+    window = Window()
+    plan.play(meshcat.Visualizer(window=window))
+    drawn = {one["path"].split("/")[-1].rstrip(" 0123456789") for one in window.kinds("set_object")}
+    assert {"shape", "path", "waypoints", "knots", "tool"} <= drawn
+    (shown,) = window.kinds("set_animation")
+    moved = {one["path"].split("/")[-1]: one["clip"] for one in shown["animations"]}
+    robot = plan.space.robot
+    assert robot is not None
+    for share in (0.0, 0.37, 1.0):
+        pose = pin.SE3.Identity()
+        for name in robot.joint_names:
+            tracks = {one["name"]: one["keys"] for one in moved[name]["tracks"]}
+            frame = round(share * (len(tracks[".position"]) - 1))
+            turn = pin.Quaternion(np.array(tracks[".quaternion"][frame]["value"]))
+            pose *= pin.SE3(turn, np.array(tracks[".position"][frame]["value"]))
+            time = tracks[".position"][frame]["time"] / moved[name]["fps"]
+        pose *= robot.model.frames[robot.tcp_frame_id].placement
+        true = robot.base_placement * robot.forward(plan.trajectory.position(time))
+        assert pose.translation == pytest.approx(true.translation, abs=2e-6)
+    assert time == pytest.approx(plan.trajectory.duration)
+
+
+def test_pinocchios_visualizer_is_taken_and_its_own_robot_hidden(plan: kw.Plan) -> None:
+    from pinocchio.visualize import MeshcatVisualizer
+
+    shown = MeshcatVisualizer(pin.Model(), pin.GeometryModel(), pin.GeometryModel())
+    with pytest.raises(InputError, match="initViewer"):
+        plan.play(shown)
+    window = Window()
+    shown.initViewer(viewer=meshcat.Visualizer(window=window))
+    shown.loadViewerModel()
+    plan.play(shown)
+    hidden = [one for one in window.kinds("set_property") if one["property"] == "visible"]
+    assert any("pinocchio" in one["path"] and not one["value"] for one in hidden)
+    assert len(window.kinds("set_animation")) == 1
+
+
+def test_what_is_no_viewer_is_refused(plan: kw.Plan, knotwork: Any) -> None:
+    with pytest.raises(InputError, match="can't play in str"):
+        plan.play("tcp://127.0.0.1:6000")
+    for address, said in (("planar2", "tcp://127.0.0.1:6000"), ("tcp://127.0.0.1:1", "no server")):
+        ran = knotwork("view", "planar2_closed_form", "--meshcat", address)
+        assert ran.code == 2
+        assert said in ran.err
