@@ -19,7 +19,7 @@ AFRESH = """() => {
   document.getElementById("rate").dispatchEvent(new Event("change"));
   knotwork.loop(false);
   knotwork.seek(0);
-  document.getElementById("first-view").click();
+  knotwork.look("whole arm");
 }"""
 
 

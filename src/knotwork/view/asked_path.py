@@ -11,6 +11,7 @@ from knotwork.scenario import Scenario
 from knotwork.view.marks import RED
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.path_shapes import line_mesh
+from knotwork.view.speed_colours import mixed
 from knotwork.view.tool_curves import stretches, times_along
 from knotwork.waypoints import FloatArray
 
@@ -19,6 +20,8 @@ DEVIATION_COLOURS = np.array([[0.05, 0.4, 0.45], [0.45, 0.7, 0.45], [0.98, 0.85,
 ASKED = (0.1, 0.1, 0.12)
 # Dashes along a path, and points of each, and of most paths; relative to the scene's size.
 DASH, DASH_POINTS, MOST_DASHES = 0.016, 5, 3000
+# A dash takes so much of its half of a period: the path's colours are to be seen between dashes.
+DASHED = 0.3
 WIDTH, DEVIATION_WIDTH = 0.0045, 0.004
 
 
@@ -36,7 +39,8 @@ def asked_points(scenario: Scenario | None, robot: Robot, size: float) -> list[F
         whole = path.motion.path
         count = int(min(max(np.ceil(whole.length / (2 * DASH * size)), 4), MOST_DASHES))
         starts = np.linspace(0.0, whole.length, 2 * count)  # dash, gap, dash, …, dash
-        for low, high in zip(starts[:-1:2], starts[1::2], strict=True):
+        for low, far in zip(starts[:-1:2], starts[1::2], strict=True):
+            high = low + DASHED * (far - low)
             points = whole.position(np.linspace(low, high, DASH_POINTS))
             dashes.append(points @ base.rotation.T + base.translation)
     return dashes
@@ -80,6 +84,4 @@ def deviation_mesh(
 
 def _colours(off: FloatArray, scenario: Scenario | None) -> FloatArray:
     share = off / scenario.tolerances.path if scenario is not None else off
-    at = np.linspace(0.0, 1.0, len(DEVIATION_COLOURS))
-    mixed = np.stack([np.interp(share, at, column) for column in DEVIATION_COLOURS.T], axis=1)
-    return np.where(share[:, None] > 1.0, RED[:3], mixed)
+    return np.where(share[:, None] > 1.0, RED[:3], mixed(share, DEVIATION_COLOURS))

@@ -22,6 +22,38 @@ FLAT = 0.3
 LOOKS = 60
 
 
+# A task smaller than this, in parts of the arm and the task, is looked at alone at first; so much
+# around it is in view, in parts of its size.
+SMALL, AROUND = 0.4, 0.35
+
+
+def views(
+    points: FloatArray, path: FloatArray, asked: FloatArray, arms: Sequence[FloatArray] = ()
+) -> dict[str, Any]:
+    """Choose how to look at the whole, and at the work alone.
+
+    Args:
+        points: Of the arm and the task [m], z up, shape (n, 3).
+        path: Of the tool [m], shape (m, 3), m >= 0.
+        asked: Where waypoints are [m], shape (k, 3).
+        arms: Triangles of the arm, as for `first_view`.
+
+    Returns:
+        `view`, of all, and `work`, of the task alone, `None` if there is none; and `near`, whether
+        the work is to be looked at first.
+    """
+    view = first_view(points, path, arms)
+    task = np.concatenate([path, asked])
+    size, extent = np.ptp(points, axis=0).max(), np.ptp(task, axis=0) if len(task) else np.zeros(3)
+    if extent.max() < 1e-3 * size:
+        return {"view": view, "work": None, "near": False}
+    room = AROUND * float(extent.max())
+    low, high = task.min(axis=0) - room, task.max(axis=0) + room
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    near = bool(extent.max() < SMALL * size)
+    return {"view": view, "work": {**view, "points": corners.tolist()}, "near": near}
+
+
 def first_view(
     points: FloatArray, path: FloatArray, arms: Sequence[FloatArray] = ()
 ) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +122,9 @@ class _MeshFile:
     unread: str = ""
 
 
+_KEPT: dict[tuple[Path, int], _MeshFile] = {}
+
+
 class _Drawn:
     """Shapes as meshes; each mesh file is read once, and all together are bounded."""
 
@@ -176,15 +179,21 @@ class _Drawn:
         return _read(path, found.st_mtime_ns)
 
 
-@lru_cache(maxsize=MOST_KEPT)
 def _read(path: Path, changed: int) -> _MeshFile:
-    """Read a mesh file as it was when it was changed last."""
+    """Read a mesh file as it was when it was changed last; one without images is kept."""
+    if (path, changed) in _KEPT:
+        return _KEPT[path, changed]
     try:
         parts = read_mesh(path, mesh_package(path))
     except InputError as error:
         return _MeshFile(unread=str(error))
     faults = tuple(dict.fromkeys(part.fault for part in parts if part.fault))
-    return _MeshFile([drawable(part) for part in parts], faults)
+    made = _MeshFile([drawable(part) for part in parts], faults)
+    if not faults and all(mesh.image is None for mesh in made.meshes):
+        if len(_KEPT) >= MOST_KEPT:
+            _KEPT.pop(next(iter(_KEPT)))
+        _KEPT[path, changed] = made
+    return made
 
 
 def _changed(meshes: list[Mesh], shape: Shape) -> list[Mesh]:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 ASSETS = Path(__file__).parent / "assets"
 # One script on the page, from these files in `assets/scene/`; each may use those before it.
 SCRIPTS = (
-    *("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "live"),
-    "scene",
+    *("shapes", "arm", "surroundings", "fit", "camera", "labels", "paper", "player", "strip"),
+    *("joints", "live", "scene"),
 )
 
 
@@ -133,12 +133,14 @@ def environment() -> Environment:
     """Jinja's environment: everything put into a page is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    return Environment(
+    made = Environment(
         loader=FileSystemLoader(ASSETS),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
     )
+    made.filters["mm"] = lambda metres: f"{1e3 * metres:.3g}"
+    return made
 
 
 def asset(name: str) -> str:

@@ -11,26 +11,15 @@ from knotwork.view.solids import rod, sphere, triad, tube
 from knotwork.view.tool_trace import ToolTrace
 from knotwork.waypoints import FloatArray
 
-# Slow to fast: dark violet, blue, green, yellow; evenly lighter, so that it reads in grey, too.
-SPEED_COLOURS = np.array(
-    [
-        [0.267, 0.005, 0.329],
-        [0.231, 0.322, 0.545],
-        [0.129, 0.569, 0.549],
-        [0.369, 0.788, 0.384],
-        [0.85, 0.87, 0.12],
-    ]
-)
 OTHER = (0.45, 0.45, 0.5)
 STEEL = (0.35, 0.36, 0.4, 1.0)
 
 
-def path_meshes(path: ToolTrace, size: float) -> dict[str, Mesh]:
-    """Draw a tool's path; in a scene of some size [m]. Empty if the tool stands still."""
-    high = float(path.speed.max())
-    share = path.speed / high if high > 0 else np.zeros_like(path.speed)
-    at = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
-    colours = np.stack([np.interp(share, at, SPEED_COLOURS[:, i]) for i in range(3)], axis=1)
+def path_meshes(path: ToolTrace, colours: FloatArray, size: float) -> dict[str, Mesh]:
+    """Draw a tool's path in colours of shape (n, 3); in a scene of some size [m].
+
+    Empty if the tool stands still.
+    """
     meshes = {}
     line = line_mesh(path.position, colours, 0.0032 * size)
     if line is not None:

@@ -25,15 +25,17 @@ from knotwork.view.asked_path import (
     asked_points,
     deviation_mesh,
 )
-from knotwork.view.camera import first_view
+from knotwork.view.camera import views
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
 from knotwork.view.objects import scene_objects
 from knotwork.view.packing import packed, packed_numbers
-from knotwork.view.path_shapes import SPEED_COLOURS, other_path_mesh, path_meshes, tool_mesh
+from knotwork.view.path_shapes import other_path_mesh, path_meshes, tool_mesh
+from knotwork.view.speed_colours import SpeedColours, written
 from knotwork.view.stops import Stops, arm_triangles, find_stops
+from knotwork.view.strip import joint_panel, strip
 from knotwork.view.summary import summary
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_speed, tool_trace
@@ -58,6 +60,7 @@ class _Shown:
     curve: PiecewisePolynomial
     motions: Mapping[str, PiecewisePolynomial]
     scenario: Scenario | None
+    space: JointSpace | None
     report: Report | None
     shapes: LinkShapes
     stops: Stops
@@ -146,7 +149,9 @@ def _gathered(
     stops = find_stops(robot, shapes, curve.polynomial, scenario, trajectory)
     times = [target.time for target in asked]
     path = tool_trace(robot, curve.polynomial, space, report, times) if has_tool else None
-    return _Shown(robot, curve.polynomial, motions, scenario, report, shapes, stops, asked, path)
+    return _Shown(
+        robot, curve.polynomial, motions, scenario, space, report, shapes, stops, asked, path
+    )
 
 
 def _failures(
@@ -179,12 +184,15 @@ def _arm_data(shown: _Shown, trajectory: JointTrajectory, images: Sequence[Path]
         "things": things,
         "labels": labels,
         "waypoints": _stops(shown, trajectory.waypoint_times),
+        "strip": strip(robot, shown.curve, shown.scenario, shown.space, shown.report),
+        "joint_panel": joint_panel(robot),
         "legend": legend,
         "size": size,
         "floor": float(min(stops.outlines[..., 2].min(), 0.0)),
-        "view": first_view(
+        **views(
             _thinned(points),
             path.position if path is not None else np.zeros((0, 3)),
+            np.array([one.pose.translation for one in shown.asked]).reshape(-1, 3),
             arm_triangles(robot, shown.shapes, hiding, size) if path is not None else (),
         ),
     }
@@ -204,7 +212,8 @@ def _task_data(
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
     """Meshes by name, labels and the legend."""
     robot = shown.robot
-    meshes = path_meshes(path, size)
+    speeds = SpeedColours(path, shown.scenario, shown.curve, shown.asked)
+    meshes = path_meshes(path, speeds.colours, size)
     along = {
         "path asked for": asked_path_mesh(shown.scenario, robot, size),
         "deviation": deviation_mesh(shown.scenario, robot, shown.curve, size),
@@ -229,20 +238,14 @@ def _task_data(
     ]
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     legend = {
-        "high": float(path.speed.max()),
-        "colours": _written(SPEED_COLOURS),
+        **speeds.legend(),
         **seconds,
         "broken": bool(path.broken.any()),
     }
     if shown.scenario is not None and "deviation" in meshes:
         legend["tolerance"] = shown.scenario.tolerances.path
-        legend["deviation_colours"] = _written(DEVIATION_COLOURS)
+        legend["deviation_colours"] = written(DEVIATION_COLOURS)
     return things, labels, legend
-
-
-def _written(colours: FloatArray) -> list[str]:
-    """Colours as pages have them."""
-    return ["#" + bytes(colour).hex() for colour in np.round(255 * colours).astype(np.uint8)]
 
 
 def _motion(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, Any]:

@@ -17,6 +17,8 @@ ROUND = (0.55, 0.16, 0.72, 1.0)
 _NICE = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
 # Greatest turn of a round arrow [rad], and the least that has room for a head.
 MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
+# How far beside the path an arrow is, in parts of the scene: upon it, it would hide its colours.
+BESIDE = 0.014
 # Slower than this the tool is asked to stand still [m/s, rad/s].
 STILL = 1e-9
 
@@ -39,9 +41,20 @@ def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Me
     seconds = _seconds(max(float(np.linalg.norm(one.linear)) for one in moving), longest)
     arrows = []
     for target in moving:
-        foot = target.pose.translation
-        arrows.append(arrow(foot, foot + seconds * target.linear, 0.0035 * size, STRAIGHT))
+        foot = target.pose.translation + BESIDE * size * _aside(target)
+        arrows.append(arrow(foot, foot + seconds * target.linear, 0.0024 * size, STRAIGHT))
     return merged(arrows), seconds
+
+
+def _aside(target: CartesianWaypoint) -> FloatArray:
+    """Unit vector across the speed asked for, towards where the tool comes from."""
+    along = target.linear / np.linalg.norm(target.linear)
+    for axis in (-target.pose.rotation[:, 2], target.pose.rotation[:, 0]):
+        across = axis - (axis @ along) * along
+        length = float(np.linalg.norm(across))
+        if length > 0.3:
+            break
+    return np.asarray(across / length)
 
 
 def round_arrows(asked: Sequence[CartesianWaypoint], radius: float) -> tuple[Mesh, float] | None:

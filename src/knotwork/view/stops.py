@@ -18,7 +18,7 @@ from knotwork.waypoints import FloatArray
 MOST_STOPS = 200
 # Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
 DISTANCE = 0.12
-MOST_COPIES = 12
+MOST_COPIES = 4
 # Detail of the arm where only what it hides counts, relative to the scene's size.
 DETAIL = 0.03
 
@@ -41,11 +41,14 @@ class Stops:
         Args:
             size: Extent of the scene [m].
         """
-        kept: list[int] = []
-        for i, outline in enumerate(self.outlines):
-            away = (np.linalg.norm(outline - self.outlines[k], axis=1).max() for k in kept)
-            if len(kept) < MOST_COPIES and all(apart > DISTANCE * size for apart in away):
-                kept.append(i)
+        kept = [0] if len(self.outlines) else []
+        apart = np.full(len(self.outlines), np.inf)
+        while len(kept) < MOST_COPIES:
+            moved = np.linalg.norm(self.outlines - self.outlines[kept[-1]], axis=2).max(axis=1)
+            apart = np.minimum(apart, moved)
+            if apart.max() <= DISTANCE * size:
+                break
+            kept.append(int(apart.argmax()))
         return kept
 
 

@@ -1,4 +1,4 @@
-// The first camera: everything in view, and as large as the panels leave room for.
+// Cameras: the whole arm or the work alone in view, and as large as the panels leave room for.
 
 const byId = (id) => document.getElementById(id);
 const paneBox = () => byId("scene").getBoundingClientRect();
@@ -16,13 +16,42 @@ class Camera {
   constructor(viewer) {
     this.viewer = viewer;
     this.touched = false; // turned by hand: then the camera stays
-    viewer.controls.addEventListener("start", () => { this.touched = true; });
+    viewer.controls.addEventListener("start", () => {
+      this.touched = true;
+      this.mark();
+    });
     window.onload = null; // Meshcat's own would take the whole window
     window.addEventListener("resize", () => this.resized());
-    byId("first-view").addEventListener("click", () => {
-      this.touched = false;
-      this.look();
+    for (const [id, name] of Camera.BUTTONS) byId(id).addEventListener("click", () => this.choose(name));
+    document.addEventListener("keydown", (event) => {
+      const name = { a: "whole arm", w: "work" }[event.key];
+      if (!name || event.altKey || event.ctrlKey || event.metaKey) return;
+      if (!event.target.closest("input:not([type=range]):not([type=checkbox]), select")) this.choose(name);
     });
+  }
+
+  static BUTTONS = [["whole-arm", "whole arm"], ["work", "work"]];
+
+  set(data) {
+    const first = !this.data;
+    this.data = data;
+    byId("work").hidden = !data.work;
+    if (first) this.name = data.near ? "work" : "whole arm";
+    this.mark();
+  }
+
+  // Look from where one of the two sees best; by default the one that was first.
+  choose(name) {
+    const wanted = name || (this.data.near ? "work" : "whole arm");
+    if (wanted === "work" && !this.data.work) return;
+    this.name = wanted;
+    this.touched = false;
+    this.look();
+    this.mark();
+  }
+
+  mark() {
+    for (const [id, name] of Camera.BUTTONS) byId(id).ariaPressed = String(name === this.name && !this.touched);
   }
 
   resized() {
@@ -37,12 +66,13 @@ class Camera {
     const pane = paneBox();
     viewer.set_3d_pane_size(pane.width, pane.height);
     Object.assign(camera, { fov: 40, near: 0.01 * data.size, far: 60 * data.size });
-    const towards = world(data.view.from).normalize();
+    const view = (this.name === "work" && data.work) || data.view;
+    const towards = world(view.from).normalize();
     const right = new THREE.Vector3(0, 1, 0).cross(towards).normalize();
     const up = towards.clone().cross(right);
-    const middle = data.view.points.map(world).reduce((sum, p) => sum.add(p), new THREE.Vector3());
-    middle.divideScalar(data.view.points.length);
-    const points = data.view.points.map((point) => {
+    const middle = view.points.map(world).reduce((sum, p) => sum.add(p), new THREE.Vector3());
+    middle.divideScalar(view.points.length);
+    const points = view.points.map((point) => {
       const p = world(point).sub(middle);
       return [p.dot(right), p.dot(up), p.dot(towards)];
     });

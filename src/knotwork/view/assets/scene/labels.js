@@ -1,4 +1,4 @@
-// Labels: words beside their points, none over another.
+// Labels: words beside their points, none over another; of many some wait until they are hovered.
 
 // What fails is placed first.
 const ORDER = { miss: 0, closest: 1, waypoint: 2, object: 3, frame: 4 };
@@ -8,6 +8,12 @@ const PLACES = [16, 30, 48, 70, 96, 126, 165, 210].flatMap((radius) =>
     const angle = ((k % 2 ? -1 : 1) * Math.ceil(k / 2) * Math.PI) / 6 - Math.PI / 3;
     return [radius * Math.cos(angle), radius * Math.sin(angle)];
   }));
+
+// One label for so much of the pane [pixels²], and how near the pointer calls one [pixels]
+const ROOM = 55000;
+const NEAR = 34;
+// Words further from their point are left out, unless they are called.
+const FAR = 100;
 
 // Area that two boxes [left, top, right, bottom] have in common
 function overlap(a, b) {
@@ -19,6 +25,20 @@ class Labels {
   constructor(viewer) {
     this.viewer = viewer;
     this.labels = [];
+    this.called = null;
+    byId("scene").addEventListener("pointermove", (event) => this.call(event));
+    byId("scene").addEventListener("pointerleave", () => this.call(null));
+  }
+
+  // The label that waits at the point next to the pointer
+  call(event) {
+    const pane = event && paneBox();
+    const away = ({ x, y }) => Math.hypot(x - event.clientX + pane.left, y - event.clientY + pane.top);
+    const near = event ? this.labels.filter((label) => label.visible && away(label) < NEAR) : [];
+    const called = near.length ? near.reduce((best, one) => (away(one) < away(best) ? one : best)) : null;
+    if (called === this.called) return;
+    this.called = called;
+    this.again = true;
   }
 
   set(labels) {
@@ -34,7 +54,7 @@ class Labels {
       const line = document.createElementNS("http://www.w3.org/2000/svg", "line");
       line.setAttribute("class", label.kind);
       byId("leaders").appendChild(line);
-      return { box, line, point: world(label.at), kind: label.kind, at: -1 };
+      return { box, line, point: world(label.at), kind: label.kind, at: -1, visible: false };
     }).sort((a, b) => ORDER[a.kind] - ORDER[b.kind]);
   }
 
@@ -55,7 +75,8 @@ class Labels {
     const pane = paneBox();
     const size = `${pane.width} ${pane.height}`;
     const view = [size, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
-    if (view === this.view) return;
+    if (view === this.view && !this.again) return;
+    this.again = false;
     // While the scene turns, words stay on their side of a point; in another window they start anew.
     if (!this.view.startsWith(`${size},`)) for (const label of this.labels) label.at = -1;
     this.view = view;
@@ -68,12 +89,21 @@ class Labels {
       if (visible) taken.push([x - 4, y - 4, x + 4, y + 4]);
       Object.assign(label, { width, height, visible, x, y });
     }
-    for (const label of this.labels) this.placeOne(label, taken, pane);
+    const { called } = this;
+    const kept = (label) => label === called || label.kind === "miss" || label.kind === "closest";
+    const order = called ? [called, ...this.labels.filter((label) => label !== called)] : this.labels;
+    let room = Math.round((pane.width * pane.height) / ROOM);
+    for (const label of order) {
+      const shown = kept(label) || room > 0;
+      this.placeOne(label, taken, pane, shown, kept(label) ? Infinity : FAR);
+      if (!kept(label) && label.at >= 0) room -= 1;
+    }
   }
 
-  placeOne(label, taken, pane) {
+  placeOne(label, taken, pane, shown, far) {
     const { box, line, x, y, width, height } = label;
-    const choices = label.visible ? [label.at, ...PLACES.keys()].filter((choice) => choice >= 0) : [];
+    const near = (choice) => choice >= 0 && Math.hypot(...PLACES[choice]) <= far;
+    const choices = label.visible && shown ? [label.at, ...PLACES.keys()].filter(near) : [];
     const boxAt = (choice) => {
       const [dx, dy] = PLACES[choice];
       const left = x + dx - (dx < 0 ? width : 0);
@@ -90,7 +120,7 @@ class Labels {
       taken.every((t) => at[2] < t[0] || at[0] > t[2] || at[3] < t[1] || at[1] > t[3]);
     let choice = choices.find((one) => free(boxAt(one)));
     // What fails is said even where there is no free place for it: where it covers the least.
-    if (choice === undefined && label.kind === "miss" && label.visible) {
+    if (choice === undefined && (label.kind === "miss" || label === this.called) && label.visible) {
       const costs = choices.map((one) => taken.reduce((sum, t) => sum + overlap(moved(one), t), 0));
       choice = choices[costs.indexOf(Math.min(...costs))];
     }

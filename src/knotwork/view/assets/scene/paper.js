@@ -51,6 +51,7 @@ function pictureWithWords(scene, pane, labels, legend, fine) {
       pen.fillStyle = scale;
       pen.fillRect(x, y, width, height);
     }
+    for (const tick of legend.querySelectorAll(".tick")) if (tick.offsetHeight) plate(tick);
     for (const element of legend.querySelectorAll(".word")) if (element.offsetHeight) word(element);
     for (const red of legend.querySelectorAll(".red")) if (red.offsetHeight) plate(red);
   }

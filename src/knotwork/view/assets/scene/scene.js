@@ -15,12 +15,15 @@ async function showScene(data, options) {
     requestAnimationFrame(tick);
   };
   tick();
-  offer(viewer, player);
+  offer(viewer, player, camera);
   await ready;
   viewer.set_dirty();
   viewer.render();
   document.documentElement.dataset.ready = "true";
-  if (window.parent !== window) givePictures(viewer, () => still(viewer, camera, labels));
+  if (window.parent !== window) {
+    givePictures(viewer, () => still(viewer, camera, labels));
+    shareTime(player);
+  }
   if (options.live !== null) followChanges(stage, options.live);
 }
 
@@ -30,6 +33,9 @@ class Stage {
     Object.assign(this, { viewer, options });
     this.labels = new Labels(viewer);
     this.player = new Player(viewer.animator);
+    night.addEventListener("change", () => addSurroundings(viewer, this.data));
+    this.strip = new Strip(this.player);
+    this.joints = new Joints(this.player);
     this.camera = new Camera(viewer);
     this.switches = new Switches(viewer, options.ghosts === false ? ["ghosts"] : []);
   }
@@ -46,8 +52,10 @@ class Stage {
     animate(viewer, data);
     labels.set(data.labels);
     player.set(data);
+    this.strip.set(data);
+    this.joints.set(data);
     this.switches.set(data, labels);
-    this.camera.data = data;
+    this.camera.set(data);
     this.data = data;
     viewer.set_dirty();
     return ready;
@@ -56,6 +64,8 @@ class Stage {
   update() {
     const { player, labels, data } = this;
     player.update();
+    this.strip.update();
+    this.joints.update();
     labels.place();
     this.hideCopies(player.frame());
     showWhenThere(data.things, player.start + player.time);
@@ -121,7 +131,7 @@ class Switches {
 }
 
 // What the page around it, and tests, may ask for
-function offer(viewer, player) {
+function offer(viewer, player, camera) {
   const { animator } = viewer;
   window.knotwork = {
     seek: (time) => player.seek(time - player.start),
@@ -130,6 +140,7 @@ function offer(viewer, player) {
     play: () => { if (!player.running) player.toggle(); },
     pause: () => { if (player.running) player.toggle(); },
     loop: (on) => player.loop(on),
+    look: (name) => camera.choose(name),
     picture: () => viewer.capture_image(),
   };
 }
@@ -146,4 +157,19 @@ function givePictures(viewer, picture) {
     clearTimeout(waiting);
     waiting = setTimeout(give, 300);
   });
+}
+
+// The page around this one has plots over the same time: they share the cursor.
+function shareTime(player) {
+  window.addEventListener("message", (event) => {
+    if (event.source === window.parent && Number.isFinite(event.data?.knotworkSeek)) player.seek(event.data.knotworkSeek - player.start);
+  });
+  let told = null;
+  const tell = () => {
+    const time = player.start + player.time;
+    if (time !== told) window.parent.postMessage({ knotworkTime: time }, "*");
+    told = time;
+    requestAnimationFrame(tell);
+  };
+  tell();
 }

@@ -1,12 +1,20 @@
 // What is around the arm: background, floor and lamps; and the marks of the task.
 
+// By day and by night: the background from above to below, and lines of the grid
+const SKIES = {
+  light: { above: [0.93, 0.95, 0.97], below: [0.78, 0.82, 0.87], lines: [0x7c8794, 0xb4bdc8] },
+  dark: { above: [0.13, 0.15, 0.18], below: [0.07, 0.08, 0.1], lines: [0x55606c, 0x333c46] },
+};
+const night = matchMedia("(prefers-color-scheme: dark)");
+
 function addSurroundings(viewer, data) {
-  viewer.set_property(["Background"], "top_color", [0.93, 0.95, 0.97]);
-  viewer.set_property(["Background"], "bottom_color", [0.78, 0.82, 0.87]);
+  const sky = SKIES[night.matches ? "dark" : "light"];
+  viewer.set_property(["Background"], "top_color", sky.above);
+  viewer.set_property(["Background"], "bottom_color", sky.below);
   for (const name of ["Grid", "Axes"]) viewer.set_property([name], "visible", false);
   const cell = 10 ** Math.floor(Math.log10(data.size / 3));
   const cells = 2 * Math.ceil((1.4 * data.size) / cell);
-  const grid = new THREE.GridHelper(cells * cell, cells, 0x7c8794, 0xb4bdc8);
+  const grid = new THREE.GridHelper(cells * cell, cells, ...sky.lines);
   grid.rotateX(Math.PI / 2);
   grid.position.z = data.floor - 0.002 * data.size;
   viewer.set_object([...ROOT, "grid"], grid);

@@ -1,0 +1,126 @@
+// Below the slider: the tool's speed against that asked for, the use of limits, what is broken,
+// and the waypoints. A click goes to its time.
+
+// Half of the slider's knob: its middle goes from here to as far from the other end [pixels].
+const KNOB = 8;
+
+class Strip {
+  constructor(player) {
+    Object.assign(this, { player, canvas: byId("strip"), data: null, size: "" });
+    const { canvas } = this;
+    const seek = (event) => player.seek(this.timeAt(event));
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      seek(event);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (event.buttons) seek(event);
+      this.say(this.timeAt(event));
+    });
+    canvas.addEventListener("pointerleave", () => { byId("tip").hidden = true; });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.size = ""; });
+  }
+
+  set(data) {
+    this.data = { ...data.strip, use: floats(data.strip.use), waypoints: data.waypoints };
+    this.size = "";
+  }
+
+  timeAt(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const share = (event.clientX - box.left - KNOB) / (box.width - 2 * KNOB);
+    return Math.min(Math.max(share, 0), 1) * this.player.animator.duration;
+  }
+
+  useAt(time) {
+    const { use } = this.data;
+    const last = use.length - 1;
+    return use[Math.min(Math.max(Math.round((time / (this.player.animator.duration || 1)) * last), 0), last)];
+  }
+
+  // What is at a time, in words
+  say(time) {
+    const { player, data } = this;
+    const parts = [`${(player.start + time).toFixed(2)} s`];
+    const asked = data.asked.find(([start, end]) => time >= start && time <= end);
+    if (player.speeds) {
+      const speed = (1000 * player.speeds[player.frame(time)]).toFixed(1);
+      parts.push(asked ? `${speed} of ${(1000 * asked[2]).toPrecision(3)} mm/s` : `${speed} mm/s`);
+    }
+    if (data.use.some((use) => use > 0)) parts.push(`${(100 * this.useAt(time)).toFixed(0)} % of a limit`);
+    const near = data.waypoints.filter((stop) => Math.abs(stop.time - player.start - time) < 0.012 * player.animator.duration);
+    parts.push(...near.map((stop) => stop.name).filter(Boolean));
+    const tip = byId("tip");
+    tip.hidden = false;
+    tip.textContent = parts.join(" · ");
+    const left = this.x(time) - tip.offsetWidth / 2;
+    tip.style.left = `${Math.min(Math.max(left, 0), this.canvas.clientWidth - tip.offsetWidth)}px`;
+  }
+
+  x(time) {
+    return KNOB + (time / (this.player.animator.duration || 1)) * (this.canvas.clientWidth - 2 * KNOB);
+  }
+
+  update() {
+    const { canvas } = this;
+    const left = `${this.x(this.player.time)}px`;
+    if (byId("cursor").style.left !== left) byId("cursor").style.left = left;
+    const size = `${canvas.clientWidth} ${canvas.clientHeight}`;
+    if (size === this.size || !canvas.clientWidth) return;
+    this.size = size;
+    this.draw();
+  }
+
+  draw() {
+    const { canvas, data, player } = this;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    const fine = window.devicePixelRatio || 1;
+    Object.assign(canvas, { width: Math.round(width * fine), height: Math.round(height * fine) });
+    const pen = canvas.getContext("2d");
+    pen.scale(fine, fine);
+    const look = getComputedStyle(document.documentElement);
+    const colour = (name) => look.getPropertyValue(`--${name}`).trim();
+    const high = 1.15; // of what the strip shows, in parts of a limit
+    const up = (share) => height - 4 - (height - 6) * Math.min(share, high) / high;
+    const steps = Math.round(width - 2 * KNOB);
+    const times = [...Array(steps + 1).keys()].map((i) => (i / steps) * player.animator.duration);
+    if (data.use.some((use) => use > 0)) {
+      times.forEach((time) => {
+        const use = this.useAt(time);
+        pen.fillStyle = colour(use > 1 ? "red" : "use");
+        pen.fillRect(this.x(time) - 0.5, up(use), 1.2, height - 4 - up(use));
+      });
+      pen.strokeStyle = colour("faint");
+      pen.setLineDash([4, 3]);
+      pen.strokeRect(KNOB, up(1), width - 2 * KNOB, 0);
+      pen.setLineDash([]);
+    }
+    for (const stop of data.waypoints) {
+      pen.fillStyle = colour("faint");
+      pen.fillRect(this.x(stop.time - player.start) - 0.5, 0, 1, height);
+    }
+    if (player.speeds) this.drawSpeeds(pen, up, times, colour);
+    pen.fillStyle = colour("red");
+    for (const [start, end] of data.broken) {
+      pen.fillRect(this.x(start), height - 5, Math.max(this.x(end) - this.x(start), 3), 5);
+    }
+  }
+
+  drawSpeeds(pen, up, times, colour) {
+    const { player, data } = this;
+    const most = Math.max(...player.speeds, ...data.asked.map((one) => one[2]), 1e-9);
+    pen.lineWidth = 6;
+    pen.strokeStyle = colour("asked");
+    for (const [start, end, speed] of data.asked) {
+      pen.beginPath();
+      pen.moveTo(this.x(start), up(speed / most));
+      pen.lineTo(this.x(end), up(speed / most));
+      pen.stroke();
+    }
+    pen.lineWidth = 1.6;
+    pen.strokeStyle = colour("speed");
+    pen.beginPath();
+    times.forEach((time) => pen.lineTo(this.x(time), up(player.speeds[player.frame(time)] / most)));
+    pen.stroke();
+  }
+}
