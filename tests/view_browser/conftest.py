@@ -10,10 +10,10 @@ import pytest
 
 from knotwork.view.page import Page
 
-# As it was when it was opened: everything shown, at the start, from the first camera.
+# As it was when it was opened: shown what is shown at first, at the start, from the first camera.
 AFRESH = """() => {
   for (const box of document.querySelectorAll("#switches input"))
-    if (box.checked === box.name.startsWith("Meshcat")) box.click();
+    if (box.checked !== box.defaultChecked) box.click();
   viewer.set_property(["Knotwork", "arm"], "visible", true);
   document.getElementById("rate").value = "1";
   document.getElementById("rate").dispatchEvent(new Event("change"));

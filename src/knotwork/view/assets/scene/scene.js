@@ -115,7 +115,7 @@ class Switches {
     const row = document.createElement("label");
     const box = document.createElement("input");
     const checked = this.chosen.get(name) ?? first;
-    Object.assign(box, { type: "checkbox", name, checked });
+    Object.assign(box, { type: "checkbox", name, defaultChecked: first, checked });
     row.append(box, ` ${name}`);
     byId("switches").insertBefore(row, [...byId("switches").children].at(-(this.lasting || 0)) ?? null);
     const changed = () => {
