@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from knotwork.view.page import Page, asset, environment, frame, version
 from knotwork.view.plots import plot_joints
 from knotwork.view.show import view_plan
 from knotwork.view.style import settings
+from knotwork.view.summary import LOOSE, summary
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
@@ -23,6 +25,8 @@ NO_ROBOT = (
     "the scenario names no robot, so there is no arm to show: this report has plots of the joints "
     "only; name a robot in the scenario to see it move"
 )
+# Rows of what is tightest.
+MOST = 6
 _VERDICTS = {"met": "ok", "failed": "FAIL", "warning": "warning", "information": "not required"}
 
 
@@ -53,6 +57,8 @@ def report_page(plan: PlanLike) -> Page:
             robot=robot,
             trajectory=plan.trajectory,
             counts=report.counts,
+            summary=summary(report),
+            tightest=[found for found in report.tightest if (found.use or 0.0) >= LOOSE][:MOST],
             verdicts=_VERDICTS,
             number=_number,
             vector=_vector,
@@ -68,12 +74,23 @@ def report_page(plan: PlanLike) -> Page:
     return Page(f"{scenario.name}: report", text, warnings)
 
 
-def _picture(figure: Figure) -> str:
-    """A figure as the address of an image that is part of the page."""
+def _picture(figure: Figure) -> dict[str, str]:
+    """A figure as an image that is part of the page, and where its panels are, with their times.
+
+    Returns:
+        `address` of the image, and `axes`, JSON: places of panels in parts of the image, from its
+        upper left corner, and from when to when they show [s].
+    """
     file = io.BytesIO()
     with settings():
         figure.savefig(file, format="png", dpi=130)
-    return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
+    axes = []
+    for axis in figure.axes:
+        box, (start, end) = axis.get_position(), axis.get_xlim()
+        place = {"left": box.x0, "top": 1.0 - box.y1, "width": box.width, "height": box.height}
+        axes.append({**place, "start": float(start), "end": float(end)})
+    address = "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
+    return {"address": address, "axes": json.dumps(axes)}
 
 
 def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
@@ -93,10 +110,24 @@ def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:
         "title": title,
         "subject": numbers[0].subject if numbers else "",
         "by_name": any(found.requested is not None for found in numbers),
-        "rows": sorted(numbers, key=lambda found: order.index(found.name)),
+        "names": [_named(name, [one for one in numbers if one.name == name]) for name in order],
+        "ok": all(found.ok for found in findings),
+        "met": _met(findings),
         "parts": list(parts.values()),
         "said": [str(found) for found in findings if found.value is None],
     }
+
+
+def _named(name: str, rows: Sequence[Finding]) -> dict[str, Any]:
+    """All that is said of a waypoint, under a row that opens."""
+    ok = all(found.ok for found in rows)
+    return {"name": name, "when": rows[0].when, "ok": ok, "met": _met(rows), "rows": rows}
+
+
+def _met(findings: Sequence[Finding]) -> str:
+    """How much of what is required is met."""
+    required = [found for found in findings if found.required]
+    return f"{sum(found.ok for found in required)} of {len(required)} met" if required else ""
 
 
 def _vector(values: tuple[float, ...] | None) -> str:

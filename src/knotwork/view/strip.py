@@ -45,10 +45,11 @@ def strip(
     start, end = float(curve.x[0]), float(curve.x[-1])
     found = report.failures if report is not None else ()
     least = 0.5 * LEAST_WIDTH * (end - start)
-    times = [(one.interval or (one.time, one.time)) for one in found if one.at is not None]
-    broken = [
-        [max(low - least, start) - start, min(high + least, end) - start] for low, high in times
-    ]
+    broken = []
+    for one in found:
+        if one.at is not None:
+            low, high = one.interval or (one.at, one.at)
+            broken.append([max(low - least, start) - start, min(high + least, end) - start])
     asked = [
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(scenario, curve)
