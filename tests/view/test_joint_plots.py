@@ -36,12 +36,14 @@ def broken() -> Plan:
 def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
     figure = plot_joints(deburring)
     assert len(figure.axes) == 4
-    units = ("rad", "rad/s", "rad/s²", "rad/s³")
+    units = ("% of range", "% of limit", "rad/s²", "rad/s³")  # where all joints have limits
     for axis, quantity, unit in zip(figure.axes, DERIVATIVES, units, strict=True):
         assert axis.get_ylabel() == f"{quantity} [{unit}]"
         drawn = [str(line.get_gid()).split(":")[2] for line in lines(axis, "curve")]
         assert drawn == list(deburring.trajectory.joint_names)
         assert len({str(line.get_color()) for line in lines(axis, "curve")}) == 6
+        styles = {str(line._unscaled_dash_pattern) for line in lines(axis, "curve")}  # type: ignore[attr-defined]
+        assert len(styles) == 6  # told apart without colour, too
     assert figure.axes[-1].get_xlabel() == "time [s]"
     assert set(deburring.trajectory.joint_names) <= set(legend_words(figure))
     assert {"waypoint", "asked for", "knot"} <= set(legend_words(figure))
@@ -51,16 +53,44 @@ def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
 @pytest.mark.parametrize("degrees", [False, True])
 def test_curves_are_the_trajectory(deburring: Plan, degrees: bool) -> None:
     factor = math.degrees(1) if degrees else 1.0
-    figure = plot_joints(deburring, degrees=degrees)
-    for order, axis in enumerate(figure.axes[:3]):
-        for joint, line in enumerate(lines(axis, "curve")):
+    figure = plot_joints(deburring, degrees=degrees, split=True, size="slide")
+    assert figure.get_size_inches() == pytest.approx([13.333, 7.5])
+    assert [axis.get_title() for axis in figure.axes[:4]] == list(DERIVATIVES)
+    for joint in range(6):
+        for order in range(3):
+            (line,) = lines(figure.axes[4 * joint + order], "curve")
             time, value = data(line)
             assert np.isfinite(value).all()  # C2: nothing jumps
             expected = factor * deburring.trajectory(time, order)[:, joint]
             np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-9 * factor)
             assert time[0] == deburring.trajectory.start_time
             assert time[-1] == deburring.trajectory.end_time
-    assert figure.axes[1].get_ylabel() == ("velocity [deg/s]" if degrees else "velocity [rad/s]")
+    assert figure.axes[1].get_ylabel() == ("[deg/s]" if degrees else "[rad/s]")
+
+
+def test_joints_that_share_a_panel_are_in_percent_of_their_own_limits() -> None:
+    ends: list[dict[str, Any]] = [
+        {"joints": {"a": 0.0, "b": 0.0, "c": 0.0}},
+        {"joints": {"a": 1.0, "b": 0.5, "c": 0.3}, "after": 1},
+    ]
+    limits = {
+        "velocity": {"a": 2.0, "b": 1.0, "c": 3.0},
+        "position": {"a": [-1, 3], "b": [-1, 1], "c": [-2, 2]},
+    }
+    plan = kw.plan({"waypoints": ends, "limits": limits})
+    figure = plot_joints(plan, quantities=["position", "velocity", "acceleration"])
+    position, velocity, acceleration = figure.axes
+    # from the middle of the range, so that both limits are at 100
+    last = [data(line)[1][-1] for line in lines(position, "curve")]
+    assert last == pytest.approx([0.0, 50.0, 15.0])
+    peaks = [data(line)[1].max() for line in lines(velocity, "curve")]
+    assert peaks == pytest.approx([75.0, 75.0, 15.0])
+    (limit,) = lines(velocity, "limit")
+    assert set(data(limit)[1]) == {100.0}
+    assert acceleration.get_ylabel() == "acceleration [rad/s²]"  # without limits
+    assert notes(figure)[1].endswith("a and b lie over each other")
+    with pytest.raises(UnknownNameError, match="a4, slide"):
+        plot_joints(plan, size="a3")
 
 
 def test_jerk_is_drawn_as_steps(paper_case: Plan) -> None:
@@ -134,16 +164,17 @@ def test_a_broken_limit_stands_out_where_it_is_broken_and_nowhere_else(broken: P
     # Rest to rest over pi in 0.5 s: v = 24 pi t (1 - 2 t); it is 3.15 at two times.
     roots = np.sort(np.roots([-48 * np.pi, 24 * np.pi, -3.15]))
     np.testing.assert_allclose(time[[0, -1]], roots, atol=1e-8)
-    assert (value >= 3.15).all()
+    assert (value >= 100.0).all()  # % of its limit
     assert float(line.get_linewidth()) >= 2 * float(
         lines(figure.axes[1], "curve")[0].get_linewidth()
     )
     assert line.get_color() not in COLOURS
     worst_time, worst = data(lines(figure.axes[1], "worst")[0])
-    assert (worst_time[0], worst[0]) == pytest.approx((0.25, 3 * np.pi))
+    assert (worst_time[0], worst[0]) == pytest.approx((0.25, 100 * 3 * np.pi / 3.15))
     assert {"limit broken", "worst", "limit"} <= set(legend_words(figure))
     assert heading(figure).endswith("check FAILED")
-    assert "shoulder_pan_joint: 9.42 at 0.25 s breaks limit ±3.15 rad/s" in notes(figure)
+    said = notes(figure)[1]  # and of the others, which stand still
+    assert said.startswith("shoulder_pan_joint: 9.42 at 0.25 s breaks limit ±3.15 rad/s")
 
 
 @pytest.mark.parametrize("kind", ["acceleration", "jerk", "velocity"])
@@ -159,7 +190,7 @@ def test_highlights_agree_with_the_check(kind: str, part: float) -> None:
     }
     peak = float(kw.plan(task).trajectory.extrema(kind).peak[0])
     plan = kw.plan({**task, "limits": {kind: {"a": peak * part}}})
-    (axis,) = plot_joints(plan, quantities=[kind]).axes
+    (axis,) = plot_joints(plan, quantities=[kind], joints=["a"]).axes
     assert plan.report.ok == (part >= 1.0)
     assert bool(lines(axis, "broken")) == (part < 1.0)
     shown = {float(data(line)[1][0]) for line in lines(axis, "limit")}
@@ -182,7 +213,7 @@ def test_a_far_limit_does_not_squash_the_curve(deburring: Plan) -> None:
     figure = plot_joints(deburring)
     low, high = figure.axes[1].get_ylim()
     extrema = deburring.trajectory.extrema("velocity")
-    assert high - low < 1.6 * float(extrema.maximum.max() - extrema.minimum.min())
+    assert high - low < 1.6 * float(extrema.maximum.max() - extrema.minimum.min()) * 100 / 3.15
     assert "shoulder_pan_joint: 20 % of limit ±3.15 rad/s" in notes(figure)
     assert len(notes(figure)) == 2  # no limits of acceleration and jerk are given
 

@@ -64,6 +64,17 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     help="Draw the tool: its speed, and how far it is off its path against the tolerances, or off "
     "the straight way between poses where there is no path.",
 )
+@click.option(
+    "--split",
+    is_flag=True,
+    help="A row a joint, in its unit with its limits; by default joints share panels, in percent "
+    "of their limits.",
+)
+@click.option(
+    "--size",
+    type=click.Choice(["a4", "slide"]),
+    help="Size of the picture; by default as large as its panels need.",
+)
 @click.option("--from", "start", type=float, metavar="S", help="Draw from this time on [s].")
 @click.option("--to", "end", type=float, metavar="S", help="Draw up to this time [s].")
 @click.option("--degrees", is_flag=True, help="Show angles in degrees instead of radians.")
@@ -79,6 +90,8 @@ def plot(
     planner: str | None,
     knots: Any,
     tool: bool,
+    split: bool,
+    size: str | None,
     start: float | None,
     end: float | None,
     degrees: bool,
@@ -99,18 +112,26 @@ def plot(
     from knotwork.view.files import checked_picture_path
     from knotwork.view.motions import chosen_quantities
 
-    if tool and (joints or quantities):
-        raise InputError("--tool draws the tool, not joints: leave out --joints and --quantities")
+    if tool and (joints or quantities or split):
+        raise InputError(
+            "--tool draws the tool, not joints: leave out --joints, --quantities and --split"
+        )
     if out is not None:
         checked_picture_path(out)
     chosen_quantities(quantities)
     drawn = read_motions(source, reference, planner, knots, compare, log=log)
     tell_failures(drawn)
     if tool:
-        figure = view.plot_tool(drawn, degrees=degrees, window=(start, end))
+        figure = view.plot_tool(drawn, degrees=degrees, window=(start, end), size=size)
     else:
         figure = view.plot_joints(
-            drawn, joints=joints, quantities=quantities, degrees=degrees, window=(start, end)
+            drawn,
+            joints=joints,
+            quantities=quantities,
+            degrees=degrees,
+            window=(start, end),
+            split=split,
+            size=size,
         )
     path = out if out is not None else _default_path(source, drawn[0], tool)
     echo(f"wrote {view.save_figure(figure, path)}")

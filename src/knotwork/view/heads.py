@@ -202,14 +202,14 @@ def explain_marks(figure: Figure, rows: int = 1) -> None:
         add_legend(figure, [handles[one] for one in used], [words[one] for one in used], "lower")
 
 
-def settle(figure: Figure, rows: int) -> None:
+def settle(figure: Figure, rows: int, *, grows: bool = True) -> None:
     """Lay the figure out for the last time, so that drawing it again gives the same.
 
-    It grows if names and legends left its rows of panels too low.
+    If it may, it grows if names and legends left its rows of panels too low.
     """
     figure.draw_without_rendering()
     height, least = figure.axes[0].get_window_extent().height / figure.dpi, least_height(rows)
-    if height < least:
+    if grows and height < least:
         figure.set_figheight(figure.get_figheight() + rows * (least - height))
         figure.draw_without_rendering()
     figure.set_layout_engine("none")

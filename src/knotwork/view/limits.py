@@ -6,9 +6,8 @@ import numpy as np
 
 from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.curves import Strokes
-from knotwork.view.notes import nearest
 from knotwork.view.panel import Panel, Series
-from knotwork.view.style import LOOKS, WRONG, colour
+from knotwork.view.style import LOOKS, WRONG
 
 # A limit further off the curves than this, in parts of their range, is a note and no line: it
 # would squash them.
@@ -25,8 +24,9 @@ def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
     use = one.motion.uses.get((one.joint, panel.quantity))
     if use is None or use.ok:
         return
+    factor, offset = panel.scale(one)
     lower, upper = (
-        panel.factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound)))
+        factor * (bound + sign * LIMIT_SLACK * max(1.0, abs(bound))) + offset
         for bound, sign in zip(one.motion.bounds(one.joint, panel.quantity), (-1, 1), strict=True)
     )
     time, value = drawn.beyond(lower, upper)
@@ -37,15 +37,15 @@ def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
     if stretches > MOST_WIDE_STRETCHES:
         look = look | {"linewidth": NARROW}
     panel.axis.plot(time, value, gid=panel.gid("broken", one), zorder=2.5, **look)
-    at = [use.time or 0.0], [panel.factor * (worst or 0.0)]
+    at = [use.time or 0.0], [factor * (worst or 0.0) + offset]
     panel.axis.plot(*at, gid=panel.gid("worst", one), zorder=5, **LOOKS["worst"])
 
 
 def draw_limits(panel: Panel, low: float, high: float) -> tuple[float, float]:
     """Draw the limits that are near the curves as dashed lines.
 
-    Of several joints, those of the one nearest to its limit and of those beyond theirs: the lines
-    of all would hide the curves.
+    Joints that share a panel share its lines, at the whole of their own limits. Where one of them
+    has no limit there are none: one joint's limit would seem to be that of all.
 
     Args:
         panel: Where.
@@ -56,20 +56,21 @@ def draw_limits(panel: Panel, low: float, high: float) -> tuple[float, float]:
         The range, the limits drawn included.
     """
     span = high - low
-    lines: dict[tuple[float, str], Series] = {}
-    first = nearest(panel.series, panel.quantity)
-    for one in panel.series:
-        use = one.motion.uses.get((one.joint, panel.quantity))
-        if use is None or not (panel.one_joint or one is first or not use.ok):
+    lines: dict[float, str] = {}
+    for one in panel.series if panel.one_joint or panel.percent else ():
+        if (one.joint, panel.quantity) not in one.motion.uses:
             continue
+        factor, offset = panel.scale(one)
         for bound in one.motion.bounds(one.joint, panel.quantity):
-            limit = panel.factor * bound
+            limit = factor * bound + offset
+            if panel.percent:
+                limit = float(np.sign(limit)) * 100.0  # of all joints, without rounding
             if low - NEAR * span <= limit <= high + NEAR * span:
-                lines.setdefault((limit, one.joint), one)
-    for (limit, joint), one in lines.items():
+                lines.setdefault(limit, one.joint if panel.one_joint else "all")
+    for limit, whose in lines.items():
         low, high = min(low, limit), max(high, limit)
-        look = LOOKS["limit"] if panel.one_joint else LOOKS["limit"] | {"color": colour(one.index)}
-        panel.axis.axhline(limit, gid=f"limit:{joint}:{panel.quantity}", zorder=2, **look)
+        gid = f"limit:{whose}:{panel.quantity}"
+        panel.axis.axhline(limit, gid=gid, zorder=2, **LOOKS["limit"])
     return low, high
 
 

@@ -7,8 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from knotwork.verification import Finding
-from knotwork.view.panel import Series
+from knotwork.view.panel import Panel, Series
 from knotwork.view.style import rounded
+from knotwork.waypoints import FloatArray
+
+# Curves nearer to each other than this at all times looked at, in parts of the panel's range, are
+# seen as one.
+SAMPLES, SAME = 400, 0.006
+MOST_NAMES = 3
 
 
 def limit_note(
@@ -45,6 +51,37 @@ def limit_note(
         return f"{name}{rounded(factor * margin)} {unit} inside {limits}", False
     part = 100 * (1 - _room(use, bounds))
     return f"{name}{f'{part:.0f}' if part >= 1 else 'under 1'} % of {limits}", False
+
+
+def coinciding(panel: Panel) -> list[str]:
+    """Say which curves of a panel lie over each other, so that not all of them are seen."""
+    if len(panel.series) < 2 or not panel.high > panel.low:
+        return []
+    starts = [one.motion.curve.x[0] for one in panel.series]
+    ends = [one.motion.curve.x[-1] for one in panel.series]
+    time = np.linspace(max(starts), min(ends), SAMPLES)
+    least = SAME * (panel.high - panel.low)
+    groups: list[tuple[FloatArray, list[str]]] = []
+    for one in panel.series:
+        factor, offset = panel.scale(one)
+        value = factor * one.motion.curve(time, panel.order)[:, one.component] + offset
+        names = next((names for other, names in groups if _near(value, other, least)), None)
+        if names is None:
+            groups.append((value, [one.who]))
+        else:
+            names.append(one.who)
+    return [f"{_listed(names)} lie over each other" for _, names in groups if len(names) > 1]
+
+
+def _near(one: FloatArray, other: FloatArray, least: float) -> bool:
+    return float(np.abs(one - other).max()) < least
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names in words, the last of many only counted."""
+    if len(names) > MOST_NAMES:
+        return f"{', '.join(names[:MOST_NAMES])} and {len(names) - MOST_NAMES} more"
+    return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def nearest(series: Sequence[Series], quantity: str) -> Series | None:

@@ -79,6 +79,30 @@ class Panel:
         return rate_unit(self._shown[0], self.order)
 
     @property
+    def percent(self) -> bool:
+        """Whether values are parts of each joint's own limits: joints share the panel, all limited.
+
+        A position is in parts of half its range, from the middle of it.
+        """
+        bounds = [one.motion.bounds(one.joint, self.quantity) for one in self.series]
+        return not self.one_joint and bool(np.isfinite(bounds).all())
+
+    @property
+    def shown_in(self) -> str:
+        """What the numbers beside the panel are."""
+        if self.percent:
+            return "% of range" if self.quantity == "position" else "% of limit"
+        return self.unit
+
+    def scale(self, one: Series) -> tuple[float, float]:
+        """What a curve's values are multiplied by, and what is added to them, to be shown."""
+        if not self.percent:
+            return self.factor, 0.0
+        lower, upper = one.motion.bounds(one.joint, self.quantity)
+        factor = 200.0 / max(upper - lower, 1e-12)
+        return factor, -0.5 * factor * (lower + upper)
+
+    @property
     def alone(self) -> bool:
         """Whether one joint of one motion is shown, with room for details."""
         return len(self.series) == 1

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.view.curves import Strokes, strokes
 from knotwork.view.limits import draw_bands, draw_broken, draw_limits
-from knotwork.view.notes import limit_note
+from knotwork.view.notes import coinciding, limit_note
 from knotwork.view.panel import Panel, Series
 from knotwork.view.style import (
     DARK,
@@ -33,6 +33,8 @@ NOTE_ROOM, MOST_TAKEN = 0.06, 0.7
 # Width of the panels in parts of the figure's, and of letters, plain and bold, in parts of the
 # font's size.
 PANEL_WIDTH, LETTER, BOLD_LETTER = 0.85, 0.55, 0.62
+# Height of the panels in parts of the figure's.
+PANEL_HEIGHT = 0.62
 # More of these would hide the curve.
 MOST_KNOT_TICKS, MOST_KNOT_DOTS, MOST_JUMP_DOTS, MOST_LARGE_DOTS = 400, 40, 60, 60
 # Motions whose knots have a row of ticks each, so high in parts of the panel.
@@ -42,7 +44,7 @@ MOST_KNOT_ROWS, KNOT_TICK = 3, 0.035
 def draw_panel(panel: Panel) -> None:
     """Draw everything but limits, whose place depends on the range of a whole row."""
     dress(panel.axis)
-    panel.axis.set_ylabel(f"{panel.quantity} [{panel.unit}]")
+    panel.axis.set_ylabel(f"{panel.quantity} [{panel.shown_in}]")
     for one in panel.series:
         _curve(panel, one)
     _waypoints(panel)
@@ -50,7 +52,7 @@ def draw_panel(panel: Panel) -> None:
 
 
 def _curve(panel: Panel, one: Series) -> None:
-    drawn = strokes(one.motion.curve, one.component, panel.order, panel.factor)
+    drawn = strokes(one.motion.curve, one.component, panel.order, *panel.scale(one))
     look = colour(one.index)
     time, value = drawn.line(steps=panel.quantity == "jerk")
     panel.axis.plot(
@@ -91,7 +93,8 @@ def _waypoints(panel: Panel) -> None:
             continue
         seen.add(one.joint)
         one_marks = one.motion.marks
-        value = panel.factor * one_marks.asked[panel.order][:, one.component]
+        factor, offset = panel.scale(one)
+        value = factor * one_marks.asked[panel.order][:, one.component] + offset
         known = np.isfinite(value)
         if not known.any():
             continue
@@ -150,12 +153,15 @@ def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int)
     low, high = draw_limits(panel, low, high)
     bottom, top = low - FOOT * (high - low), high + HEAD * (high - low)
     note, broken = limit_note(panel.series, panel.quantity, panel.factor, panel.unit)
-    if note:
+    together = coinciding(panel)
+    if note or together:
         figure: Any = panel.axis.figure
         width = 72.0 * PANEL_WIDTH * figure.get_figwidth() / columns
         letter = SMALL * (BOLD_LETTER if broken else LETTER)
-        lines = textwrap.wrap(note, int(width / letter))
-        taken = NOTE_ROOM + len(lines) * 1.2 * SMALL / 72.0 / least_height(rows)
+        said = [one for one in (note, *together) if one]
+        lines = [line for one in said for line in textwrap.wrap(one, int(width / letter))]
+        height = min(least_height(rows), PANEL_HEIGHT * figure.get_figheight() / rows)
+        taken = NOTE_ROOM + len(lines) * 1.2 * SMALL / 72.0 / height
         top = bottom + (high - bottom) / (1.0 - min(taken, MOST_TAKEN))
         write_note(panel.axis, "\n".join(lines), broken)
     panel.axis.set_ylim(bottom, top)

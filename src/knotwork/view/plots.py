@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,8 @@ from knotwork.view.panel import Panel, Series
 from knotwork.view.panels import draw_panel, finish_panel
 from knotwork.view.style import (
     DASHES,
+    SMALL,
+    checked_size,
     new_figure,
     printable,
     settings,
@@ -32,6 +35,8 @@ from knotwork.view.window import WHOLE, Window, windowed
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# Letters in a line of a row's name.
+ROW_LETTERS = 12
 # So many joints are compared in columns of their own, planners lying over each other.
 MOST_JOINT_COLUMNS = 3
 # With more joints each planner has a column of its own.
@@ -48,6 +53,8 @@ def plot_joints(
     labels: Sequence[str] | None = None,
     title: str | None = None,
     window: Window = WHOLE,
+    split: bool = False,
+    size: str | None = None,
 ) -> Figure:
     """Draw joint motions over time, a row of panels a quantity.
 
@@ -55,8 +62,12 @@ def plot_joints(
     marked. Limits are dashed lines where they are near the curve, and said in words; parts of a
     curve beyond its limit stand out, where the exact extrema break it and nowhere else.
 
-    All joints of one motion share a panel. Several motions lie over each other in a column for
-    each joint if there are at most three joints; else each motion has a column of its own.
+    All joints of one motion share a panel, each in percent of its own limits: a position of half
+    its range, from the middle. Where one of them has no limit they share the quantity's unit, and
+    no limit is drawn. Curves that lie over each other are said to.
+
+    Several motions lie over each other in a column for each joint if there are at most three
+    joints; else each motion has a column of its own.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them.
@@ -68,43 +79,87 @@ def plot_joints(
         title: Title of the picture; by default the scenario and the planner.
         window: From when to when to draw [s]; `None` for the start or the end of the motion. Use
             of limits is that in the window.
+        split: A row of panels a joint instead, a column a quantity, in its unit with its limits.
+        size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     Returns:
         A figure, not known to `pyplot`.
 
     >>> figure = plot_joints(kw.plan("planar2_closed_form"), quantities=["position", "velocity"])
     >>> [axis.get_ylabel() for axis in figure.axes]
-    ['position [rad]', 'velocity [rad/s]']
+    ['position [% of range]', 'velocity [% of limit]']
 
     Raises:
-        UnknownNameError: There is no such joint or quantity.
+        UnknownNameError: There is no such joint, quantity or size.
         InputError: There is nothing to draw, or too much for one picture; the motions are of
             different joints, or not of the scenario's; there is nothing in the window.
     """
     found = windowed(motions_of(motions, scenario=scenario, labels=labels), window)
     names = chosen("joint", joints, found[0].trajectory.joint_names)
     kinds = chosen_quantities(quantities)
+    page = checked_size(size)
     with settings():
-        rows = _layout(found, names, kinds)
-        columns = len(rows[0][1])
-        figure = new_figure(len(rows), columns)
+        rows = _layout(found, names, kinds) if not split else _split(found, names, kinds)
+        columns = len(rows[0])
+        figure = new_figure(len(rows), columns, page)
         axes = figure.subplots(len(rows), columns, sharex=True, squeeze=False)
         panels = [
-            [Panel(axis, kind, series, degrees) for axis, series in zip(line, cells, strict=True)]
-            for line, (kind, cells) in zip(axes, rows, strict=True)
+            [Panel(axis, *cell, degrees) for axis, cell in zip(line, cells, strict=True)]
+            for line, cells in zip(axes, rows, strict=True)
         ]
         for line in panels:
-            _draw_row(line, len(panels), shared=not _overlaid(panels))
-        _legends(figure, panels, found, title)
-        _frame(figure, panels, found, names)
+            _draw_row(line, len(panels), shared=not split and not _overlaid(panels))
+            if split:
+                _name_row(line)
+        _legends(figure, panels, found, title, joints=not split)
+        _frame(figure, panels, found, kinds if split else names, grows=page is None)
     return figure
 
 
-_Row = tuple[str, list[list[Series]]]
+_Cell = tuple[str, list[Series]]
+_Row = list[_Cell]
+"""Quantity and curves of each panel."""
+
+
+def _split(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
+    """A row a joint and a column a quantity.
+
+    Raises:
+        InputError: It is too much for one picture.
+    """
+    _check_overlaid(motions)
+    return [[(kind, _overlay(motions, joint)) for kind in kinds] for joint in names]
+
+
+def _overlay(motions: list[Motion], joint: str) -> list[Series]:
+    """One joint of all motions."""
+    alone = len(motions) == 1
+    return [
+        Series(one, joint, i, i, "" if alone else printable(one.label))
+        for i, one in enumerate(motions)
+    ]
+
+
+def _check_overlaid(motions: list[Motion]) -> None:
+    if len(motions) > len(DASHES):
+        raise InputError(
+            f"{len(motions)} motions are too many to tell apart in one picture; choose at most "
+            f"{len(DASHES)}"
+        )
+
+
+def _name_row(line: list[Panel]) -> None:
+    """Name the joint of a row and the units in it."""
+    for panel in line:
+        panel.axis.set_ylabel(f"[{panel.unit}]")
+    (name,) = shortened([line[0].series[0].joint], MOST_LEGEND_LETTERS)
+    parts = textwrap.wrap(name.replace("_", "_ "), ROW_LETTERS, break_long_words=False)
+    words = "\n".join(part.replace("_ ", "_") for part in parts)
+    line[0].axis.set_ylabel(f"{words}\n[{line[0].unit}]", fontsize=SMALL)
 
 
 def _layout(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
-    """Quantity and panels of each row, and the curves of each panel.
+    """Quantity and curves of each panel, row by row.
 
     Raises:
         InputError: It is too much for one picture.
@@ -117,16 +172,8 @@ def _layout(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_
                 "joints"
             )
         return _joints_together(motions, names, kinds)
-    if len(motions) > len(DASHES):
-        raise InputError(
-            f"{len(motions)} motions are too many to tell apart in one picture; choose at most "
-            f"{len(DASHES)}"
-        )
-    cells = [
-        [Series(motion, joint, i, i, printable(motion.label)) for i, motion in enumerate(motions)]
-        for joint in names
-    ]
-    return [(kind, cells) for kind in kinds]
+    _check_overlaid(motions)
+    return [[(kind, _overlay(motions, joint)) for joint in names] for kind in kinds]
 
 
 def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
@@ -139,16 +186,21 @@ def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) 
     rows: list[_Row] = []
     for kind in kinds:
         for group in filter(None, groups):
-            cells = [
+            rows.append(
                 [
-                    Series(motion, name, i, i // 7, "" if alone else short[name])
-                    for name in group
-                    for i in [names.index(name)]
+                    (kind, [_together(motion, name, names, short, alone) for name in group])
+                    for motion in motions
                 ]
-                for motion in motions
-            ]
-            rows.append((kind, cells))
+            )
     return rows
+
+
+def _together(
+    motion: Motion, name: str, names: list[str], short: dict[str, str], alone: bool
+) -> Series:
+    """One of the joints of a panel."""
+    i = names.index(name)
+    return Series(motion, name, i, i, "" if alone else short[name])
 
 
 def _draw_row(line: list[Panel], rows: int, *, shared: bool) -> None:
@@ -167,21 +219,35 @@ def _draw_row(line: list[Panel], rows: int, *, shared: bool) -> None:
 
 
 def _frame(
-    figure: Figure, panels: list[list[Panel]], motions: list[Motion], names: list[str]
+    figure: Figure,
+    panels: list[list[Panel]],
+    motions: list[Motion],
+    names: list[str],
+    *,
+    grows: bool,
 ) -> None:
     """Times below, and the names of waypoints and columns above."""
     titles: list[str] = []
-    if len(motions) > 1:
-        titles = list(names) if _overlaid(panels) else [motion.label for motion in motions]
+    if len(panels[0]) > 1:
+        shared = _overlaid(panels) or len(motions) == 1
+        titles = list(names) if shared else [motion.label for motion in motions]
+    elif _overlaid(panels):
+        titles = list(names)
     tops, bottoms = ([panel.axis for panel in panels[i]] for i in (0, -1))
     figure.align_ylabels()
     frame_times(tops, bottoms, motions, titles)
-    settle(figure, len(panels))
+    settle(figure, len(panels), grows=grows)
 
 
 def _legends(
-    figure: Figure, panels: list[list[Panel]], motions: list[Motion], title: str | None
+    figure: Figure,
+    panels: list[list[Panel]],
+    motions: list[Motion],
+    title: str | None,
+    *,
+    joints: bool,
 ) -> None:
+    """Which curve is which, unless rows say it, and what marks mean."""
     overlaid = _overlaid(panels)
     series = sorted(
         (one for line in panels for panel in line for one in panel.series),
@@ -189,7 +255,11 @@ def _legends(
     )
     curve_legend(
         figure,
-        {one.motion.label if overlaid else one.joint: (one.index, one.dashed) for one in series},
+        {
+            one.motion.label if overlaid else one.joint: (one.index, one.dashed)
+            for one in series
+            if overlaid or joints
+        },
         title if title is not None else picture_title(motions, "joint motions"),
     )
     explain_marks(figure, len(motions) if overlaid else 1)

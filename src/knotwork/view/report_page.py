@@ -56,7 +56,6 @@ def report_page(plan: PlanLike) -> Page:
             report=report,
             robot=robot,
             trajectory=plan.trajectory,
-            counts=report.counts,
             summary=summary(report),
             tightest=[found for found in report.tightest if (found.use or 0.0) >= LOOSE][:MOST],
             verdicts=_VERDICTS,

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from knotwork.errors import UnknownNameError
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
@@ -76,6 +77,8 @@ MOST_WAYPOINT_LINES = 400
 LARGE, NORMAL, SMALL = 13.0, 11.0, 9.5
 # Inches.
 WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 10.0, 2.3, 1.3
+# Upright A4, and a slide of 16 to 9 [in].
+PAGES = {"a4": (8.27, 11.69), "slide": (13.333, 7.5)}
 # Least height of a panel [in], three quarters of it where there are many rows.
 LEAST_HEIGHT, MANY_ROWS = 1.7, 4
 
@@ -156,15 +159,26 @@ def shortened(names: Sequence[str], most: int) -> list[str]:
     return short if len(set(short)) == len(set(plain)) else plain
 
 
-def new_figure(rows: int, columns: int) -> Figure:
-    """Make an empty figure of a size for rows and columns of panels."""
+def checked_size(size: str | None) -> tuple[float, float] | None:
+    """Width and height of a page [in]; `None` for as large as the panels need.
+
+    Raises:
+        UnknownNameError: There is no such page.
+    """
+    if size is not None and size not in PAGES:
+        raise UnknownNameError("size", size, tuple(PAGES))
+    return PAGES[size] if size is not None else None
+
+
+def new_figure(rows: int, columns: int, page: tuple[float, float] | None = None) -> Figure:
+    """Make an empty figure for rows and columns of panels: of a page's size, or as they need."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     row = ROW_HEIGHT if columns == 1 else 1.25 * ROW_HEIGHT
     height = HEAD_HEIGHT + max(1.6, row * min(1.0, 5 / rows)) * rows
     figure = Figure(
-        figsize=(WIDTH * max(1.0, (columns + 1) / 3), max(height, 5.0)),
+        figsize=page or (WIDTH * max(1.0, (columns + 1) / 3), max(height, 5.0)),
         dpi=150,
         layout="constrained",
         facecolor="white",

@@ -15,6 +15,7 @@ from knotwork.view.motions import Drawable, Motion, motions_of
 from knotwork.view.style import (
     DASHES,
     LOOKS,
+    checked_size,
     colour,
     dashes,
     dress,
@@ -82,6 +83,7 @@ def plot_tool(
     labels: Sequence[str] | None = None,
     title: str | None = None,
     window: Window = WHOLE,
+    size: str | None = None,
 ) -> Figure:
     """Draw the tool over time: its speed, and its deviation from what it should follow.
 
@@ -96,6 +98,7 @@ def plot_tool(
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
         window: From when to when to draw [s]; `None` for the start or the end of the motion.
+        size: `"a4"` or `"slide"`; by default as large as the panels need.
 
     Returns:
         A figure, not known to `pyplot`.
@@ -114,6 +117,7 @@ def plot_tool(
             f"{len(found)} motions are too many to tell apart in one picture; choose at most "
             f"{len(DASHES)}"
         )
+    page = checked_size(size)
     measured: dict[Callable[[Motion], Curve], list[Curve]] = {}
     rows = [
         row
@@ -124,7 +128,7 @@ def plot_tool(
         )
     ]
     with settings():
-        figure = new_figure(len(rows), 1)
+        figure = new_figure(len(rows), 1, page)
         axes: list[Axes] = list(figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0])
         for axis, row in zip(axes, rows, strict=True):
             _draw_row(axis, row, found, measured[row.curve])
@@ -135,7 +139,7 @@ def plot_tool(
         curve_legend(figure, {motion.label: (i, i) for i, motion in several}, heading)
         explain_marks(figure)
         frame_times([axes[0]], axes[-1:], found)
-        settle(figure, len(rows))
+        settle(figure, len(rows), grows=page is None)
     return figure
 
 
