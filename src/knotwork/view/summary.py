@@ -9,7 +9,7 @@ LOOSE = 0.01
 
 
 def summary(report: Report) -> str:
-    """Say how many requirements are met, and which of them uses most of its limit.
+    """Say how many requirements are met, and if all are, which of them uses most of its limit.
 
     >>> from knotwork.view.summary import summary
     >>> summary(kw.plan("ur5_deburring").report)
@@ -18,7 +18,7 @@ def summary(report: Report) -> str:
     met, required = report.counts
     said = f"{met} of {required} met"
     tight = [found for found in report.tightest if (found.use or 0.0) >= LOOSE]
-    return f"{said}; tightest: {in_words(tight[0])}" if tight else said
+    return f"{said}; tightest: {in_words(tight[0])}" if tight and report.ok else said
 
 
 def in_words(found: Finding) -> str:

@@ -90,11 +90,13 @@ class Labels {
       Object.assign(label, { width, height, visible, x, y });
     }
     const { called } = this;
-    const kept = (label) => label === called || label.kind === "miss" || label.kind === "closest";
+    // Of what fails the first is said at its place; the page has a list of all.
+    const misses = this.labels.filter((label) => label.kind === "miss").slice(0, Math.max(3, Math.round((pane.width * pane.height) / (4 * ROOM))));
+    const kept = (label) => label === called || misses.includes(label) || label.kind === "closest";
     const order = called ? [called, ...this.labels.filter((label) => label !== called)] : this.labels;
     let room = Math.round((pane.width * pane.height) / ROOM);
     for (const label of order) {
-      const shown = kept(label) || room > 0;
+      const shown = kept(label) || (room > 0 && label.kind !== "miss");
       this.placeOne(label, taken, pane, shown, kept(label) ? Infinity : FAR);
       if (!kept(label) && label.at >= 0) room -= 1;
     }
@@ -120,7 +122,7 @@ class Labels {
       taken.every((t) => at[2] < t[0] || at[0] > t[2] || at[3] < t[1] || at[1] > t[3]);
     let choice = choices.find((one) => free(boxAt(one)));
     // What fails is said even where there is no free place for it: where it covers the least.
-    if (choice === undefined && (label.kind === "miss" || label === this.called) && label.visible) {
+    if (choice === undefined && shown && (label.kind === "miss" || label === this.called) && label.visible) {
       const costs = choices.map((one) => taken.reduce((sum, t) => sum + overlap(moved(one), t), 0));
       choice = choices[costs.indexOf(Math.min(...costs))];
     }
