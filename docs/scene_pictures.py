@@ -26,7 +26,7 @@ SIZE = (1280, 760)
 SMALL = (560, 332)
 MOVING = (800, 475)
 FRAMES = 66
-CONTROLS = ".dg, #bar, #shown { display: none !important; }"
+CONTROLS = ".dg, #bar, #shown, #joints { display: none !important; }"
 WORDS = "#head, #legend, #labels, #leaders { display: none !important; }"
 
 
