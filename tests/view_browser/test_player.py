@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import knotwork as kw
@@ -129,3 +130,43 @@ def test_space_on_a_button_or_list_is_its_own(scene: Any) -> None:
     before = press(scene, " ")
     assert (scene.locator("#shown").get_attribute("open") is not None) != opened
     assert press(scene, "Shift") == before
+
+
+def test_keys_strip_joints_and_cameras(scene: Any, plan: kw.Plan) -> None:
+    """One page shows them all: each key and click does what its words say."""
+    times = [waypoint.time for waypoint in plan.scenario.waypoints]
+    end = plan.trajectory.end_time
+    assert press(scene, "End") == pytest.approx(end, abs=1e-5)
+    assert press(scene, "Home") == 0.0
+    assert [press(scene, "n") for _ in times[1:]] == pytest.approx(times[1:], abs=0.01)
+    assert press(scene, "p") == pytest.approx(times[-2], abs=0.01)
+    assert not scene.locator("#keys").is_visible()
+    press(scene, "?")
+    assert "waypoint before, next" in scene.inner_text("#keys")
+    press(scene, "Escape")
+    assert not scene.locator(".dg.main").is_visible()  # Meshcat's own player
+
+    scene.set_viewport_size({"width": 1200, "height": 700})
+    box = scene.locator("#strip").bounding_box()
+    scene.mouse.click(box["x"] + box["width"] / 2, box["y"] + 20)
+    assert press(scene, "Shift") == pytest.approx(0.5 * end, abs=0.02)
+    assert "mm/s" in scene.inner_text("#tip")
+    assert "% of a limit" in scene.inner_text("#tip")
+    scene.evaluate("document.getElementById('joints').open = true")
+    time = press(scene, "Shift")
+    shown = scene.locator("#joint-rows .value").all_inner_texts()
+    expected = np.degrees(plan.trajectory.position(time))
+    assert [float(text.split()[0]) for text in shown] == pytest.approx(expected, abs=0.2)
+    scene.evaluate("document.getElementById('joints').open = false")
+
+    far = "viewer.camera.position.distanceTo(viewer.controls.target)"
+    whole = scene.evaluate(far)
+    press(scene, "w")
+    assert scene.evaluate(far) < 0.8 * whole
+    press(scene, "a")
+    assert scene.evaluate(far) == pytest.approx(whole, rel=0.05)
+    scene.evaluate("knotwork.loop(true)")
+    scene.evaluate(f"knotwork.seek({end - 0.2})")
+    scene.keyboard.press(" ")
+    scene.wait_for_function("knotwork.time() < 1")  # it has begun again
+    scene.keyboard.press(" ")
