@@ -62,6 +62,7 @@ def the_still_shows_labels_and_legend(tab: Any) -> None:
       window.dispatchEvent(new Event("resize"));
       for (let i = 0; i < 3; i++) await new Promise((done) => requestAnimationFrame(done));
       const found = (selector) => [...document.querySelectorAll(selector)]
+        .filter((element) => getComputedStyle(element).visibility !== "hidden")
         .map((element) => element.getBoundingClientRect().toJSON());
       return [found(".label.miss"), found("#legend .word"), found("#legend .scale")];
     }""")

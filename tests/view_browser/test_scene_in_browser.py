@@ -211,7 +211,9 @@ def test_a_long_list_of_failures_scrolls_and_is_counted(show: Any) -> None:
 
 
 def test_the_arm_is_in_its_colours(show: Any) -> None:
-    red, green, blue = np.moveaxis(picture(show("planar2_closed_form")), 2, 0)
+    tab = show("planar2_closed_form")
+    resize(tab, 900, 600)
+    red, green, blue = np.moveaxis(picture(tab), 2, 0)
     orange = (red > 150) & (green > 60) & (green < 200) & (blue < 90)
     assert orange.mean() > 0.01
 

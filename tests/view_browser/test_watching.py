@@ -54,7 +54,8 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             changed = tmp_path / "new.yaml"  # as editors save
             changed.write_text(good.replace("description:", "description: Changed!"), "utf-8")
             changed.replace(task)
-            tab.wait_for_selector("#head .description:text('Changed!')")
+            words = "#head .description:text('Changed!')"  # in a low window they are not seen
+            tab.wait_for_selector(words, state="attached")
             assert not tab.locator("#live").is_visible()
             assert tab.evaluate(STATE) == pytest.approx(seen, abs=1e-6)
             assert tab.inner_text("#head .verdict") == "passed"
