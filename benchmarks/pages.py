@@ -19,6 +19,7 @@ import planner_picture
 import planner_tables
 import results
 import speed
+import timing
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -63,10 +64,19 @@ def speed_benchmarks() -> dict[str, Any]:
     return dict(zip(("plans", "starts", "lines"), speed.tables(results.load("speed")), strict=True))
 
 
+def timing_benchmarks() -> dict[str, Any]:
+    """What the page on least times shows."""
+    data = results.load("timing")
+    names = ("random", "sizes", "torques", "shipped")
+    tables = dict(zip(names, timing.tables(data), strict=True))
+    return {"tasks": data["tasks"], **tables}
+
+
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
     "ik_benchmarks": ik_benchmarks,
     "planners": planners,
     "path_benchmarks": path_benchmarks,
+    "timing_benchmarks": timing_benchmarks,
     "collision_benchmarks": collision_benchmarks,
     "speed_benchmarks": speed_benchmarks,
 }

@@ -16,13 +16,18 @@ All contenders but TOPP-RA meet positions and velocities at the waypoints and ke
 * TOPP-RA on the C2 cubic spline through the waypoints: it keeps neither the given velocities nor
   the limits of jerk, and is shown as what a path alone allows.
 
+Beside these: long motions of six joints, whose time to solve should grow with their length; eight
+waypoints of a UR5 whose limits of torque are lowered until they bind; and the shipped scenarios
+whose times are free, with Ruckig chained at the velocities that were chosen for them.
+
 The peers are no dependencies of Knotwork:
 
     python -m venv peers
     peers/bin/pip install . ruckig toppra
 
 The seed makes a run repeatable, but for the times that solving takes. With
-`--save benchmarks/results` the results are saved there.
+`--save benchmarks/results` the results are saved there, and `make figures` renders
+docs/timing_benchmarks.md from them.
 """
 
 from __future__ import annotations
@@ -38,16 +43,24 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
+import knotwork as kw
 import results
+from knotwork import resources
 from knotwork.errors import InputError
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
-from knotwork.timing import TimingLimits, TimingProblem, solve
+from knotwork.scenario import load_scenario
+from knotwork.timing import Dynamics, TimedMotion, TimingLimits, TimingProblem, solve, windows
 from knotwork.waypoints import FloatArray
 from results import Table
 
 KINDS = ("random", "smooth", "fast")
 STRETCHES = (1.0, 1.05, 1.1, 1.2, 1.3, 1.4, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0)
 PARTS = (-0.6, -0.3, 0.0, 0.3, 0.6)
+SIZES = (8, 20, 50, 100, 200, 400, 1000)
+WHOLE = 100  # motions of up to so many waypoints are also solved at once
+# Parts of the torque limits, and limits of acceleration [rad/s²].
+TORQUES = ((1.0, np.inf), (0.6, 30.0), (0.4, 15.0))
+UR5_MIDDLE = np.array([0.0, -1.2, 1.2, -1.5, -1.5, 0.0])
 CONTENDERS = {
     "knotwork": "Knotwork",
     "searched": "Ruckig, accelerations searched",
@@ -182,6 +195,149 @@ def row(kind: str, problem: TimingProblem) -> dict[str, Any]:
     }
 
 
+def random_motion(rng: np.random.Generator, n: int) -> TimingProblem:
+    """Waypoints of six joints, passed at velocities of any direction."""
+    size = 10.0 ** rng.uniform(-1.5, 0.3, (n, 1))
+    y = np.cumsum(rng.uniform(-1.0, 1.0, (n, 6)) * size, axis=0)
+    V, A = rng.uniform(1.0, 4.0, 6), rng.uniform(3.0, 20.0, 6)
+    v = np.zeros((n, 6))
+    v[1:-1] = rng.uniform(-0.3, 0.3, (n - 2, 6)) * V
+    names = tuple(f"joint {i}" for i in range(6))
+    return TimingProblem(names, y, v, TimingLimits(V, A, A * rng.uniform(5.0, 100.0, 6)))
+
+
+def solved_in(problem: TimingProblem) -> tuple[TimedMotion, float]:
+    """The motion, and what it took [s of CPU]."""
+    begun = clock.process_time()
+    motion = solve(problem)
+    return motion, clock.process_time() - begun
+
+
+def sizes(seed: int) -> list[dict[str, Any]]:
+    """CPU time over the number of waypoints; and what windows lose, where that can be told."""
+    rows = []
+    for n in SIZES:
+        problem = random_motion(np.random.default_rng([seed, n]), n)
+        motion, seconds = solved_in(problem)
+        loss = None
+        if windows.LONGEST < n <= WHOLE:
+            longest, windows.LONGEST = windows.LONGEST, n
+            loss = round(motion.duration / solve(problem).duration - 1.0, 6)
+            windows.LONGEST = longest
+        rows.append({"waypoints": n, "seconds": round(seconds, 3), "loss": loss})
+    return rows
+
+
+def torques(seed: int) -> list[dict[str, Any]]:
+    """Eight waypoints of a UR5 under limits of torque, and what these take."""
+    robot, rows = kw.load_robot("ur5"), []
+    dynamics = Dynamics(robot)
+    effort = robot.model.effortLimit
+    for k in range(9):
+        rng = np.random.default_rng([seed, k])
+        part, acceleration = TORQUES[k % 3]
+        q = np.cumsum(rng.uniform(-0.6, 0.6, (8, 6)), axis=0) + UR5_MIDDLE
+        v = np.zeros((8, 6))
+        v[1:-1] = rng.uniform(-0.3, 0.3, (6, 6))
+        A, J, V = np.full(6, acceleration), np.full(6, 400.0), robot.velocity_limit
+        names = tuple(robot.joint_names)
+        limits = TimingLimits(V, A, J, effort=part * effort)
+        motion, seconds = solved_in(TimingProblem(names, q, v, limits, dynamics=dynamics))
+        free = solve(TimingProblem(names, q, v, TimingLimits(V, A, J)))
+        binds = sum(one.share for one in motion.binding if one.quantity == "effort")
+        rows.append(
+            {
+                "torque": part,
+                "acceleration": None if np.isinf(acceleration) else acceleration,
+                "seconds": round(seconds, 3),
+                "longer": round(motion.duration / free.duration - 1.0, 5),
+                "binds": round(binds / 7, 3),
+            }
+        )
+    return rows
+
+
+def shipped() -> list[dict[str, Any]]:
+    """The shipped scenarios with free times."""
+    rows = []
+    for name in resources.names("scenarios"):
+        if load_scenario(name).free is None:
+            continue
+        begun = clock.process_time()
+        made = kw.plan(name)
+        seconds = clock.process_time() - begun
+        chosen, limits = made.chosen, made.space.limits
+        if chosen is None:
+            continue
+        jerk = np.array(limits["jerk"])
+        for k, joint in enumerate(made.space.joint_names):
+            jerk[k] = chosen.assumed_jerk.get(joint, jerk[k])
+        ruckig, ours = 0.0, 0.0
+        for run in chosen.runs:
+            q = run.trajectory.position(run.time)
+            bound = TimingLimits(limits["velocity"], limits["acceleration"], jerk)
+            ruckig += chained(
+                TimingProblem(run.trajectory.joint_names, q, run.velocity, bound)
+            ).sum()
+            ours += run.duration
+        fair = np.isfinite(limits["acceleration"]).all() and np.isfinite(ruckig)
+        rows.append(
+            {
+                "scenario": name,
+                "duration": round(chosen.duration, 4),
+                "gap": round(chosen.gap, 5),
+                "ruckig": round(ours / ruckig, 5) if fair else None,
+                "seconds": round(seconds, 3),
+                "passes": made.report.ok,
+            }
+        )
+    return rows
+
+
+def tables(data: dict[str, Any]) -> list[Table]:
+    """What the page and the terminal show."""
+    found = [table(data["rows"])]
+    lines = [
+        [str(one["waypoints"]), f"{one['seconds']:.2f}", percent(one["loss"])]
+        for one in data["sizes"]
+    ]
+    note = "Six joints; more than 24 intervals are solved in windows."
+    columns: tuple[str, ...] = ("waypoints", "CPU s", "longer than solved at once")
+    found.append(Table("Long motions.", columns, lines, note))
+    lines = [
+        [
+            f"{100 * one['torque']:.0f} %",
+            "none" if one["acceleration"] is None else f"{one['acceleration']:g}",
+            f"{100 * one['binds']:.0f} %",
+            percent(one["longer"]),
+            f"{one['seconds']:.2f}",
+        ]
+        for one in data["torques"]
+    ]
+    columns = ("torque", "acceleration rad/s²", "at a torque limit", "longer for it", "CPU s")
+    found.append(Table("Limits of torque.", columns, lines, "UR5, eight waypoints.", labels=2))
+    lines = [
+        [
+            one["scenario"],
+            f"{one['duration']:.3f}",
+            percent(one["gap"]),
+            "–" if one["ruckig"] is None else f"{one['ruckig']:.3f}",
+            f"{one['seconds']:.2f}",
+            "yes" if one["passes"] else "no",
+        ]
+        for one in data["shipped"]
+    ]
+    columns = ("scenario", "s", "above the bound", "to Ruckig", "CPU s to plan", "passes")
+    note = "Ruckig chained at the velocities chosen, in the stretches that are free."
+    found.append(Table("Shipped scenarios.", columns, lines, note))
+    return found
+
+
+def percent(part: float | None) -> str:
+    """A part of one as text."""
+    return "–" if part is None else f"{100 * part:.2f} %"
+
+
 def table(rows: list[dict[str, Any]]) -> Table:
     """Durations relative to chained Ruckig: median, worst, and how many were solved."""
     lines = []
@@ -202,12 +358,21 @@ def table(rows: list[dict[str, Any]]) -> Table:
 @click.option("--seed", default=14, help="Seed of the tasks.")
 @click.option("--save", type=click.Path(path_type=Path), help="Folder for the results.")
 def main(count: int, seed: int, save: Path | None) -> None:
-    """Run all tasks and show the table."""
+    """Run all tasks and show the tables."""
     console = Console()
-    rows = [row(*task) for task in track(list(tasks(count, seed)), console=console)]
-    table(rows).show(console)
+    solve(random_motion(np.random.default_rng(seed), 4))  # what is loaded first is not counted
+    data = {
+        "seed": seed,
+        "tasks": count,
+        "sizes": sizes(seed),
+        "torques": torques(seed),
+        "shipped": shipped(),
+        "rows": [row(*task) for task in track(list(tasks(count, seed)), console=console)],
+    }
+    for one in tables(data):
+        one.show(console)
     if save is not None:
-        print(results.save(save, "timing", {"seed": seed, "tasks": count, "rows": rows}))
+        print(results.save(save, "timing", data))
 
 
 if __name__ == "__main__":

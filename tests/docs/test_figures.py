@@ -21,7 +21,14 @@ def benchmarks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
 
 
-PAGES = ["ik_benchmarks", "planners", "path_benchmarks", "collision_benchmarks", "speed_benchmarks"]
+PAGES = [
+    "ik_benchmarks",
+    "planners",
+    "path_benchmarks",
+    "collision_benchmarks",
+    "speed_benchmarks",
+    "timing_benchmarks",
+]
 
 
 @pytest.mark.parametrize("page", PAGES)
