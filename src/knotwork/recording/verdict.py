@@ -59,6 +59,7 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
             said = f"{found.message}; undecided, for the log tells it to {known:.2g} {found.unit}"
             found = replace(found, verdict="information", message=said)
         judged.append(found)
+    judged += compared.findings
     if undecided:
         judged.append(
             _said(
@@ -67,7 +68,7 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
                 f"{CERTAIN:g} standard errors of the log",
             )
         )
-    return replace(report, findings=(*judged, *compared.findings))
+    return replace(report, findings=tuple(judged))
 
 
 def compare_log(

@@ -172,6 +172,8 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
     """
     numbers = [one for one in findings if one.value is not None]
     limited = [one for one in numbers if one.required and one.limit is not None]
+    if not limited and any(one.limit is not None for one in numbers):
+        return ["not judged"]
     if not limited:
         largest: dict[str, Finding] = {}
         for one in numbers:
