@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import io
 import threading
 from collections.abc import Iterable, Iterator, Mapping
@@ -168,6 +169,7 @@ def perform_in_child(chunk: Chunk) -> FinishedChunk:
     """Plan the rows of a chunk in the child process of this thread."""
     if not hasattr(_own, "worker"):
         _own.worker = ChildWorker()
+        atexit.register(_own.worker.close)
     return perform(chunk, _own.worker)
 
 
