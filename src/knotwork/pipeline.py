@@ -102,9 +102,6 @@ class Plan:
 
         Raises:
             InputError: The viewer is neither, or the scenario has no robot.
-
-        >>> import meshcat  # doctest: +SKIP
-        >>> kw.plan("ur5_deburring").play(meshcat.Visualizer())  # doctest: +SKIP
         """
         from knotwork.view.meshcat_player import play_scene
         from knotwork.view.show import scene_of
