@@ -184,6 +184,17 @@ def test_whatever_the_check_finds_is_counted(paper: Comparison) -> None:
     assert [row.failed for row in compare(limited, planners).scores] == [0, 1]
 
 
+def test_joint_waypoints_are_those_of_the_plan_where_the_first_choice_collides() -> None:
+    plan = kw.plan("ur5_valve")
+    assert plan.report.select(quantity="sequences_tried")
+    comparison = compare("ur5_valve", ["modified-hermite"])
+    (row,) = comparison.scores
+    assert (row.required - row.failed, row.required) == plan.report.counts
+    assert row.passed
+    made = comparison.trajectories["modified-hermite"].polynomial
+    np.testing.assert_array_equal(made.c, plan.trajectory.polynomial.c)
+
+
 def test_only_planners_that_pass_are_best(paper: Comparison) -> None:
     passing = {row.planner for row in paper.scores if row.passed}
     winners = best(paper.scores)

@@ -55,7 +55,6 @@ MODULES = {
         "Choice",
         "TaskSolution",
         "solve_task",
-        "task_to_joint",
     ),
     "knotwork.comparison": ("Refusal", "Score"),
     "knotwork.export.ros2": ("replay_bound",),

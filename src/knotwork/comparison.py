@@ -13,10 +13,8 @@ import numpy as np
 from knotwork import metrics, storage
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
-from knotwork.joint_space import JointSpace, joint_space
-from knotwork.pipeline import planner_options, supported_options
+from knotwork.pipeline import FEASIBILITY, Plan, plan, planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
-from knotwork.task_to_joint import task_to_joint
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
 from knotwork.verification.collisions import GROUP as COLLISIONS
@@ -180,9 +178,10 @@ def compare(
 ) -> Comparison:
     """Plan a scenario with several planners and score what each makes of it.
 
-    Every planner gets those of the scenario's options that it supports; what is given for each
-    waypoint (accelerations and above) is for the scenario's own planner. Times and speeds that are
-    free are chosen once, and every planner gets them.
+    Every planner gets the joint waypoints that `knotwork.plan` takes for the scenario, and those
+    of its options that it supports; what is given for each waypoint (accelerations and above) is
+    for the scenario's own planner. Times and speeds that are free are chosen once, and every
+    planner gets them.
 
     >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
     >>> {row.planner: round(row.acceleration_jump, 4) for row in comparison.scores}
@@ -204,16 +203,10 @@ def compare(
         get_planner(name)
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
-    times_chosen = scenario.free is not None
-    if scenario.free is not None:
-        from knotwork.choosing import choose_times
-
-        scenario = choose_times(scenario, scenario.free).scenario
     with scenario.error_context("planner"):
         get_planner(scenario.planner)
-    space = joint_space(scenario)
-    waypoints = task_to_joint(scenario, space)
-    given = planner_options(scenario, space)
+    base = _base(scenario)
+    given = planner_options(base.scenario, base.space)
     rows: list[Score | Refusal] = []
     trajectories: dict[str, JointTrajectory] = {}
     for name in names:
@@ -223,7 +216,7 @@ def compare(
             else given
         )
         try:
-            trajectory, seconds = _timed(name, waypoints, options)
+            trajectory, seconds = _timed(name, base.joint_waypoints, options)
         except InputError as error:
             rows.append(Refusal(name, str(error)))
             continue
@@ -231,8 +224,19 @@ def compare(
         if by_default and plain is not None and _same_motion(trajectory, plain):
             continue
         trajectories[name] = trajectory
-        rows.append(_score(name, trajectory, seconds, scenario, space, waypoints))
-    return Comparison(scenario.name, tuple(rows), trajectories, times_chosen)
+        rows.append(_score(name, trajectory, seconds, base))
+    return Comparison(scenario.name, tuple(rows), trajectories, scenario.free is not None)
+
+
+def _base(scenario: Scenario) -> Plan:
+    """The plan whose joint waypoints every planner gets.
+
+    Where the scenario's own planner can't do it, it is that of one that can do any task.
+    """
+    try:
+        return plan(scenario)
+    except InputError:
+        return plan(scenario, planner="cubic")
 
 
 def _names(planners: Sequence[str]) -> list[str]:
@@ -268,14 +272,8 @@ def _timed(
     return trajectory, best
 
 
-def _score(
-    name: str,
-    trajectory: JointTrajectory,
-    seconds: float,
-    scenario: Scenario,
-    space: JointSpace,
-    waypoints: JointWaypoints,
-) -> Score:
+def _score(name: str, trajectory: JointTrajectory, seconds: float, base: Plan) -> Score:
+    scenario, space, waypoints = base.scenario, base.space, base.joint_waypoints
     deviation = None
     if space.robot is not None:
         from knotwork.deviation import straight_path_deviation
@@ -283,7 +281,10 @@ def _score(
         deviation = straight_path_deviation(
             space.robot, trajectory, scenario.waypoints, scenario.paths
         )
-    report = check(trajectory, scenario, space=space)
+    report = base.report
+    if not _same_motion(trajectory, base.trajectory):
+        known = report.select(group=FEASIBILITY)
+        report = check(trajectory, scenario, space=space, known=known)
     met, required = report.counts
     jerk_bounded = trajectory.continuity.order >= 2
     return Score(

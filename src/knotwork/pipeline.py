@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from knotwork.timing import Progress
     from knotwork.view.page import Page
 
+FEASIBILITY = "Feasibility"
+"""Group of findings that hold whatever motion goes through the joint waypoints."""
+
 Knots: TypeAlias = str | float | ArrayLike | BalancedKnots | None
 
 
@@ -317,7 +320,7 @@ def with_optimal_knots(scenario: Scenario) -> Scenario:
 def _infeasible(found: Infeasibility) -> Finding:
     """The finding for a velocity limit that is exceeded whatever solutions are chosen."""
     return Finding(
-        group="Feasibility",
+        group=FEASIBILITY,
         subject="waypoint",
         name=found.waypoint,
         quantity="joint_velocity_needed",

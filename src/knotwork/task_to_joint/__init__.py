@@ -2,7 +2,7 @@
 
 from knotwork.task_to_joint.inserted import followed_path
 from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility, TaskSolution
-from knotwork.task_to_joint.solve import solve_task, task_to_joint
+from knotwork.task_to_joint.solve import solve_task
 
 __all__ = [
     "Alternative",
@@ -11,5 +11,4 @@ __all__ = [
     "TaskSolution",
     "followed_path",
     "solve_task",
-    "task_to_joint",
 ]

@@ -19,11 +19,6 @@ if TYPE_CHECKING:
     from knotwork.task_to_joint.search import Search
 
 
-def task_to_joint(scenario: Scenario, space: JointSpace) -> JointWaypoints:
-    """Find the joint positions and velocities that meet each waypoint: see `solve_task`."""
-    return solve_task(scenario, space).waypoints
-
-
 def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> TaskSolution:
     """Find the joint positions and velocities that meet each waypoint, over the whole sequence.
 
