@@ -43,3 +43,7 @@ class Units:
         """
         shown, name = self.shown(value, unit)
         return f"{shown:{form}} {name}".rstrip()
+
+
+SI = Units()
+"""Metres and radians."""

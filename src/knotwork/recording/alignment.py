@@ -14,6 +14,7 @@ from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.polynomial.refined import refined
 from knotwork.recording.smoothing import Smoothed
 from knotwork.trajectory import JointTrajectory
+from knotwork.units import SI, Units
 from knotwork.verification import Finding
 from knotwork.waypoints import FloatArray
 
@@ -171,18 +172,50 @@ def _within(
     return PiecewisePolynomial(two_point_coefficients(breaks, tuple(ends)), breaks)
 
 
-def deviation_findings(alignment: Alignment, robot: Robot | None = None) -> Iterator[Finding]:
+def deviation_findings(
+    alignment: Alignment, robot: Robot | None = None, units: Units = SI
+) -> Iterator[Finding]:
     """Say how far a log is off its plan: the shift, each joint over all time, and the tool.
 
     Joint deviations are exact extrema between the smoothed log and the plan; the tool's are found
-    at the times of the samples.
+    at the times of the samples. Short reports show the shift with the largest of each.
+
+    Args:
+        alignment: The smoothed log, by the plan's clock.
+        robot: Gives the deviation of the tool.
+        units: Those of the messages.
     """
     said = (
         f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
-    yield _finding("motion", "", "time_shift", alignment.start, "s", None, said)
+    shift = _finding("motion", "", "time_shift", alignment.start, "s", None, said)
+    joints = list(_joints(alignment, units))
+    tool = list(_tool(alignment, robot, units)) if robot is not None else []
+    off = [found for found in joints if found.quantity == "joint_deviation"]
+    turning = {
+        found.unit: max((one for one in off if one.unit == found.unit), key=_size) for found in off
+    }
+    worst = [*turning.values(), *tool[:1]]
+    brief = "; ".join(
+        [f"time shift {alignment.start:.4g} s", *(_short(one, units) for one in worst)]
+    )
+    yield replace(shift, brief=brief)
     yield Finding(GROUP, "motion", "", "clock", "information", said)
+    yield from joints
+    yield from tool
+
+
+def _size(found: Finding) -> float:
+    return abs(found.value or 0.0)
+
+
+def _short(found: Finding, units: Units) -> str:
+    number = units.text(_size(found), found.unit, ".3g")
+    return f"{found.name or 'tool'} up to {number} off at {found.when} s"
+
+
+def _joints(alignment: Alignment, units: Units) -> Iterator[Finding]:
     own, plan = alignment.trajectory.polynomial, alignment.reference.polynomial
     for order, quantity in enumerate(("joint_deviation", "joint_velocity_deviation")):
         gap = _difference(own, plan).extrema(order)
@@ -192,10 +225,9 @@ def deviation_findings(alignment: Alignment, robot: Robot | None = None) -> Iter
             word = "velocity " if order else ""
             yield _finding(
                 "joint", name, quantity, value, unit, time,
-                f"joint {name!r}: {word}off the plan by up to {value:.3g} {unit}, at {time:.4f} s",
+                f"joint {name!r}: {word}off the plan by up to {units.text(value, unit, '.3g')}, at "
+                f"{time:.4f} s",
             )  # fmt: skip
-    if robot is not None:
-        yield from _tool(alignment, robot)
 
 
 def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> PiecewisePolynomial:
@@ -214,7 +246,7 @@ def _difference(own: PiecewisePolynomial, plan: PiecewisePolynomial) -> Piecewis
     return PiecewisePolynomial(c, breaks)
 
 
-def _tool(alignment: Alignment, robot: Robot) -> Iterator[Finding]:
+def _tool(alignment: Alignment, robot: Robot, units: Units) -> Iterator[Finding]:
     import pinocchio as pin
 
     own = alignment.trajectory.reordered(robot.joint_names, robot.joint_units)
@@ -236,8 +268,8 @@ def _tool(alignment: Alignment, robot: Robot) -> Iterator[Finding]:
         yield replace(
             _finding(
                 "tool", "", quantity, value, unit, at,
-                f"the tool's {word or 'position '}is off the plan by up to {value:.3g} {unit}, at "
-                f"{at:.4f} s",
+                f"the tool's {word or 'position '}is off the plan by up to "
+                f"{units.text(value, unit, '.3g')}, at {at:.4f} s",
             ),
             proof="sampled",
         )  # fmt: skip

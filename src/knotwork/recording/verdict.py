@@ -16,6 +16,7 @@ import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.recording.alignment import Alignment, deviation_findings
+from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 
 if TYPE_CHECKING:
@@ -47,7 +48,8 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
         space: The scenario's joints and robot.
     """
     report = check(alignment.trajectory, scenario, space=space)
-    compared = compare_log(alignment, space.robot, required=scenario.continuity >= 0)
+    units = scenario.units
+    compared = compare_log(alignment, space.robot, units, required=scenario.continuity >= 0)
     judged: list[Finding] = []
     undecided = 0
     for found in report.findings:
@@ -56,7 +58,8 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
         known = _known_to(found, alignment, space)
         if found.verdict == "failed" and known is not None and -(found.margin or 0.0) <= known:
             undecided += 1
-            said = f"{found.message}; undecided, for the log tells it to {known:.2g} {found.unit}"
+            to = units.text(known, found.unit, ".2g")
+            said = f"{found.message}; undecided, for the log tells it to {to}"
             found = replace(found, verdict="information", message=said)
         judged.append(found)
     judged += compared.findings
@@ -72,13 +75,14 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
 
 
 def compare_log(
-    alignment: Alignment, robot: Robot | None = None, *, required: bool = True
+    alignment: Alignment, robot: Robot | None = None, units: Units = SI, *, required: bool = True
 ) -> Report:
     """Say how far a log is off its plan, what is assumed of it, and whether it jumps.
 
     Args:
         alignment: The smoothed log, by the plan's clock.
         robot: Gives the deviation of the tool.
+        units: Those that people read.
         required: A jump of the position fails.
     """
     return Report(
@@ -88,10 +92,11 @@ def compare_log(
         start_time=alignment.trajectory.start_time,
         end_time=alignment.trajectory.end_time,
         findings=(
-            *deviation_findings(alignment, robot),
-            *_about(alignment),
-            *_smooth(alignment, required=required),
+            *deviation_findings(alignment, robot, units),
+            *_about(alignment, units),
+            *_smooth(alignment, units, required=required),
         ),
+        units=units,
     )
 
 
@@ -142,7 +147,7 @@ def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
     return np.column_stack([robot.torque(q, still, one) - rest for one in np.eye(q.size)])
 
 
-def _smooth(alignment: Alignment, *, required: bool) -> Iterator[Finding]:
+def _smooth(alignment: Alignment, units: Units, *, required: bool) -> Iterator[Finding]:
     """Say how far the samples of each joint are off the smooth curve, against their noise."""
     curve = alignment.curve
     shares = np.abs(curve.residuals) / curve.sigma
@@ -151,7 +156,8 @@ def _smooth(alignment: Alignment, *, required: bool) -> Iterator[Finding]:
         value, limit = float(abs(curve.residuals[worst, j])), float(JUMP * curve.sigma[worst, j])
         time = float(curve.log.time[worst] - alignment.start)
         unit = curve.log.joint_units[j]
-        said = f"a sample is off the smooth curve by {value:.3g} {unit} at {time:.4f} s"
+        off = units.text(value, unit, ".3g")
+        said = f"a sample is off the smooth curve by {off} at {time:.4f} s"
         if value > limit:
             said += (
                 f", {shares[worst, j]:.3g} times the noise: the motion jumps, or the sample is "
@@ -174,7 +180,7 @@ def _smooth(alignment: Alignment, *, required: bool) -> Iterator[Finding]:
         )
 
 
-def _about(alignment: Alignment) -> Iterator[Finding]:
+def _about(alignment: Alignment, units: Units) -> Iterator[Finding]:
     """What is assumed of the log, and what it can tell."""
     curve, log = alignment.curve, alignment.curve.log
     origin = "as given" if curve.noise.stated else "estimated from the samples and their digits"
@@ -182,7 +188,8 @@ def _about(alignment: Alignment) -> Iterator[Finding]:
         value, unit = float(curve.noise.position[j]), log.joint_units[j]
         yield _number(
             name, "noise", value, unit,
-            f"joint {name!r}: samples are off by {value:.2g} {unit} (standard deviation), {origin}",
+            f"joint {name!r}: samples are off by {units.text(value, unit, '.2g')} (standard "
+            f"deviation), {origin}",
         )  # fmt: skip
     for order, quantity in enumerate(DERIVATIVES[:3]):
         errors = CERTAIN * alignment.errors(order, None)
@@ -190,9 +197,10 @@ def _about(alignment: Alignment) -> Iterator[Finding]:
             unit = rate_unit(log.joint_units[j], order)
             yield _number(
                 name, f"{quantity}_known_to", float(errors[j]), unit,
-                f"joint {name!r}: the log tells {quantity} to {errors[j]:.2g} {unit} at worst",
+                f"joint {name!r}: the log tells {quantity} to "
+                f"{units.text(float(errors[j]), unit, '.2g')} at worst",
             )  # fmt: skip
-    noise = ", ".join(f"{s:.2g} {u}" for s, u in _ranges(alignment))
+    noise = ", ".join(units.text(s, u, ".2g") for s, u in _ranges(alignment))
     yield _said(
         "log",
         f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "

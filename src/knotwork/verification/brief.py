@@ -90,8 +90,11 @@ def brief(report: Told, width: int = WIDTH) -> list[BriefLine]:
         rows = {name: found for name, found in groups.items() if name not in plain}
         room = MOST_LINES - len(lines) - len(rest)
         return [*lines, *_rows(rows, report.units, room, width), *rest]
-    met = {name: found for name, found in groups.items() if _met(found)}
-    return [*lines, *_listed("met", met, width)]
+    met = _listed("met", {name: found for name, found in groups.items() if _met(found)}, width)
+    # what is required nowhere may tell why the rest fails
+    others = {name: found for name, found in groups.items() if _only_told(found)}
+    room = MOST_LINES - len(lines) - len(met)
+    return [*lines, *_rows(others, report.units, room, width), *met]
 
 
 def _verdict(report: Told) -> str:
@@ -216,6 +219,10 @@ def _count(findings: Sequence[Finding]) -> int:
 
 def _has_numbers(findings: Sequence[Finding]) -> bool:
     return any(one.value is not None or one.brief for one in findings)
+
+
+def _only_told(findings: Sequence[Finding]) -> bool:
+    return any(one.brief for one in findings) and not any(one.required for one in findings)
 
 
 def _met(findings: Sequence[Finding]) -> bool:
