@@ -58,6 +58,13 @@ def test_a_start_that_is_slightly_off_is_brought_onto_the_path() -> None:
     )
 
 
+def test_without_a_start_it_begins_at_the_solution_nearest_to_home() -> None:
+    away = tp.Line(LINE.end, LINE.end + np.array([0, 0, 0.05]))
+    start = kw.solve_pose_ik(ARM, pin.SE3(AT.rotation, LINE.end), HOME).q
+    motion = kw.follow(ARM, away, 0.05)
+    np.testing.assert_allclose(motion.position(0.0), start, atol=1e-9)
+
+
 def corner() -> Any:
     curves = [LINE, tp.Line(LINE.end, LINE.end + np.array([0, 0, 0.05]))]
     kept = tp.OrientationCurve.constant(AT.rotation, 0.15)
@@ -75,7 +82,12 @@ def test_stops_of_a_path_need_an_acceleration() -> None:
     ("change", "said"),
     [
         ({"start": HOME + 0.1}, r"the tool is 0\.1188 m and .* deg away .*kw\.solve_pose_ik"),
-        ({"rotation": np.eye(3)}, r"the tool is .* m and 180 deg away"),
+        ({"rotation": np.eye(3)}, r"the tool is 0 m and 180 deg away"),
+        ({"path": tp.Line(LINE.end, AT.translation)}, r"the tool is 0\.1 m and 0 deg away"),
+        (
+            {"path": tp.Line(9 * AT.translation, LINE.end), "start": None},
+            "the pose is out of reach",
+        ),
         ({"start": HOME[:3]}, r"start must have shape \(6,\)"),
         ({"speed": 0.0}, r"speed is 0\.0; it must be a positive and finite number \[m/s\]"),
         ({"speed": "fast"}, "speed is 'fast'"),

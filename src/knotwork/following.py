@@ -14,6 +14,7 @@ from knotwork.interpolation import get_planner
 from knotwork.kinematics.following.insertion import follow_path
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.proof import PathTolerance
+from knotwork.kinematics.solutions.pose import solve_pose_ik
 from knotwork.robot import Robot, load_robot
 from knotwork.scenario import SMALLEST_PATH_TOLERANCE, ToleranceSet
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, ToolPath, speed_profile
@@ -32,7 +33,7 @@ def follow(
     speed: float,
     tolerance: float = USUAL.path,
     *,
-    start: ArrayLike,
+    start: ArrayLike | None = None,
     rotation: ArrayLike | None = None,
     acceleration: float | None = None,
     orientation_tolerance: float = USUAL.path_orientation,
@@ -49,7 +50,8 @@ def follow(
         path: Where the tool goes, in base axes. Along a curve alone the tool keeps its rotation.
         speed: Of the TCP along the path [m/s].
         tolerance: Largest distance from the path [m].
-        start: Joint positions where the path begins [rad or m], shape (d,).
+        start: Joint positions where the path begins [rad or m], shape (d,); by default those of the
+            solution nearest to the robot's configuration `home`.
         rotation: Of the tool along a curve, shape (3, 3); by default the one it has at the start.
         acceleration: Largest acceleration along the path [m/s²]: the motion then begins and ends
             at rest. Without it the tool has its speed from the first moment to the last.
@@ -62,7 +64,8 @@ def follow(
         The motion, from time 0.
 
     Raises:
-        InputError: A value is wrong, or the arm does not stand where the path begins.
+        InputError: A value is wrong, the arm does not stand where the path begins, or can't; or no
+            start is given and the robot has no configuration `home`.
         PathError: The path has stops and there is no acceleration, it is too short for its changes
             of speed, or the tolerances take too many waypoints.
         FollowingError: A joint limit, a velocity limit or a singularity is in the way.
@@ -86,9 +89,12 @@ def follow(
         _tolerance(speed_tolerance, "speed_tolerance", ""),
     )
     pull = finite_number(pull_to_middle, "pull_to_middle", "1/s")
-    q = read_only(start, (arm.dof,), "start")
+    q = arm.configuration("home") if start is None else read_only(start, (arm.dof,), "start")
+    tool_path = _tool_path(arm, path, q, rotation)
+    if start is None:
+        q = solve_pose_ik(arm, tool_path.pose(0.0), q).q
     motion = _timed(
-        _tool_path(arm, path, q, rotation),
+        tool_path,
         finite_number(speed, "speed", "m/s", positive=True),
         acceleration,
     )
@@ -156,8 +162,9 @@ def _check_start(robot: Robot, motion: TimedPath, start: FloatArray) -> None:
     distance = float(np.linalg.norm(found.translation - wanted.translation))
     angle = float(np.linalg.norm(pin.log3(wanted.rotation.T @ found.rotation)))
     if distance > AT_START or angle > AT_START:
+        near = [round(value, 9) for value in (distance, float(np.degrees(angle)))]
         raise InputError(
-            f"with start the tool is {distance:.4g} m and {np.degrees(angle):.4g} deg away from "
+            f"with start the tool is {near[0]:.4g} m and {near[1]:.4g} deg away from "
             "where the path begins; kw.solve_pose_ik(robot, pose, start) gives joint positions for "
             "the pose there"
         )

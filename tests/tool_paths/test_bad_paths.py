@@ -63,7 +63,11 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         task(ON, changed(OFF, blend=1e-7), then(50, 500)),
         r"blend distance is 1e-07 mm; it must be greater than 1e-06 mm",
     ),
-    "blend too long": (task(ON, changed(OFF, blend=80), then(100)), r"at most 25\)"),
+    "blend too long": (task(ON, changed(OFF, blend=80), then(100)), r"is 80 mm, .*at most 25 mm\)"),
+    "changes of speed too long": (
+        off(speed=900, stop=True),
+        r"is 150 mm long here, but .* take [\d.]+ mm at \d+ mm/s² \(at most [\d.]+ mm/s, or path",
+    ),
     "blend of a turn back": (
         task(ON, changed(OFF, blend=9), then(-50)),
         "turns back at the corner",
@@ -77,7 +81,7 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
             {**then(130, speed=20), "name": "z"},
             path={"acceleration": 100},
         ),
-        r"waypoints\[2\]\.after: leaves 0\.4 s, .* takes at least 1\.\d+ s at 100 per s²",
+        r"waypoints\[2\]\.after: leaves 0\.4 s, .* takes at least 1\.\d+ s at 100 mm/s²",
     ),
     "corner into an arc": (
         task(ON, OFF, then(50, 530, along={"arc": {"through": [490, 10, 60]}})),

@@ -351,5 +351,5 @@ def test_points_that_begin_far_from_their_waypoint_are_no_path_from_it() -> None
     with pytest.raises(InputError) as error:
         kw.plan(task(FIRST, seam, UP))
     said = str(error.value)
-    assert "waypoints[1].along: the first of its points is 80 from waypoints[0]" in said
-    assert "no farther from them than 60" in said
+    assert "waypoints[1].along: the first of its points is 80 mm from waypoints[0]" in said
+    assert "no farther from them than 60 mm" in said

@@ -102,7 +102,7 @@ def test_times_of_arc_lengths_are_those_at_which_the_tool_is_there():
 
 
 def test_too_short_a_stretch_names_the_closed_forms():
-    with pytest.raises(RampError, match=r"stretch 0 is 0\.01 m long") as raised:
+    with pytest.raises(RampError, match=r"the path is 0\.01 m long") as raised:
         profile([0.01], [0.1], start_speed=0.0, end_speed=0.0)
     error = raised.value
     assert isinstance(error, InputError)

@@ -72,15 +72,22 @@ class PathCurves:
             yield
         except InputError as error:
             said = (
-                error.told(self._length, partial(self._place, i))
+                error.told(self.said, partial(self._place, i))
                 if isinstance(error, PathError)
                 else str(error)
             )
             raise self.document.error(("waypoints", i, *(key or ("along",))), said) from error
 
-    def _length(self, length: float) -> str:
-        """Say a length as the file does."""
-        return f"{round(length / self.length, DIGITS):.9g} {self.file.units.length}"
+    def said(self, value: float, per: str = "", digits: int = 9) -> str:
+        """Say a length, speed or acceleration in the file's unit.
+
+        Args:
+            value: In metres, per second or per second squared.
+            per: `"/s"` or `"/s²"` for the latter.
+            digits: Significant ones.
+        """
+        number = round(value / self.length, DIGITS)
+        return f"{number:.{digits}g} {self.file.units.length}{per}"
 
     def _place(self, i: int, point: FloatArray) -> str:
         """Say a point as the file does: in the frame of the path to waypoint i."""
@@ -163,11 +170,11 @@ class PathCurves:
             gap = float(np.linalg.norm(point - place))
             if gap > allowed:
                 raise PathError(
-                    f"the {which} of its points is {gap / self.length:.6g} from waypoints"
+                    f"the {which} of its points is {self.said(gap, digits=6)} from waypoints"
                     f"[{waypoint}], more than {APART:g} times as far as the points are apart "
-                    f"({float(spacing.max()) / self.length:.6g} at most); the points must begin "
+                    f"({self.said(allowed / APART, digits=6)} at most); the points must begin "
                     f"and end at the waypoints, or no farther from them than "
-                    f"{allowed / self.length:.6g}"
+                    f"{self.said(allowed, digits=6)}"
                 )
 
     def _unturned(self, i: int) -> bool:
@@ -265,8 +272,9 @@ class PathCurves:
         if distance > room * (1.0 + ROUNDING):
             raise self.document.error(
                 ("waypoints", i, "blend"),
-                f"is {given:g}, more than half of the shorter of the two lines",
-                f"at most {room / self.length:g}",
+                f"is {self.said(distance, digits=6)}, more than half of the shorter of the "
+                "two lines",
+                f"at most {self.said(room, digits=6)}",
             )
         with self.errors(i, "blend"):
             blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)

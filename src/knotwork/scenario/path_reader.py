@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -175,6 +176,7 @@ class PathReader:
     ) -> tuple[Timing, tuple[float, ...]]:
         unit, acceleration = self.curves.length, self.curves.file.path.acceleration
         limit = ACCELERATION if acceleration is None else unit * acceleration
+        said = partial(self.curves.said, digits=6)
         last = first + len(given)
         ends: list[float | None] = [None, None]
         if self.stops(first):
@@ -189,28 +191,28 @@ class PathReader:
             fits = error.highest_speed
             raise self.curves.document.error(
                 ("waypoints", first + 1 + error.stretch, "speed"),
-                f"the path is {error.length / unit:.6g} long here, but its changes of speed "
-                f"take {error.needed / unit:.6g} at {limit / unit:.6g} per s²",
-                (f"at most {fits / unit:.6g}, or " if fits else "")
+                f"the path is {said(error.length)} long here, but its changes of speed "
+                f"take {said(error.needed)} at {said(limit, '/s²')}",
+                (f"at most {said(fits, '/s')}, or " if fits else "")
                 + f"path: {{acceleration: {error.lowest_acceleration / unit:.6g}}} or more",
             ) from error
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"
             raise self.curves.document.error(
                 ("waypoints", first + 1 + k, "after" if given[k].after else "time"),
-                f"leaves {durations[k]:.6g} s, but the path is {lengths[k] / unit:.6g} long "
+                f"leaves {durations[k]:.6g} s, but the path is {said(float(lengths[k]))} long "
                 f"here, and with its changes of speed it takes at least {error.least:.6g} s"
-                f"{'' if error.most == np.inf else upper} at {limit / unit:.6g} per s²",
+                f"{'' if error.most == np.inf else upper} at {said(limit, '/s²')}",
                 "a time that it can take, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
             raise self.curves.document.error(("waypoints", last), str(error)) from error
         for k, (one, taken) in enumerate(zip(given, np.diff(timing.times), strict=True)):
-            said = durations[k]
-            if said is not None and abs(taken - said) > AGREE * taken:
+            asked = durations[k]
+            if asked is not None and abs(taken - asked) > AGREE * taken:
                 raise self.curves.document.error(
                     ("waypoints", first + 1 + k, "after" if one.after else "time"),
-                    f"leaves {said:.6g} s, but at the speed given the path takes {taken:.6g} s",
+                    f"leaves {asked:.6g} s, but at the speed given the path takes {taken:.6g} s",
                     "speed or time, not both",
                 )
         return timing, found

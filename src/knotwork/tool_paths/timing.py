@@ -151,7 +151,8 @@ def speed_profile(
     breaks, coefficients, times, full = [0.0], [], [0.0], []
     for i in range(count):
         ends = before[i], after[i]
-        shrink = _fit(i, float(length[i]), float(speed[i]), ends, acceleration)
+        named = "the path" if count == 1 else f"stretch {i}"
+        shrink = _fit(i, named, float(length[i]), float(speed[i]), ends, acceleration)
         pieces = _stretch(totals[i : i + 2], float(speed[i]), ends, acceleration / shrink)
         starts = times[-1] + np.concatenate(([0.0], np.cumsum([T for T, _ in pieces])))
         full.append(starts[1:3])
@@ -273,7 +274,12 @@ def _outer_end(speed: float | None, what: str) -> _End:
 
 
 def _fit(
-    stretch: int, length: float, v: float, ends: tuple[_End, _End], acceleration: float
+    stretch: int,
+    named: str,
+    length: float,
+    v: float,
+    ends: tuple[_End, _End],
+    acceleration: float,
 ) -> float:
     """Factor, 1 or just below, by which the ramps of a stretch are to be shortened.
 
@@ -291,7 +297,7 @@ def _fit(
         highest = None
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
     raise RampError(
-        f"stretch {stretch} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "
+        f"{named} is {length:.6g} m long, but to reach {v:.6g} m/s and leave it again "
         f"takes {needed:.6g} m; accepted: {slower}an acceleration of at least {least:.6g} m/s² "
         "or a longer stretch",
         stretch=stretch,
