@@ -144,6 +144,10 @@ SCENARIOS: dict[str, dict[str, Any]] = {
                 "stand": {"box": [0.1, 0.1, 0.1], "in": "base", "position": [1, 1, 0]},
                 "tip": {"cone": {"radius": 0.03, "length": 0.1}, "visual": True},
                 "egg": {"ellipsoid": [0.1, 0.1, 0.2], "position": [1, 0, 0]},
+                "scan": {
+                    "points": {"file": str(MESH), "scale": 1.0, "resolution": 0.01},
+                    "position": [3, 0, 0],
+                },
                 "part": {"mesh": str(MESH), "scale": 1.0, "exact": False, "position": [2, 0, 0]},
             },
         },

@@ -27,6 +27,7 @@ TITLES = {
     "HeldObject": "tool: holds",
     "Turned": "cylinder, capsule, cone",
     "HalfSpace": "half_space",
+    "PointCloud": "points of a shape",
     "Collisions": "collisions",
     "Frame": "frames",
     "PoseWaypoint": "A waypoint by pose",

@@ -11,7 +11,7 @@ from knotwork.documents import Document, Edits, Location, edited, edited_text, r
 from knotwork.documents.edits import block
 from knotwork.errors import InputError
 
-PATH_KEYS = frozenset({"mesh", "package_paths", "points", "robot", "srdf", "urdf"})
+PATH_KEYS = frozenset({"file", "mesh", "package_paths", "points", "robot", "srdf", "urdf"})
 """Keys whose text is a path relative to the file, where there is such a file or folder."""
 
 

@@ -16,13 +16,14 @@ class Shape:
 
     Attributes:
         kind: `"box"`, `"sphere"`, `"cylinder"`, `"capsule"`, `"cone"`, `"ellipsoid"`,
-            `"half_space"` or `"mesh"`.
+            `"half_space"`, `"mesh"` or `"points"`.
         size: Edges of a box; radius of a sphere; radius and length of a solid of revolution; half
             axes of an ellipsoid; unit normal and offset of a half space [m].
         placement: In the frame that carries it.
-        path: File of a mesh, or `None`.
+        path: File of a mesh or of points, or `None`.
         scale: Factors from the file's numbers to m, along x, y and z.
         exact: A mesh is checked as it is, not its convex hull.
+        resolution: Edge of the cells that points fill [m].
     """
 
     kind: str
@@ -31,6 +32,7 @@ class Shape:
     path: Path | None = None
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     exact: bool = False
+    resolution: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -114,16 +114,27 @@ def _shape(
     if frame is not None:
         placement = reader.frames[reader.frames.find(frame, (*place, "in"))] * placement
     kind = next(name for name in SHAPES if getattr(given, name) is not None)
-    path, scale = None, 1.0
+    path, scale, resolution = None, 1.0, 0.0
+    if given.points is not None:
+        path = _file(reader, given.points.file, (*place, "points", "file"))
+        scale = given.points.scale * reader.length
+        resolution = given.points.resolution * reader.length
     if given.mesh is not None:
-        folder = reader.document.file.parent if reader.document.file is not None else Path()
-        path = folder / os.path.expanduser(given.mesh)
-        if not path.is_file():
-            raise reader.document.error((*place, "mesh"), f"there is no file {path}")
+        path = _file(reader, given.mesh, (*place, "mesh"))
         own_unit = path.suffix.lower() == ".dae"
         scale = (given.scale or 1.0) * (1.0 if own_unit else reader.length)
     scales = (scale, scale, scale)
-    return Shape(kind, _size(given, reader.length), placement, path, scales, bool(given.exact))
+    exact = bool(given.exact)
+    return Shape(kind, _size(given, reader.length), placement, path, scales, exact, resolution)
+
+
+def _file(reader: WaypointReader, given: str, place: Location) -> Path:
+    """A file that a scenario names, relative to its own."""
+    folder = reader.document.file.parent if reader.document.file is not None else Path()
+    path = folder / os.path.expanduser(given)
+    if not path.is_file():
+        raise reader.document.error(place, f"there is no file {path}")
+    return path
 
 
 def _size(given: ShapeFile | SceneObjectFile | HeldObjectFile, length: float) -> tuple[float, ...]:

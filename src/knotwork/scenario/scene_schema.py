@@ -16,7 +16,7 @@ Distance = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 
 SHAPES = (
     *("box", "sphere", "cylinder", "capsule", "cone", "ellipsoid"),
-    *("half_space", "mesh"),
+    *("half_space", "mesh", "points"),
 )
 """Keys of which a shape gives exactly one."""
 
@@ -45,9 +45,22 @@ class HalfSpace(StrictModel):
     offset: Number = Field(0.0, description="Of the plane from the origin along it [length]")
 
 
+class PointCloud(StrictModel):
+    """Points, as a scanner gives them: every cell of a grid that holds one is solid."""
+
+    file: Text = Field(
+        description="Path of a CSV file with columns x, y, z or a PLY file, relative to this file; "
+        "its numbers are in this file's unit of length"
+    )
+    scale: Positive = Field(default=1.0, description="Factor on its numbers")
+    resolution: Positive = Field(
+        description="Edge of a cell; larger than the gaps between points [length]"
+    )
+
+
 class _Shape(Placement):
     position: Vector3 = Field(
-        default=[0.0, 0.0, 0.0], description="Of the shape's middle, a mesh's origin [length]"
+        default=[0.0, 0.0, 0.0], description="Of the shape's middle; of a file's origin [length]"
     )
     box: Size3 | None = Field(None, description="Size along x, y and z [length]")
     sphere: Positive | None = Field(None, description="Its radius [length]")
@@ -61,6 +74,7 @@ class _Shape(Placement):
         description="Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
         "are in this file's unit of length (COLLADA says its own)",
     )
+    points: PointCloud | None = Field(None, description="A point cloud")
     scale: Positive | None = Field(None, description="Factor on a mesh; left out: 1")
     exact: Flag | None = Field(
         None,

@@ -142,22 +142,23 @@ class _Builder:
         """A shape of the scenario as a solid; errors say where it stands."""
         try:
             made = solid(shape, carrier)
-            if shape.kind == "mesh":
+            if shape.path is not None:
                 self._check_size(made, shape)
         except InputError as error:
             if self.document is not None:
-                raise self.document.error((*place, "mesh"), str(error)) from error
+                raise self.document.error((*place, shape.kind), str(error)) from error
             raise
         return made
 
     def _check_size(self, made: Solid, shape: Shape) -> None:
-        """Refuse a mesh that is plausibly in another unit; warn of one that may be."""
+        """Refuse a file that is plausibly in another unit; warn of one that may be."""
         size, reach = 2.0 * made.radius, self._reach
+        what = f"{'mesh' if shape.kind == 'mesh' else 'point cloud'} {shape.path}"
         for factor in (1e-3, 1e3):
             far = size > FAR_OFF * reach if factor < 1 else size < reach / (FAR_OFF * 50)
             if far and reach / 200 <= size * factor <= FAR_OFF * reach:
                 raise InputError(
-                    f"mesh {shape.path} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
+                    f"{what} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
                     f"it is plausibly in another unit; scale: {factor:g} makes it "
                     f"{size * factor:.4g} m"
                 )
@@ -166,7 +167,7 @@ class _Builder:
                 self.notes.append(
                     (
                         "warning",
-                        f"mesh {shape.path} is {size:.4g} m across, and the arm reaches "
+                        f"{what} is {size:.4g} m across, and the arm reaches "
                         f"{reach:.2g} m: it may be in another unit; scale: {factor:g} makes it "
                         f"{size * factor:.4g} m",
                     )

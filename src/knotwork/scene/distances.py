@@ -59,16 +59,21 @@ class DistanceMeter:
         Args:
             first: A solid.
             second: Another one.
-            most: Nothing beyond this is of interest [m]: of meshes that are taken as they are and
-                are farther apart, it is not less than this, and not more than the distance.
+            most: Nothing beyond this is of interest [m]: of meshes that are taken as they are, and
+                of cells, that are farther apart, it is not less than this, and not more than the
+                distance.
         """
+        if _cells_second(first, second):
+            first, second = second, first
+        if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
+            first, second = _in_axes_of(second, first), Placed(second.solid, np.eye(3), np.zeros(3))
         for at, one in ((self._first, first), (self._second, second)):
             at.setRotation(one.rotation)
             at.setTranslation(one.origin)
         a, b = first.solid, second.solid
         if a.around is not None or b.around is not None:
-            # Triangles are many. The hull is never farther away, and where it is nearest, the
-            # mesh itself is not far.
+            # Triangles and cells are many. The hull is never farther away, and where it is nearest,
+            # they themselves are not far.
             near = self._between(a.around or a.geometry, b.around or b.geometry)
             most = max(most, ROUNDING)  # Coal measures nothing where 0 is known already
             if near >= most:
@@ -92,7 +97,7 @@ class DistanceMeter:
         return float(result.min_distance)
 
     def _off(self, solid: Solid, placement: Any, point: Any) -> float:
-        """How far a point is off a mesh that is taken as it is [m]; 0 for all that is convex."""
+        """How far a point is off a mesh as it is or off cells [m]; 0 for all that is convex."""
         if solid.around is None:
             return 0.0
         self._here.setTranslation(point)
@@ -102,13 +107,30 @@ class DistanceMeter:
 
     def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids, as `distance`."""
+        if _cells_second(first, second):
+            found = self.nearest(second, first)
+            return Nearest(found.distance, found.points[::-1], -found.normal)
         distance = self.distance(first, second)
         points = np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
         normal = -np.array(self._result.normal)
+        if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
+            points = points @ second.rotation.T + second.origin
+            normal = second.rotation @ normal
         apart = points[0] - points[1]
         if distance > ROUNDING and np.linalg.norm(apart) > ROUNDING:
             normal = apart / np.linalg.norm(apart)
         return Nearest(distance, points, normal)
+
+
+def _cells_second(first: Placed, second: Placed) -> bool:
+    """Whether Coal would give the nearest points of two solids in the wrong order."""
+    return second.solid.cells is not None and first.solid.cells is None
+
+
+def _in_axes_of(other: Placed, one: Placed) -> Placed:
+    """A solid in the axes of another: Coal's boxes around ellipsoids that turn are too small."""
+    turn = other.rotation.T
+    return Placed(one.solid, turn @ one.rotation, turn @ (one.origin - other.origin))
 
 
 def nearest_of_bodies(

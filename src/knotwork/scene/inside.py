@@ -61,6 +61,8 @@ def _points(solid: Solid) -> FloatArray:
     if solid.triangles is not None and solid.parts is not None:
         _, first = np.unique(solid.parts, return_index=True)
         return np.asarray(solid.triangles[first, 0])
+    if solid.cells is not None:
+        return solid.cells.one_of_each_part
     if isinstance(solid.geometry, coal.Convex):
         return np.array([solid.geometry.point(0)])
     return np.zeros((1, 3))  # the middle of the other solids

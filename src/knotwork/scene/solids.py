@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from knotwork.errors import InputError
 from knotwork.meshes.reading import read_mesh, read_points
 from knotwork.scenario import Shape
+from knotwork.scene.cells import Cells, read_cells
 from knotwork.waypoints import FloatArray
 
 THIN = 1e-6
@@ -40,7 +41,8 @@ class Solid:
         triangles: Of a mesh that is not taken as its hull: corners in its own axes [m], shape
             (n, 3, 3); `None` for all that is convex.
         parts: Which connected part each of those triangles is of, shape (n,); `None` as well.
-        around: Convex hull of such a mesh, as Coal has it; `None` as well.
+        around: Convex hull of such a mesh or of cells, as Coal has it; `None` for all else.
+        cells: Of a point cloud; `None` for all else.
     """
 
     shape: Shape
@@ -52,6 +54,7 @@ class Solid:
     triangles: FloatArray | None = None
     parts: NDArray[np.intp] | None = None
     around: Any = None
+    cells: Cells | None = None
 
     @property
     def hull(self) -> FloatArray | None:
@@ -90,17 +93,21 @@ def solid(shape: Shape, carrier: Any) -> Solid:
         carrier: `pin.SE3` of the frame that the shape is placed in, in the joint's axes.
 
     Raises:
-        InputError: A mesh can't be read, is flat, or is to be exact and is not watertight.
+        InputError: A file can't be read, a mesh is to be exact and is not watertight, or points
+            fill too many cells.
     """
     placed = carrier * shape.placement
     turn, shift = np.array(placed.rotation), np.array(placed.translation)
-    triangles, parts, hull = None, None, None
+    triangles, parts, hull, cells = None, None, None, None
     if shape.path is not None:
         try:
             changed = shape.path.stat().st_mtime_ns
         except OSError as error:
-            raise InputError(f"mesh {shape.path} can't be read: {error.strerror}") from error
-        if shape.exact:
+            raise InputError(f"{shape.path} can't be read: {error.strerror}") from error
+        if shape.kind == "points":
+            cells = read_cells(shape.path, changed, shape.scale[0], shape.resolution)
+            geometry, hull = _octree(cells)
+        elif shape.exact:
             geometry, triangles, parts, hull = _exact(shape.path, changed, shape.scale)
         else:
             geometry = _hull(shape.path, changed, shape.scale)
@@ -119,13 +126,14 @@ def solid(shape: Shape, carrier: Any) -> Solid:
             "ellipsoid": coal.Ellipsoid,
         }
         geometry = make[shape.kind](*shape.size)
-    geometry.computeLocalAABB()
-    low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
+    if cells is not None:  # Coal's box around them is rounded to a few 1e-8 of its size
+        low, high = cells.outermost.min(axis=0), cells.outermost.max(axis=0)
+    else:
+        geometry.computeLocalAABB()
+        low, high = (np.array(end) for end in (geometry.aabb_local.min_, geometry.aabb_local.max_))
     corners = low + _CORNERS * (high - low)
     around = corners @ turn.T + shift
-    return Solid(
-        shape, geometry, turn, shift, around, triangles=triangles, parts=parts, around=hull
-    )
+    return Solid(shape, geometry, turn, shift, around, None, triangles, parts, hull, cells)
 
 
 @lru_cache(maxsize=256)
@@ -150,6 +158,12 @@ def _thickened(points: FloatArray) -> FloatArray:
     for axis in axes.T[spread <= (THIN**2) * max(spread[-1], THICKNESS**2)]:
         points = np.concatenate([points - THICKNESS * axis, points + THICKNESS * axis])
     return points
+
+
+@lru_cache(maxsize=32)
+def _octree(cells: Cells) -> tuple[Any, Any]:
+    """Cells as Coal has them, and their convex hull."""
+    return cells.octree(), _convex(cells.outermost)
 
 
 @lru_cache(maxsize=32)

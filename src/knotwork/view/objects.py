@@ -14,6 +14,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, Shape
 from knotwork.verification import Report
+from knotwork.view.cloud import cloud_mesh
 from knotwork.view.mesh import Mesh, drawable, from_triangles, merged
 from knotwork.view.packing import packed
 from knotwork.view.solids import box, capsule, cylinder, frame_along, rod, sphere, turned
@@ -53,13 +54,15 @@ def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
         extent: How far half spaces are drawn [m].
 
     Raises:
-        InputError: A mesh can't be read.
+        InputError: A file can't be read.
     """
     if shape.kind == "half_space":
         normal, offset = np.array(shape.size[:3]), shape.size[3]
         thin = 0.004 * extent
         made = box([2 * extent, 2 * extent, thin], colour)
         made = made.moved(frame_along(normal), (offset - thin / 2) * normal)
+    elif shape.kind == "points":
+        made = cloud_mesh(shape, colour)
     elif shape.path is not None:
         parts = [drawable(part) for part in read_mesh(shape.path)]
         made = merged([part if part.coloured else part.painted(colour) for part in parts])

@@ -1,0 +1,114 @@
+"""Cells of a point cloud: the cubes of a grid that hold its points, all of them solid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import InputError
+from knotwork.meshes.cloud_file import read_cloud
+from knotwork.waypoints import FloatArray
+
+MOST_CELLS = 100_000
+"""A distance from so many takes some 10 ms."""
+
+FARTHEST_CELL = 2**15
+"""Coal leaves out cells that are as many or more edges from the origin, without a word."""
+
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Cubes of a grid that has a corner at the origin.
+
+    Attributes:
+        index: Places of the cubes in the grid, each once, shape (n, 3).
+        edge: Of a cube [m].
+    """
+
+    index: NDArray[np.int64]
+    edge: float
+
+    @property
+    def centres(self) -> FloatArray:
+        """Middles of the cubes [m], shape (n, 3)."""
+        return np.asarray((self.index + 0.5) * self.edge)
+
+    def coarser(self) -> Cells:
+        """Cubes twice as large that hold these."""
+        return Cells(np.unique(self.index // 2, axis=0), 2 * self.edge)
+
+    def octree(self) -> Any:
+        """The cubes as Coal has them; their middles are in them however Coal rounds."""
+        return coal.makeOctree(self.centres, self.edge)
+
+    @cached_property
+    def outermost(self) -> FloatArray:
+        """Corners whose convex hull is that of all cubes [m], shape (m, 3)."""
+        kept = self.index
+        for axis in range(3):  # what is between two others in a row is no corner of the hull
+            order = np.lexsort((kept[:, axis], kept[:, axis - 1], kept[:, axis - 2]))
+            kept = kept[order]
+            row = np.delete(kept, axis, axis=1)
+            first = np.append(True, (row[1:] != row[:-1]).any(axis=1))
+            kept = kept[first | np.append(first[1:], True)]
+        corners = np.unique((kept[:, None] + _CORNERS).reshape(-1, 3), axis=0)
+        return np.asarray(corners * self.edge)
+
+    @cached_property
+    def one_of_each_part(self) -> FloatArray:
+        """A point of each connected part [m], shape (m, 3); cubes are connected at a corner."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+        from scipy.spatial import KDTree
+
+        n = len(self.index)
+        near = KDTree(self.index).query_pairs(1.5, p=np.inf, output_type="ndarray")
+        joined = coo_array((np.ones(len(near)), near.T), shape=(n, n))
+        part = connected_components(joined, directed=False)[1]
+        return self.centres[np.unique(part, return_index=True)[1]]
+
+
+@lru_cache(maxsize=32)
+def read_cells(path: Path, changed: int, scale: float, edge: float) -> Cells:
+    """The cells of a file's points.
+
+    Args:
+        path: The file.
+        changed: When it was written last, so that what was read is not used for longer.
+        scale: Factor from the file's numbers to m.
+        edge: Of a cell [m].
+
+    Raises:
+        InputError: The file can't be read; there are too many cells, one too far from the origin,
+            or all points are closer together than a cell is large.
+    """
+    points = scale * read_cloud(path)
+    extent = float(np.ptp(points, axis=0).max())
+    if len(points) > 1 and extent < edge:
+        raise InputError(
+            f"point cloud {path} is {extent:.3g} m across, less than a cell of {edge:.3g} m; give "
+            "a smaller resolution, or a larger scale if it is in another unit"
+        )
+    larger = "give a larger resolution, or a smaller scale if it is in another unit"
+    farthest = float(np.abs(points).max()) / edge
+    if farthest >= FARTHEST_CELL - 1:
+        raise InputError(
+            f"point cloud {path} has a point {farthest * edge:.4g} m from its origin, which is "
+            f"{farthest:.4g} cells of {edge:.3g} m, and at most {FARTHEST_CELL - 1} are taken; "
+            f"move the points to their origin, {larger}"
+        )
+    index = np.unique(np.floor(points / edge).astype(np.int64), axis=0)
+    if len(index) > MOST_CELLS:
+        raise InputError(
+            f"point cloud {path} fills {len(index)} cells of {edge:.3g} m, and at most "
+            f"{MOST_CELLS} are taken; {larger}"
+        )
+    return Cells(index, edge)

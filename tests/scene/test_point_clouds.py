@@ -1,0 +1,231 @@
+"""Distances of point clouds, against boxes at each of their cells; clouds that are refused."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+import trimesh
+from test_scene_files import run
+
+from command_line import Command
+from knotwork.scenario import Shape
+from knotwork.scene.distances import ROUNDING, DistanceMeter
+from knotwork.scene.inside import one_inside_the_other
+from knotwork.scene.solids import Placed, Solid, solid
+from knotwork.view.cloud import cloud_mesh
+
+EDGE = 0.03
+OTHERS = [
+    ("box", (0.1, 0.05, 0.2)),
+    ("sphere", (0.04,)),
+    ("capsule", (0.04, 0.3)),
+    ("cylinder", (0.02, 0.1)),
+    ("cone", (0.05, 0.1)),
+    ("ellipsoid", (0.02, 0.1, 0.05)),
+]
+HERE = pin.SE3.Identity()
+
+
+def cloud(path: Path, points: Any, edge: float = EDGE) -> Solid:
+    rows = [f"{x!r},{y!r},{z!r}" for x, y, z in np.asarray(points, dtype=float).tolist()]
+    path.write_text("\n".join(["x,y,z", *rows]))
+    return solid(Shape("points", (), HERE, path, resolution=edge), HERE)
+
+
+def others(folder: Path) -> list[Solid]:
+    """One solid of every kind that Coal tells from others, a cloud too."""
+    made = [solid(Shape(kind, size, HERE), HERE) for kind, size in OTHERS]
+    trimesh.creation.icosphere(subdivisions=1, radius=0.05).export(folder / "ball.stl")
+    for exact in (False, True):
+        made.append(solid(Shape("mesh", (), HERE, folder / "ball.stl", exact=exact), HERE))
+    made.append(solid(Shape("half_space", (0.0, 0.6, 0.8, -0.3), HERE), HERE))
+    made.append(cloud(folder / "other.csv", [(0, 0, 0), (0.04, 0, 0), (0.1, 0.1, 0.1)], 0.02))
+    return made
+
+
+def boxes(placed: Placed) -> list[tuple[Any, Any]]:
+    """What a solid is made of, as Coal has it, one by one and not known to be a cloud."""
+    cells = placed.solid.cells
+    if cells is None:
+        return [(placed.solid.geometry, coal.Transform3s(placed.rotation, placed.origin))]
+    box = coal.Box(*(3 * [cells.edge]))
+    centres = cells.centres @ placed.rotation.T + placed.origin
+    return [(box, coal.Transform3s(placed.rotation, centre)) for centre in centres]
+
+
+def truth(first: Placed, second: Placed) -> float:
+    """The distance of the nearest two of all boxes."""
+    request = coal.DistanceRequest()
+    request.enable_signed_distance, request.gjk_tolerance = True, 1e-8
+    pairs = itertools.product(boxes(first), boxes(second))
+    return min(float(coal.distance(*a, *b, request, coal.DistanceResult())) for a, b in pairs)
+
+
+def compare(folder: Path, rounds: int, points: int) -> int:
+    """Measure distances at random places; how many of them are neither 0 nor of hulls alone."""
+    rng, meter = np.random.default_rng(5), DistanceMeter()
+    scanned = cloud(folder / "cloud.csv", rng.uniform(-0.3, 0.3, (points, 3)))
+    apart = 0
+    for i, other in itertools.product(range(rounds), others(folder)):
+        first, second = (
+            Placed(one, pin.exp3(rng.uniform(-3, 3, 3)), rng.uniform(-0.3, 0.3, 3))
+            for one in (scanned, other)
+        )
+        if i % 2:
+            first, second = second, first
+        right, found = truth(first, second), meter.distance(first, second)
+        what = other.shape.kind
+        if right <= ROUNDING:
+            assert found <= ROUNDING, what
+            continue
+        assert found == pytest.approx(right, abs=ROUNDING), what
+        near = meter.nearest(first, second)
+        assert math.dist(*near.points) == pytest.approx(right, abs=ROUNDING), what
+        for one, point in zip((second, first), near.points, strict=True):
+            ball = Placed(solid(Shape("sphere", (right / 2,), HERE), HERE), np.eye(3), point)
+            assert truth(one, ball) == pytest.approx(right / 2, abs=3 * ROUNDING), what
+        assert (near.points[0] - near.points[1]) @ near.normal == pytest.approx(right, abs=ROUNDING)
+        most = rng.uniform(0.1, 1.5) * right
+        assert min(right, most) - ROUNDING <= meter.distance(first, second, most), what
+        assert meter.distance(first, second, most) <= right + ROUNDING, what
+        apart += 1
+    return apart
+
+
+def test_the_distance_of_a_cloud_is_that_of_its_nearest_cell(tmp_path: Path) -> None:
+    assert compare(tmp_path, rounds=4, points=40) >= 15
+
+
+@pytest.mark.exhaustive
+def test_the_distance_of_clouds_is_right_at_many_places(tmp_path: Path) -> None:
+    assert compare(tmp_path, rounds=300, points=150) >= 1000
+
+
+def test_every_point_is_in_a_cell_and_every_cell_in_hull_and_box(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    points = rng.normal(0.0, 0.1, (300, 3))
+    one = cloud(tmp_path / "cloud.csv", points)
+    assert one.cells is not None
+    off = np.abs(points[:, None] - one.cells.centres).max(axis=2).min(axis=1)
+    assert off.max() <= EDGE / 2 + 1e-12
+    cubes = np.array(one.geometry.toBoxes())[:, :3]
+    assert sorted(cubes.round(9).tolist()) == sorted(one.cells.centres.round(9).tolist())
+    corners = np.concatenate([one.cells.centres + s * EDGE / 2 for s in _signs()])
+    assert (corners >= one.corners.min(axis=0) - 1e-12).all()
+    assert (corners <= one.corners.max(axis=0) + 1e-12).all()
+    directions = rng.normal(size=(200, 3))
+    assert (directions @ one.cells.outermost.T).max(axis=1) == pytest.approx(
+        (directions @ corners.T).max(axis=1), abs=1e-12
+    )
+    coarse = one.cells.coarser()
+    assert (np.abs(corners[:, None] - coarse.centres).max(axis=2).min(axis=1) <= EDGE + 1e-9).all()
+
+
+def _signs() -> list[Any]:
+    return [np.array(signs) for signs in itertools.product((-1, 1), repeat=3)]
+
+
+def test_a_part_of_a_cloud_inside_a_closed_mesh_is_found(tmp_path: Path) -> None:
+    trimesh.creation.box([0.5, 0.5, 0.5]).export(tmp_path / "box.stl")
+    box = solid(Shape("mesh", (), HERE, tmp_path / "box.stl", exact=True), HERE)
+    two = cloud(tmp_path / "two.csv", [(1, 1, 1), (1.02, 1.02, 1.02), (0.1, 0.1, 0.1)])
+    assert two.cells is not None
+    assert len(two.cells.one_of_each_part) == 2
+    still, nothing = np.eye(3), np.zeros(3)
+    assert one_inside_the_other(Placed(box, still, nothing), Placed(two, still, nothing))
+    assert not one_inside_the_other(Placed(box, still, nothing), Placed(two, still, np.ones(3)))
+
+
+ROWS = {
+    "empty.csv": "",
+    "bare.csv": "x,y,z\n",
+    "plain.csv": "1,2,3\n4,5,6\n",
+    "word.csv": "x,y,z\n1,2,3\n\n1,two,3\n",
+    "nan.csv": "x,y,z\n1,2,3\n1,nan,3\n",
+    "small.csv": "x,y,z,i\n0.1,0.2,0.3,7\n1,1,1,7\n",
+    "far.csv": "x,y,z\n0,0,0\n1e6,0,0\n",
+    "good.csv": "x,y,z\n0,0,0\n100,100,100\n",
+    "cut.ply": "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n",
+    "none.ply": "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
+    "property float z\nend_header\n",
+    "cloud.xyz": "0 0 0\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("points", "says"),
+    [
+        ("{file: no.csv, resolution: 10}", "line 10: scene.objects.part.points.file: there is no"),
+        ("{file: good.csv}", "scene.objects.part.points.resolution: is missing"),
+        ("{file: good.csv, resolution: 0}", "resolution: 0: must be greater than 0"),
+        ("{file: good.csv, resolution: -1}", "resolution: -1: must be greater than 0"),
+        ("{file: good.csv, resolution: 10, scale: .nan}", "part.points.scale"),
+        ("{file: empty.csv, resolution: 10}", "it holds no points"),
+        ("{file: bare.csv, resolution: 10}", "it holds no points"),
+        ("{file: plain.csv, resolution: 10}", "expected are headings x,y,z"),
+        ("{file: word.csv, resolution: 10}", "line 4: '1,two,3' has no numbers for x, y and z"),
+        ("{file: nan.csv, resolution: 10}", "point 2 of 2 is [1.0, nan, 3.0], not finite"),
+        ("{file: small.csv, resolution: 10}", "less than a cell of 0.01 m; give a smaller"),
+        ("{file: far.csv, resolution: 10}", "has a point 1000 m from its origin"),
+        ("{file: many.csv, resolution: 1}", "cells of 0.001 m, and at most 100000 are taken"),
+        ("{file: cut.ply, resolution: 10}", "cut.ply can't be read: it is cut off or damaged"),
+        ("{file: none.ply, resolution: 10}", "it holds no points"),
+        ("{file: mesh.ply, resolution: 10}", "it holds triangles"),
+        ("{file: cloud.xyz, resolution: 10}", "read are .csv and .ply"),
+        ("{file: good.csv, resolution: 10}, exact: true", "gives exact, which is for a mesh"),
+    ],
+)
+def test_a_wrong_cloud_is_named_with_what_would_do(
+    points: str, says: str, knotwork: Command, tmp_path: Path
+) -> None:
+    for name, text in ROWS.items():
+        (tmp_path / name).write_text(text)
+    trimesh.creation.box([9, 9, 9]).export(tmp_path / "mesh.ply")
+    if "many" in points:
+        grid = np.mgrid[0:400, 0:400].reshape(2, -1).T
+        rows = "\n".join(f"{x},{y},0" for x, y in grid.tolist())
+        (tmp_path / "many.csv").write_text(f"x,y,z\n{rows}\n")
+    assert says in run(knotwork, tmp_path, f"part: {{points: {points}}}")
+
+
+def test_a_cloud_in_the_way_is_found_and_beside_it_is_room(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    grid = np.mgrid[-30:30:8, -30:30:8].reshape(2, -1).T
+    points = np.column_stack([grid, np.zeros(len(grid))])
+    trimesh.PointCloud(points).export(tmp_path / "sheet.ply")
+    for height, code in ((295, 1), (280, 0)):
+        (tmp_path / "task.yaml").write_text(
+            "units: {length: mm, angle: deg}\nrobot: ur5\n"
+            "tool: {offset: {position: [0, 0, 100], rpy: [0, 0, 0]},"
+            " shape: {ellipsoid: [10, 20, 100]}}\n"
+            "scene: {objects: {sheet: {points: {file: sheet.ply, resolution: 10},"
+            f" position: [450, 50, {height}]}}}}}}\n"
+            "waypoints:\n"
+            "- {name: a, pose: {position: [450, 0, 300], rpy: [180, 0, 0]}, stop: true}\n"
+            "- {name: b, after: 2, pose: {position: [450, 100, 300], rpy: [180, 0, 0]}}\n"
+        )
+        ran = knotwork("plan", tmp_path / "task.yaml")
+        assert ran.code == code, ran.out + ran.err
+        assert "sheet" in ran.out
+    assert "tool, sheet clearance 10.0" in ran.out  # cells reach from 280 to 290 mm, the tip to 300
+
+
+def test_the_drawn_cells_are_those_that_are_checked_or_larger_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grid = np.mgrid[-3:3, -3:3, -3:3].reshape(3, -1).T * EDGE + EDGE / 2
+    made = cloud(tmp_path / "cloud.csv", [*grid, (9 * EDGE + 0.001, 0.001, 0.001)])
+    for most, edge, volume in ((217, EDGE, 217), (216, 2 * EDGE, 8 * 65)):
+        monkeypatch.setattr("knotwork.view.cloud.MOST_DRAWN", most)
+        mesh = cloud_mesh(made.shape, (1, 1, 1, 1))
+        a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+        assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(volume * EDGE**3)
+        assert mesh.vertices.min() == pytest.approx(-(4 if edge > EDGE else 3) * EDGE)
