@@ -216,14 +216,17 @@ def test_a_mapping_is_frozen_too(tmp_path: Path) -> None:
 
 def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None:
     trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "box.stl")
+    (tmp_path / "dot.csv").write_text("x,y,z\n0,0,0\n")
     source = tmp_path / "arm.yaml"
     source.write_text(
         "robot: planar2\ntimes: fastest\nlimits: {velocity: 2, acceleration: 4}\n"
-        "scene: {objects: {box: {mesh: box.stl, position: [9, 0, 0]}}}\n"
+        "scene: {objects: {box: {mesh: box.stl, position: [9, 0, 0]},"
+        " dot: {points: {file: dot.csv, resolution: 0.1}, position: [9, 0, 0]}}}\n"
         "waypoints:\n  - joints: {shoulder: 0, elbow: 0}\n  - joints: {shoulder: 1, elbow: 1}\n"
     )
     saved = kw.plan(source).save(tmp_path / "out")[0].parent / "scenario.yaml"
     assert 'mesh: "../box.stl"' in saved.read_text()
+    assert 'file: "../dot.csv"' in saved.read_text()
     assert kw.plan(saved).report.ok
 
 
