@@ -27,7 +27,7 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-MOST_SENTENCES = 8
+MOST_SENTENCES = 12
 ROOT = Path(__file__).parents[2]  # of the repository, where examples are
 
 
