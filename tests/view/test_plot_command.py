@@ -51,6 +51,26 @@ def test_a_scenario_is_drawn_to_a_file_named_after_it(
     assert len(list(tmp_path.iterdir())) == 2
 
 
+@pytest.mark.parametrize(
+    ("name", "options", "unit"),
+    [
+        ("ur5_deburring", [], "deg/s"),
+        ("ur5_deburring", ["--radians"], "rad/s"),
+        ("panda_pick_place", [], "rad/s"),
+    ],
+)
+def test_angles_are_in_the_units_of_the_scenario(
+    knotwork: Command, tmp_path: Path, name: str, options: list[str], unit: str
+) -> None:
+    out = tmp_path / "a.svg"
+    ran = knotwork("plot", name, "--split", "--quantities", "velocity", *options, "-o", out)
+    assert (ran.code, ran.err) == (0, "")
+    text = out.read_text(encoding="utf-8")
+    other = {"deg/s": "rad/s", "rad/s": "deg/s"}[unit]
+    assert f"[{unit}]" in text
+    assert f"[{other}]" not in text
+
+
 def test_a_motion_that_fails_its_check_is_drawn_and_said_to_fail(
     knotwork: Command, tmp_path: Path
 ) -> None:

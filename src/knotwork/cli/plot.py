@@ -77,7 +77,11 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 )
 @click.option("--from", "start", type=float, metavar="S", help="Draw from this time on [s].")
 @click.option("--to", "end", type=float, metavar="S", help="Draw up to this time [s].")
-@click.option("--degrees", is_flag=True, help="Show angles in degrees instead of radians.")
+@click.option(
+    "--degrees/--radians",
+    default=None,
+    help="How to show angles; by default as the scenario's file has them.",
+)
 @log_options
 @package_path_option
 @motion_options("to mark waypoints and limits")
@@ -94,7 +98,7 @@ def plot(
     size: str | None,
     start: float | None,
     end: float | None,
-    degrees: bool,
+    degrees: bool | None,
     reference: str | None,
     log: LogOptions | None,
 ) -> int:
@@ -109,6 +113,7 @@ def plot(
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
     from knotwork import view
+    from knotwork.trajectory import JointTrajectory
     from knotwork.view.files import checked_picture_path
     from knotwork.view.motions import chosen_quantities
 
@@ -121,6 +126,9 @@ def plot(
     chosen_quantities(quantities)
     drawn = read_motions(source, reference, planner, knots, compare, log=log)
     tell_failures(drawn)
+    if degrees is None:
+        first = drawn[0]
+        degrees = not isinstance(first, JointTrajectory) and first.report.units.angle == "deg"
     if tool:
         figure = view.plot_tool(drawn, degrees=degrees, window=(start, end), size=size)
     else:

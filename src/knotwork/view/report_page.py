@@ -41,11 +41,12 @@ def report_page(plan: PlanLike) -> Page:
     from markupsafe import Markup
 
     report, scenario, robot = plan.report, plan.scenario, plan.space.robot
-    plots = [("Joints over time", plot_joints(plan, degrees=False))]
+    degrees = scenario.units.angle == "deg"
+    plots = [("Joints over time", plot_joints(plan, degrees=degrees))]
     scene: Page | None = None
     if robot is not None:
         if robot.tcp_frame_id is not None:
-            plots.append(("The tool over time", plot_tool(plan)))
+            plots.append(("The tool over time", plot_tool(plan, degrees=degrees)))
         scene = view_plan(plan, embedded=True, autoplay=False)
     warnings = scene.warnings if scene is not None else (NO_ROBOT,)
     text = (
