@@ -41,7 +41,8 @@ def planners() -> dict[str, Any]:
     data = results.load("planners")
     tables, figures = planner_tables.tables(data), planner_tables.Figures(data)
     kinds, ratios = len(planner_tables.KINDS), len(planner_tables.RATIOS)
-    return {"tasks": data["tasks"], "cases": kinds * ratios, "tables": tables, "f": figures}
+    shown = {"tasks": data["tasks"], "first": data["first"], "cases": kinds * ratios}
+    return {**shown, "tables": tables, "f": figures}
 
 
 def path_benchmarks() -> dict[str, Any]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from planner_tables import named
+
 KINDS = ("smooth", "near", "arbitrary")
 PEAKS = ("peak velocity / cubic", "peak accel. / cubic", "peak jerk / paper")
 # Okabe and Ito's colours; markers for prints without colours.
@@ -16,6 +18,7 @@ def draw(data: dict[str, Any], path: Path) -> None:
     from matplotlib.figure import Figure
 
     planners = list(dict.fromkeys(row["planner"] for row in data["rows"]))[::-1]
+    labels = [named(planner, data) for planner in planners]
     figure = Figure(figsize=(9.0, 10.5), layout="constrained")
     axes = figure.subplots(len(KINDS), len(PEAKS), sharex="col", sharey=True)
     for kind, line in zip(KINDS, axes, strict=True):
@@ -34,7 +37,7 @@ def draw(data: dict[str, Any], path: Path) -> None:
             axis.xaxis.set_major_formatter("{x:g}")
             axis.xaxis.set_minor_formatter("")
             axis.set_title(f"{kind}: {name}", fontsize=8)
-            axis.set_yticks(range(len(planners)), planners, fontsize=7)
+            axis.set_yticks(range(len(planners)), labels, fontsize=7)
             axis.tick_params(axis="x", labelsize=7, labelbottom=True)
             axis.grid(axis="y", color="0.92", lw=0.6)
             axis.spines[["top", "right"]].set_visible(False)

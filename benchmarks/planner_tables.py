@@ -36,7 +36,7 @@ def tables(data: Data) -> list[Table]:
             rows = [r for r in data["rows"] if (r["kind"], r["ratio"]) == (kind, ratio)]
             cells = [
                 [
-                    row["planner"],
+                    named(row["planner"], data),
                     f"{row['done']} %",
                     *(
                         "unbounded" if figure is None else " / ".join(map(short, figure))
@@ -49,6 +49,12 @@ def tables(data: Data) -> list[Table]:
             columns = ("planner", "done", *rows[0]["figures"])
             made.append(Table(title, columns, cells, note=f"(median / worst of {data['tasks']})"))
     return made
+
+
+def named(planner: str, data: Data) -> str:
+    """A planner, and on how many tasks of each kind it was measured if not on all."""
+    few = data["first"].get(planner)
+    return planner if few is None else f"{planner} (first {few})"
 
 
 def number(value: float) -> str:

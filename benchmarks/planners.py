@@ -9,13 +9,15 @@ Three kinds of task, from kind to hostile:
 Each with times whose longest interval is exactly 1, 10 or 100 times the shortest. One joint, 3 to
 50 waypoints, mean velocities of size 1, so that all figures compare. The seed makes a run
 repeatable, but for the times that planning takes. With `--save benchmarks/results` the results are
-saved there, and `make figures` renders docs/planners.md from them.
+saved there, and `make figures` renders docs/planners.md from them. With `--only PLANNER` as well,
+that planner alone is measured, beside the two it is compared with, and takes its place among those
+that are saved; if it is slow, on the first few tasks of each kind, which tables then say.
 """
 
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +28,15 @@ from rich.progress import track
 
 import results
 from knotwork import metrics
+from knotwork.choosing.runs import GREATEST_JERK
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots, PlannerOptions, get_planner
-from knotwork.waypoints import JointWaypoints
+from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import ChosenRun, JointWaypoints
 from planner_tables import KINDS, RATIOS, rounded, tables
 
+OPTIMAL = "modified-hermite, optimal"
 CONTENDERS: dict[str, tuple[str, PlannerOptions]] = {
     "modified-hermite, paper": ("modified-hermite", PlannerOptions()),
     "modified-hermite, balanced 0.1": (
@@ -42,6 +48,7 @@ CONTENDERS: dict[str, tuple[str, PlannerOptions]] = {
         "modified-hermite",
         PlannerOptions(knots=BalancedKnots(0.35)),
     ),
+    OPTIMAL: ("optimal", PlannerOptions()),
     "cubic": ("cubic", PlannerOptions()),
     "quintic, zero": ("quintic", PlannerOptions()),
     "quintic, estimated": ("quintic", PlannerOptions(accelerations="estimated")),
@@ -76,8 +83,10 @@ RELATIVE = {
     "∫ jerk²": "modified-hermite, paper",
     "time to plan": "cubic",
 }
-# The best of a few runs is what planning itself takes.
+REFERENCES = tuple(dict.fromkeys(RELATIVE.values()))
+# The best of a few runs is what planning itself takes; long ones [s] are not repeated.
 RUNS = 3
+LONG = 0.01
 
 
 def task(rng: np.random.Generator, kind: str, ratio: int) -> JointWaypoints:
@@ -108,16 +117,36 @@ Result = dict[str, dict[str, float]]
 """Figures of each contender that can do a task."""
 
 
-def measure(waypoints: JointWaypoints) -> Result:
+def optimal(waypoints: JointWaypoints, options: PlannerOptions) -> JointTrajectory:
+    """What `knots: optimal` plans where no limits are given: the least integral of jerk squared."""
+    none = np.full(len(waypoints.joint_names), np.inf)
+    problem = TimingProblem(
+        waypoints.joint_names,
+        waypoints.position,
+        waypoints.velocity,
+        TimingLimits(none, none, np.full_like(none, GREATEST_JERK)),
+        duration=np.diff(waypoints.time),
+        objective=Objective(time=0.0, jerk=1.0),
+    )
+    found = solve(problem).trajectory
+    times = found.breaks + waypoints.time[0]
+    run = ChosenRun(times, found.acceleration(found.breaks))
+    return get_planner("modified-hermite")(waypoints, PlannerOptions(chosen=(run,)))
+
+
+def measure(waypoints: JointWaypoints, names: Iterable[str] = tuple(CONTENDERS)) -> Result:
     """Figures of each contender that can do the task."""
     found: dict[str, dict[str, float]] = {}
-    for name, (planner, options) in CONTENDERS.items():
-        plan, seconds = get_planner(planner), np.inf
+    for name in names:
+        planner, options = CONTENDERS[name]
+        plan, seconds = optimal if name == OPTIMAL else get_planner(planner), np.inf
         try:
             for _ in range(RUNS):
                 start = clock.perf_counter()
                 trajectory = plan(waypoints, options)
                 seconds = min(seconds, clock.perf_counter() - start)
+                if seconds > LONG:
+                    break
         except InputError:
             continue
         found[name] = {figure: f(trajectory, waypoints) for figure, f in FIGURES.items()}
@@ -147,24 +176,40 @@ def row(kind: str, ratio: int, name: str, results: list[Result]) -> dict[str, An
     return {"kind": kind, "ratio": ratio, "planner": name, "done": share, "figures": figures}
 
 
+def put_in_place(rows: list[dict[str, Any]], only: str, tasks: int) -> dict[str, Any]:
+    """The saved results with a planner's rows, and on how many of the tasks it was measured."""
+    saved = results.load("planners")
+    if tasks > saved["tasks"]:
+        raise click.UsageError(f"--tasks {tasks}: {saved['tasks']} tasks of each kind are saved")
+    order = list(CONTENDERS)
+    merged = [row for row in saved["rows"] if row["planner"] != only] + rows
+    merged.sort(key=lambda r: (KINDS.index(r["kind"]), r["ratio"], order.index(r["planner"])))
+    return {"tasks": saved["tasks"], "first": {**saved["first"], only: tasks}, "rows": merged}
+
+
 @click.command()
 @click.option("--tasks", default=300, show_default=True, help="Tasks of each kind and ratio.")
 @click.option("--seed", default=1, show_default=True)
+@click.option("--only", type=click.Choice(list(CONTENDERS)), help="Measure this planner alone.")
 @click.option(
     "--save", type=click.Path(file_okay=False, path_type=Path), help="Folder for the results."
 )
-def main(tasks: int, seed: int, save: Path | None) -> None:
+def main(tasks: int, seed: int, only: str | None, save: Path | None) -> None:
     """Compare planners over random tasks: median / worst of each figure."""
+    names = tuple(CONTENDERS) if only is None else (*REFERENCES, only)
     rows = []
     for kind in KINDS:
         for ratio in RATIOS:
             rng = np.random.default_rng([seed, KINDS.index(kind), ratio])
             label = f"{kind} tasks, longest : shortest interval {ratio}"
             work = track(range(tasks), label, console=Console(stderr=True), transient=True)
-            found = [measure(task(rng, kind, ratio)) for _ in work]
-            done = [name for name in CONTENDERS if any(name in result for result in found)]
+            found = [measure(task(rng, kind, ratio), names) for _ in work]
+            shown = CONTENDERS if only is None else (only,)
+            done = [name for name in shown if any(name in result for result in found)]
             rows += [row(kind, ratio, name, found) for name in done]
-    data = {"tasks": tasks, "rows": rows}
+    data: dict[str, Any] = {"tasks": tasks, "first": {}, "rows": rows}
+    if only is not None:
+        data = put_in_place(rows, only, tasks)
     for table in tables(data):
         table.show(Console(width=230))
     if save is not None:

@@ -18,7 +18,8 @@ All contenders but TOPP-RA meet positions and velocities at the waypoints and ke
 
 Beside these: long motions of six joints, whose time to solve should grow with their length; eight
 waypoints of a UR5 whose limits of torque are lowered until they bind; and the shipped scenarios
-whose times are free, with Ruckig chained at the velocities that were chosen for them.
+whose times are free, with Ruckig chained at the velocities that were chosen for them, and those
+without tool paths whose times are given, which are freed here.
 
 The peers are no dependencies of Knotwork:
 
@@ -27,14 +28,15 @@ The peers are no dependencies of Knotwork:
 
 The seed makes a run repeatable, but for the times that solving takes. With
 `--save benchmarks/results` the results are saved there, and `make figures` renders
-docs/timing_benchmarks.md from them.
+docs/timing_benchmarks.md from them; with `--only shipped` as well, what else is saved is kept.
 """
 
 from __future__ import annotations
 
+import copy
 import importlib
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +50,7 @@ import results
 from knotwork import resources
 from knotwork.errors import InputError
 from knotwork.interpolation.hermite import ModifiedHermiteSpline
-from knotwork.scenario import load_scenario
+from knotwork.scenario import Scenario, load_scenario
 from knotwork.timing import Dynamics, TimedMotion, TimingLimits, TimingProblem, solve, windows
 from knotwork.waypoints import FloatArray
 from results import Table
@@ -257,41 +259,71 @@ def torques(seed: int) -> list[dict[str, Any]]:
     return rows
 
 
+def freed(scenario: Scenario) -> dict[str, Any]:
+    """A scenario with given times as a mapping in which they are free.
+
+    Where a joint has no limits to be fast under, the peaks of the motion with given times are all.
+    """
+    given = kw.plan(scenario)
+    assert scenario.document is not None
+    data: dict[str, Any] = copy.deepcopy(dict(scenario.document.data))
+    data.pop("knots", None)
+    for waypoint in data["waypoints"]:
+        waypoint.pop("time", None)
+        waypoint.pop("after", None)
+    data["times"] = "fastest"
+    limits = given.space.limits
+    if given.space.robot is None or not np.isfinite(limits["effort"] + limits["velocity"]).all():
+        angle = np.pi / 180.0 if (data.get("units") or {}).get("angle") == "deg" else 1.0
+        names = given.space.joint_names
+        data["limits"] = {
+            what: {
+                name: float(1.001 * peak / angle)
+                for name, peak in zip(names, given.trajectory.extrema(what).peak, strict=True)
+            }
+            for what in ("velocity", "acceleration", "jerk")
+        }
+    return data
+
+
 def shipped() -> list[dict[str, Any]]:
-    """The shipped scenarios with free times."""
+    """The shipped scenarios with free times, and those whose given times can be freed."""
     rows = []
     for name in resources.names("scenarios"):
-        if load_scenario(name).free is None:
-            continue
-        begun = clock.process_time()
-        made = kw.plan(name)
-        seconds = clock.process_time() - begun
-        chosen, limits = made.chosen, made.space.limits
-        if chosen is None:
-            continue
-        jerk = np.array(limits["jerk"])
-        for k, joint in enumerate(made.space.joint_names):
-            jerk[k] = chosen.assumed_jerk.get(joint, jerk[k])
-        ruckig, ours = 0.0, 0.0
-        for run in chosen.runs:
-            q = run.trajectory.position(run.time)
-            bound = TimingLimits(limits["velocity"], limits["acceleration"], jerk)
-            ruckig += chained(
-                TimingProblem(run.trajectory.joint_names, q, run.velocity, bound)
-            ).sum()
-            ours += run.duration
-        fair = np.isfinite(limits["acceleration"]).all() and np.isfinite(ruckig)
-        rows.append(
-            {
-                "scenario": name,
-                "duration": round(chosen.duration, 4),
-                "gap": round(chosen.gap, 5),
-                "ruckig": round(ours / ruckig, 5) if fair else None,
-                "seconds": round(seconds, 3),
-                "passes": made.report.ok,
-            }
-        )
+        scenario = load_scenario(name)
+        if scenario.free is not None:
+            rows.append(shipped_row(name, scenario, None))
+        elif scenario.planner == "modified-hermite" and not scenario.paths:
+            rows.append(shipped_row(name, load_scenario(freed(scenario)), np.ptp(scenario.times)))
     return rows
+
+
+def shipped_row(name: str, scenario: Scenario, given: float | None) -> dict[str, Any]:
+    """The least time of a scenario, beside Ruckig and the duration that it gives."""
+    begun = clock.process_time()
+    made = kw.plan(scenario)
+    seconds = clock.process_time() - begun
+    chosen, limits = made.chosen, made.space.limits
+    assert chosen is not None
+    jerk = np.array(limits["jerk"])
+    for k, joint in enumerate(made.space.joint_names):
+        jerk[k] = chosen.assumed_jerk.get(joint, jerk[k])
+    ruckig, ours = 0.0, 0.0
+    for run in chosen.runs:
+        q = run.trajectory.position(run.time)
+        bound = TimingLimits(limits["velocity"], limits["acceleration"], jerk)
+        ruckig += chained(TimingProblem(run.trajectory.joint_names, q, run.velocity, bound)).sum()
+        ours += run.duration
+    fair = np.isfinite(limits["acceleration"]).all() and np.isfinite(ruckig)
+    return {
+        "scenario": name,
+        "given": None if given is None else round(float(given), 4),
+        "duration": round(chosen.duration, 4),
+        "gap": round(chosen.gap, 5),
+        "ruckig": round(ours / ruckig, 5) if fair else None,
+        "seconds": round(seconds, 3),
+        "passes": made.report.ok,
+    }
 
 
 def tables(data: dict[str, Any]) -> list[Table]:
@@ -319,6 +351,7 @@ def tables(data: dict[str, Any]) -> list[Table]:
     lines = [
         [
             one["scenario"],
+            "–" if one["given"] is None else f"{one['given']:.3f}",
             f"{one['duration']:.3f}",
             percent(one["gap"]),
             "–" if one["ruckig"] is None else f"{one['ruckig']:.3f}",
@@ -327,7 +360,15 @@ def tables(data: dict[str, Any]) -> list[Table]:
         ]
         for one in data["shipped"]
     ]
-    columns = ("scenario", "s", "above the bound", "to Ruckig", "CPU s to plan", "passes")
+    columns = (
+        "scenario",
+        "given s",
+        "least s",
+        "above the bound",
+        "to Ruckig",
+        "CPU s to plan",
+        "passes",
+    )
     note = "Ruckig chained at the velocities chosen, in the stretches that are free."
     found.append(Table("Shipped scenarios.", columns, lines, note))
     return found
@@ -353,22 +394,30 @@ def table(rows: list[dict[str, Any]]) -> Table:
     return Table("Duration relative to chained Ruckig.", columns, lines, note, labels=2)
 
 
+MEASURES: dict[str, Callable[[int], list[dict[str, Any]]]] = {
+    "sizes": sizes,
+    "torques": torques,
+    "shipped": lambda seed: shipped(),
+}
+
+
 @click.command(help=__doc__.split("\n", maxsplit=1)[0])
 @click.option("--tasks", "count", default=300, help="How many tasks.")
 @click.option("--seed", default=14, help="Seed of the tasks.")
+@click.option("--only", type=click.Choice(list(MEASURES)), help="Measure this part alone.")
 @click.option("--save", type=click.Path(path_type=Path), help="Folder for the results.")
-def main(count: int, seed: int, save: Path | None) -> None:
+def main(count: int, seed: int, only: str | None, save: Path | None) -> None:
     """Run all tasks and show the tables."""
     console = Console()
     solve(random_motion(np.random.default_rng(seed), 4))  # what is loaded first is not counted
-    data = {
-        "seed": seed,
-        "tasks": count,
-        "sizes": sizes(seed),
-        "torques": torques(seed),
-        "shipped": shipped(),
-        "rows": [row(*task) for task in track(list(tasks(count, seed)), console=console)],
-    }
+    data: dict[str, Any] = (
+        {"seed": seed, "tasks": count} if only is None else results.load("timing")
+    )
+    for part, measured in MEASURES.items():
+        if only in (None, part):
+            data[part] = measured(seed)
+    if only is None:
+        data["rows"] = [row(*task) for task in track(list(tasks(count, seed)), console=console)]
     for one in tables(data):
         one.show(console)
     if save is not None:

@@ -75,6 +75,7 @@ def test_planners_are_measured_anew(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     measured = json.loads((tmp_path / "planners.json").read_text(encoding="utf-8"))
     saved = importlib.import_module("results").load("planners")
+    assert measured.keys() == saved.keys()
     cases = [{(row["kind"], row["ratio"]) for row in data["rows"]} for data in (measured, saved)]
     assert cases[0] == cases[1]
     assert measured["rows"][0].keys() == saved["rows"][0].keys()
@@ -127,7 +128,8 @@ def test_who_is_best_and_worst_is_what_the_page_says() -> None:
         if kind != "arbitrary":
             continue
         if ratio > 1:
-            assert fluctuation["modified-hermite, paper"] == max(fluctuation.values())
+            most = sorted(fluctuation, key=lambda row: fluctuation[row])[-2:]
+            assert set(most) == {"modified-hermite, paper", "modified-hermite, optimal"}
         for name in ("peak accel. / cubic", "peak jerk / paper"):
             medians = {planner: row[name][0] for planner, row in table.items() if row[name]}
             assert set(sorted(medians, key=lambda row: medians[row])[:2]) == {"bspline", "4-3-4"}

@@ -439,6 +439,10 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     span = np.ptp(problem.position, axis=0)
     largest = float(span.max()) or 1.0
     typical = np.maximum(span, 1e-3 * largest)
+    if problem.objective.jerk and not problem.free.any():
+        # given times set the size of the motion, however loose the limits are
+        peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
+        room = np.minimum(room, np.maximum(typical, peak * time**2))
     return Scale(time, np.where(np.isfinite(room), room, typical))
 
 
