@@ -117,7 +117,10 @@ MEETS = ("modified-hermite", "cubic", "quintic", "septic", "nonic", "bspline-vel
 
 def test_who_is_best_and_worst_is_what_the_page_says() -> None:
     cases: dict[tuple[str, int], dict[str, Any]] = {}
-    for row in importlib.import_module("results").load("planners")["rows"]:
+    saved = importlib.import_module("results").load("planners")
+    for row in saved["rows"]:
+        if row["planner"] in saved["first"]:
+            continue  # its figures are those of other tasks
         cases.setdefault((row["kind"], row["ratio"]), {})[row["planner"]] = row["figures"]
     for (kind, ratio), table in cases.items():
         fluctuation = {name: row["fluctuation"][0] for name, row in table.items()}
@@ -128,8 +131,7 @@ def test_who_is_best_and_worst_is_what_the_page_says() -> None:
         if kind != "arbitrary":
             continue
         if ratio > 1:
-            most = sorted(fluctuation, key=lambda row: fluctuation[row])[-2:]
-            assert set(most) == {"modified-hermite, paper", "modified-hermite, optimal"}
+            assert fluctuation["modified-hermite, paper"] == max(fluctuation.values())
         for name in ("peak accel. / cubic", "peak jerk / paper"):
             medians = {planner: row[name][0] for planner, row in table.items() if row[name]}
             assert set(sorted(medians, key=lambda row: medians[row])[:2]) == {"bspline", "4-3-4"}
