@@ -36,7 +36,7 @@ def broken() -> Plan:
 def test_a_row_a_quantity_with_every_joint(deburring: Plan) -> None:
     figure = plot_joints(deburring)
     assert len(figure.axes) == 4
-    units = ("% of range", "% of limit", "rad/s²", "rad/s³")  # where all joints have limits
+    units = ("% of range", "% of limit", "deg/s²", "deg/s³")  # where all joints have limits
     for axis, quantity, unit in zip(figure.axes, DERIVATIVES, units, strict=True):
         assert axis.get_ylabel() == f"{quantity} [{unit}]"
         drawn = [str(line.get_gid()).split(":")[2] for line in lines(axis, "curve")]
@@ -94,7 +94,7 @@ def test_joints_that_share_a_panel_are_in_percent_of_their_own_limits() -> None:
 
 
 def test_jerk_is_drawn_as_steps(paper_case: Plan) -> None:
-    (axis,) = plot_joints(paper_case, quantities=["jerk"]).axes
+    (axis,) = plot_joints(paper_case, quantities=["jerk"], degrees=False).axes
     time, value = data(lines(axis, "curve")[0])
     breaks = paper_case.trajectory.breaks
     np.testing.assert_array_equal(time, np.repeat(breaks, 2)[1:-1])
@@ -214,7 +214,7 @@ def test_a_far_limit_does_not_squash_the_curve(deburring: Plan) -> None:
     low, high = figure.axes[1].get_ylim()
     extrema = deburring.trajectory.extrema("velocity")
     assert high - low < 1.6 * float(extrema.maximum.max() - extrema.minimum.min()) * 100 / 3.15
-    assert "shoulder_pan_joint: 20 % of limit ±3.15 rad/s" in notes(figure)
+    assert "shoulder_pan_joint: 20 % of limit ±180 deg/s" in notes(figure)
     assert len(notes(figure)) == 2  # no limits of acceleration and jerk are given
 
 
@@ -297,7 +297,7 @@ def test_a_trajectory_alone_has_numbered_waypoints_if_it_knows_them(
 def test_a_trajectory_with_its_scenario_has_limits_and_names(deburring: Plan) -> None:
     figure = plot_joints(deburring.trajectory, scenario=deburring.scenario)
     assert "edge start" in [text.get_text() for text in waypoint_names(figure.axes[0])]
-    assert "shoulder_pan_joint: 20 % of limit ±3.15 rad/s" in notes(figure)
+    assert "shoulder_pan_joint: 20 % of limit ±180 deg/s" in notes(figure)
     # of the poses it is not known which solution was meant; the start is given by joint values
     assert [len(data(line)[0]) for line in lines(figure.axes[0], "asked")] == [1] * 6
 

@@ -21,9 +21,9 @@ def test_speed_is_that_of_the_tool_and_meets_what_is_asked(deburring_by_waypoint
     labels = [axis.get_ylabel() for axis in figure.axes]
     assert labels == [
         "tool speed [mm/s]",
-        "turning speed [rad/s]",
+        "turning speed [deg/s]",
         "off straight path [mm]",
-        "turned from it [rad]",
+        "turned from it [deg]",
     ]
     time, speed = data(lines(figure.axes[0], "tool")[0])
     robot = deburring.space.robot

@@ -12,7 +12,10 @@ from typing import Any
 import pytest
 
 import knotwork as kw
+from knotwork.cli import watching
+from knotwork.cli.view import _named_in
 from knotwork.cli.watching import Files
+from knotwork.view.live_server import LiveServer
 
 STATE = "[knotwork.time(), ...viewer.camera.position.toArray()]"
 
@@ -82,3 +85,29 @@ def test_files_changed_are_noticed_once(tmp_path: Path) -> None:
     assert not files.changed()  # an editor may be about to put another in its place
     path.write_text("12", encoding="utf-8")
     assert files.changed()
+
+
+def test_a_fault_of_our_own_is_shown_and_does_not_end_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("KNOTWORK_TRACEBACK", raising=False)
+    faults = [ZeroDivisionError("boom"), KeyboardInterrupt()]
+
+    def made(_: int) -> Any:
+        raise faults.pop(0)
+
+    shown: list[str] = []
+    monkeypatch.setattr(LiveServer, "refuse", lambda _, error: shown.append(error))
+    monkeypatch.setattr(Files, "changed", lambda _: True)
+    with LiveServer("task") as server:
+        watching.follow(server, Files([]), made)
+    assert not faults  # it went on after the first
+    assert "ZeroDivisionError: boom" in shown[0]
+    assert "Please report it" in shown[0]
+    assert shown[0].splitlines()[0] in capsys.readouterr().err
+
+
+def test_files_that_a_scenario_names_are_followed(tmp_path: Path) -> None:
+    (tmp_path / "curve.csv").write_text("x,y,z\n", encoding="utf-8")
+    data = {"waypoints": [{"along": {"points": "curve.csv"}}, {"joints": {"a": 1}}], "name": "a.b"}
+    assert _named_in(data, tmp_path) == [tmp_path / "curve.csv"]

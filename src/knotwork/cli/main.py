@@ -36,7 +36,7 @@ from knotwork.cli.progress import shown_progress
 from knotwork.cli.report import report as report_command
 from knotwork.cli.sources import read_checked
 from knotwork.cli.sweep import sweep
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo, internal_error
 from knotwork.cli.tradeoff import tradeoff
 from knotwork.cli.view import view
 from knotwork.errors import InputError, KnotworkError
@@ -119,11 +119,7 @@ def _drop_output() -> None:
 def _internal_error(error: Exception) -> int:
     if os.environ.get("KNOTWORK_TRACEBACK"):
         raise error
-    echo(
-        f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
-        "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened.",
-        err=True,
-    )
+    echo(internal_error(error), err=True)
     return INTERNAL
 
 

@@ -113,7 +113,6 @@ def plot(
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
     from knotwork import view
-    from knotwork.trajectory import JointTrajectory
     from knotwork.view.files import checked_picture_path
     from knotwork.view.motions import chosen_quantities
 
@@ -126,9 +125,6 @@ def plot(
     chosen_quantities(quantities)
     drawn = read_motions(source, reference, planner, knots, compare, log=log)
     tell_failures(drawn)
-    if degrees is None:
-        first = drawn[0]
-        degrees = not isinstance(first, JointTrajectory) and first.report.units.angle == "deg"
     if tool:
         figure = view.plot_tool(drawn, degrees=degrees, window=(start, end), size=size)
     else:

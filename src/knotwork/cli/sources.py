@@ -55,6 +55,7 @@ def read_motions(
     strict: bool = False,
     instead: str = "",
     log: LogOptions | None = None,
+    warm: Motion | None = None,
 ) -> list[Motion]:
     """Plan a scenario, or read a trajectory and check it if its scenario is given.
 
@@ -70,6 +71,7 @@ def read_motions(
         instead: What may be given in place of a trajectory's scenario, for errors.
         log: The trajectory is a log, and this is said of it. The plan that it is compared with
             follows it.
+        warm: What the source gave before it was changed; where it is a plan, to start from.
 
     Raises:
         InputError: An option belongs to the other of the two, or the motion can't be planned or
@@ -78,7 +80,7 @@ def read_motions(
     if not _is_trajectory(source, reference):
         given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
         refuse(given, f"{source} is a scenario itself")
-        return list(_planned(source, planner, knots, compare or []))
+        return list(_planned(source, planner, knots, compare or [], warm))
     given = {"--compare": compare, "--planner": planner, "--knots": knots}
     refuse(given, f"{source} is a trajectory, which is planned already")
     if reference is not None:
@@ -175,14 +177,17 @@ def refuse(options: dict[str, Any], reason: str) -> None:
         raise InputError(f"{reason}: leave out {', '.join(given)}")
 
 
-def _planned(source: str, planner: str | None, knots: Any, others: list[str]) -> list[Plan]:
+def _planned(
+    source: str, planner: str | None, knots: Any, others: list[str], warm: Motion | None
+) -> list[Plan]:
     """Plan a scenario with its planner and with others; each planner once."""
     from knotwork import pipeline
     from knotwork.interpolation import get_planner
 
     for name in others:
         get_planner(name)
-    plans = [pipeline.plan(source, planner=planner, knots=knots)]
+    before = warm if isinstance(warm, pipeline.Plan) else None
+    plans = [pipeline.plan(source, planner=planner, knots=knots, warm=before)]
     for name in dict.fromkeys(others):
         if name == plans[0].scenario.planner:
             continue

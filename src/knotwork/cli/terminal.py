@@ -34,6 +34,14 @@ def echo(text: str, *, err: bool = False) -> None:
             raise
 
 
+def internal_error(error: Exception) -> str:
+    """Say what to do about an error that is no fault of the input."""
+    return (
+        f"internal error: {type(error).__name__}: {error}\nThis is a fault of Knotwork, not of "
+        "your input. Please report it; KNOTWORK_TRACEBACK=1 shows where it happened."
+    )
+
+
 def echo_data(text: str | bytes) -> None:
     """Print data for other programs as they are; for eyes, control characters are written out."""
     if isinstance(text, str) and sys.stdout.isatty():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +36,8 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 @click.option(
     "--watch",
     is_flag=True,
-    help="Plan again each time the scenario or its robot is saved, and show that in the open page.",
+    help="Plan again each time the scenario, its robot or a file they name is saved, and show that "
+    "in the open page.",
 )
 @click.option(
     "--meshcat",
@@ -88,8 +90,9 @@ def view(
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
 
-    def made(live: int | None = None) -> tuple[Page, Motion]:
-        return _page(source, reference, planner, knots, compare, robot, not no_ghosts, log, live)
+    def made(live: int | None = None, warm: Motion | None = None) -> tuple[Page, Motion]:
+        ghosts = not no_ghosts
+        return _page(source, reference, planner, knots, compare, robot, ghosts, log, live, warm)
 
     if meshcat is not None:
         given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
@@ -116,6 +119,7 @@ def _page(
     ghosts: bool,
     log: LogOptions | None,
     live: int | None,
+    warm: Motion | None,
 ) -> tuple[Page, Motion]:
     from knotwork.robot import load_robot
     from knotwork.trajectory import JointTrajectory
@@ -124,7 +128,7 @@ def _page(
     robot = load_robot(robot_name) if robot_name is not None else None
     instead = ", or its robot with --robot"
     shown = read_motions(
-        source, reference, planner, knots, compare, robot=robot, instead=instead, log=log
+        source, reference, planner, knots, compare, robot=robot, instead=instead, log=log, warm=warm
     )
     tell_failures(shown)
     first, *others = shown
@@ -154,7 +158,7 @@ def _play(shown: list[Motion], address: str, no_open: bool) -> int:
 def _watch(
     source: str,
     reference: str | None,
-    made: Callable[[int | None], tuple[Page, Motion]],
+    made: Callable[[int | None, Motion | None], tuple[Page, Motion]],
     port: int | None,
     no_open: bool,
 ) -> int:
@@ -162,9 +166,12 @@ def _watch(
     from knotwork.cli.watching import Files, follow
     from knotwork.view.live_server import LiveServer
 
+    last: Motion | None = None
+
     def renewed(version: int) -> tuple[Page, list[Path], str]:
-        page, motion = made(version)
-        return page, _files(motion), _said(motion)
+        nonlocal last
+        page, last = made(version, last)
+        return page, _files(last), _said(last)
 
     given = [_file(name) for name in (source, reference) if name is not None]
     with LiveServer(source, port or 0) as server:
@@ -193,13 +200,31 @@ def _files(motion: Motion) -> list[Path]:
         return []
     robot = motion.space.robot
     described = (robot.source, robot.urdf, robot.srdf) if robot is not None else ()
-    return [path for path in (motion.scenario.source, *described) if path is not None]
+    known = [path for path in (motion.scenario.source, *described) if path is not None]
+    document = motion.scenario.document
+    if document is None or document.file is None:
+        return known
+    return [*known, *_named_in(document.data, document.file.parent)]
+
+
+def _named_in(value: Any, folder: Path) -> list[Path]:
+    """Files that texts anywhere in a document name, such as meshes and points of curves."""
+    if isinstance(value, Mapping):
+        return [path for each in value.values() for path in _named_in(each, folder)]
+    if isinstance(value, list):
+        return [path for each in value for path in _named_in(each, folder)]
+    if not isinstance(value, str) or not Path(value).suffix:
+        return []
+    try:
+        return [folder / value] if (folder / value).is_file() else []
+    except (OSError, ValueError):  # no name that a file can have
+        return []
 
 
 def _said(motion: Motion) -> str:
     """The verdict in a line."""
     from knotwork.trajectory import JointTrajectory
-    from knotwork.view.summary import summary
+    from knotwork.verification.brief import summary
 
     if isinstance(motion, JointTrajectory):
         return "shown"

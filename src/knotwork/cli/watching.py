@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo, internal_error
 from knotwork.errors import KnotworkError
 
 if TYPE_CHECKING:
@@ -90,9 +91,20 @@ def _renew(
     try:
         page, paths, said = made(server.version + 1)
     except KnotworkError as error:
-        server.refuse(str(error))
-        echo(f"{time.strftime('%H:%M:%S')} error: {error}", err=True)
+        _refuse(server, f"error: {error}", str(error))
+        return
+    except Exception as error:
+        if os.environ.get("KNOTWORK_TRACEBACK"):
+            raise
+        said = internal_error(error)
+        _refuse(server, said, said)
         return
     files.follow(paths)
     server.show(page)
     echo(f"{time.strftime('%H:%M:%S')} {said} ({time.perf_counter() - start:.2f} s)")
+
+
+def _refuse(server: LiveServer, said: str, shown: str) -> None:
+    """Show over the page what is wrong, and say it here."""
+    server.refuse(shown)
+    echo(f"{time.strftime('%H:%M:%S')} {said}", err=True)

@@ -60,6 +60,10 @@ class Told(Protocol):
     def counts(self) -> tuple[int, int]:
         """Requirements that are met, and all."""
 
+    @property
+    def tightest(self) -> Sequence[Finding]:
+        """Of each quantity what uses most of its limit, most used first."""
+
 
 class BriefLine(NamedTuple):
     """A line of a short report.
@@ -95,6 +99,19 @@ def brief(report: Told, width: int = WIDTH) -> list[BriefLine]:
     others = {name: found for name, found in groups.items() if _only_told(found)}
     room = MOST_LINES - len(lines) - len(met)
     return [*lines, *_rows(others, report.units, room, width), *met]
+
+
+def summary(report: Told) -> str:
+    """Say in a line how much is met; where all is, what uses most of its limit.
+
+    >>> from knotwork.verification.brief import summary
+    >>> summary(kw.plan("ur5_deburring").report)
+    '86 of 86 met; tightest 81 %: ...'
+    """
+    met, required = report.counts
+    tight = [one for one in report.tightest if (one.use or 0.0) >= NOTABLE]
+    tightest = f"; tightest {_used(tight[0], report.units)}" if tight and report.ok else ""
+    return f"{met} of {required} met{tightest}"
 
 
 def _verdict(report: Told) -> str:
@@ -187,7 +204,12 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
         nearest = min(limited, key=lambda one: one.margin if one.margin is not None else 0.0)
         return [_told_of(nearest, units)]
     tightest = max(limited, key=lambda one: one.use or 0.0)
-    return [f"{100.0 * (tightest.use or 0.0):.0f} %: {_told_of(tightest, units)}"]
+    return [_used(tightest, units)]
+
+
+def _used(found: Finding, units: Units) -> str:
+    """What part of its limit a finding uses, and what it is about."""
+    return f"{100.0 * (found.use or 0.0):.0f} %: {_told_of(found, units)}"
 
 
 def _told_of(found: Finding, units: Units) -> str:

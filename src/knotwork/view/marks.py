@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.solids import rod, sphere, triad
@@ -22,14 +23,6 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
 MOST_KNOTS = 2000
-_PICTURED = {
-    "m": (1e3, "mm"),
-    "m/s": (1e3, "mm/s"),
-    "m/s²": (1e3, "mm/s²"),
-    "rad": (180 / np.pi, "deg"),
-    "rad/s": (180 / np.pi, "deg/s"),
-    "rad/s²": (180 / np.pi, "deg/s²"),
-}
 
 
 def _label(text: str, kind: str, at: FloatArray, detail: str) -> dict[str, Any]:
@@ -148,21 +141,22 @@ def _add_failures(
             at = (point + reached) / 2
             if np.linalg.norm(reached - point) > 1e-9:
                 wrong.append(rod(point, reached, 0.004 * size, RED))
-        text = f"{name}: {', '.join(map(_said, findings))}" if name else _said(findings[0])
+        words = [_said(found, report.units) for found in findings]
+        text = f"{name}: {', '.join(words)}" if name else words[0]
         labels.append(_label(text, "miss", at, "\n".join(map(str, findings))))
     if wrong:
         meshes["failures"] = merged(wrong)
 
 
-def _said(found: Finding) -> str:
-    """A finding in few words, in units that one can picture."""
-    factor, unit = _PICTURED.get(found.unit, (1.0, found.unit))
+def _said(found: Finding, units: Units) -> str:
+    """A finding in few words."""
     if found.value is None:
         return found.title
     if found.requested is not None:
-        return f"{found.title} off by {factor * found.value:.3g} {unit}"
-    if found.subject != "path":  # limits of joints are known in SI
-        factor, unit = 1.0, found.unit
-    value = f"{factor * found.value:.3g}" if np.isfinite(found.value) else "infinite"
-    limit = f", limit {factor * found.limit:.3g}" if found.limit is not None else ""
+        return f"{found.title} off by {units.text(found.value, found.unit, '.3g')}"
+    shown, unit = units.shown(found.value, found.unit)
+    value = f"{shown:.3g}" if np.isfinite(shown) else "infinite"
+    limit = ""
+    if found.limit is not None:
+        limit = f", limit {units.shown(found.limit, found.unit)[0]:.3g}"
     return f"{found.title} {value}{limit} {unit}"

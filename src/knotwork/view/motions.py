@@ -14,6 +14,7 @@ from knotwork.joint_space import JointSpace, JointState, joint_space
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
+from knotwork.units import Units
 from knotwork.verification import Finding, Report
 from knotwork.verification.limits import derivative_limits
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -92,6 +93,11 @@ class Motion:
     def curve(self) -> PiecewisePolynomial:
         """Joint positions over time."""
         return self.trajectory.polynomial
+
+    def units(self, degrees: bool | None) -> Units:
+        """Those of the scenario, angles as chosen if they are."""
+        own = self.scenario.units if self.scenario is not None else Units()
+        return own if degrees is None else replace(own, angle="deg" if degrees else "rad")
 
     def shows(self, time: float) -> bool:
         """Whether a time is in the window."""

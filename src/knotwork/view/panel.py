@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
+from knotwork.units import Units
 from knotwork.view.motions import Motion
-from knotwork.view.style import shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,14 +47,14 @@ class Panel:
         axis: Where.
         quantity: Name of the quantity.
         series: The curves, all of joints of one unit.
-        degrees: Show angles in degrees.
+        units: Those that values are shown in.
         low, high: Range of values to show.
     """
 
     axis: Axes
     quantity: str
     series: list[Series]
-    degrees: bool
+    units: Units
     low: float = np.inf
     high: float = -np.inf
 
@@ -64,19 +64,20 @@ class Panel:
         return DERIVATIVES.index(self.quantity)
 
     @property
-    def _shown(self) -> tuple[str, float]:
+    def _shown(self) -> tuple[float, str]:
         first = self.series[0]
-        return shown_unit(first.motion.trajectory.joint_units[first.component], self.degrees)
+        own = first.motion.trajectory.joint_units[first.component]
+        return self.units.shown(1.0, rate_unit(own, self.order))
 
     @property
     def factor(self) -> float:
         """From the SI unit to the shown one."""
-        return self._shown[1]
+        return self._shown[0]
 
     @property
     def unit(self) -> str:
         """Unit that values are shown in."""
-        return rate_unit(self._shown[0], self.order)
+        return self._shown[1]
 
     @property
     def percent(self) -> bool:

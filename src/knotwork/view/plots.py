@@ -48,7 +48,7 @@ def plot_joints(
     *,
     joints: Sequence[str] | None = None,
     quantities: Sequence[str] | None = None,
-    degrees: bool = False,
+    degrees: bool | None = None,
     scenario: Scenario | None = None,
     labels: Sequence[str] | None = None,
     title: str | None = None,
@@ -73,7 +73,7 @@ def plot_joints(
         motions: A `Plan`, a `JointTrajectory`, or several of them.
         joints: Names of the joints to draw; by default all.
         quantities: Of `"position"`, `"velocity"`, `"acceleration"` and `"jerk"`; by default all.
-        degrees: Show angles in degrees instead of radians.
+        degrees: Show angles in degrees or in radians; by default as the scenario's file does.
         scenario: For trajectories: what was asked for, to mark waypoints and limits.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
@@ -100,11 +100,11 @@ def plot_joints(
     page = checked_size(size)
     with settings():
         rows = _layout(found, names, kinds) if not split else _split(found, names, kinds)
-        columns = len(rows[0])
+        columns, units = len(rows[0]), found[0].units(degrees)
         figure = new_figure(len(rows), columns, page)
         axes = figure.subplots(len(rows), columns, sharex=True, squeeze=False)
         panels = [
-            [Panel(axis, *cell, degrees) for axis, cell in zip(line, cells, strict=True)]
+            [Panel(axis, *cell, units) for axis, cell in zip(line, cells, strict=True)]
             for line, cells in zip(axes, rows, strict=True)
         ]
         for line in panels:

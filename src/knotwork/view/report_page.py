@@ -6,16 +6,18 @@ import base64
 import io
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from knotwork.documents import read_text
+from knotwork.units import Units
 from knotwork.verification import Finding
+from knotwork.verification.brief import NOTABLE, summary
 from knotwork.view.motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
 from knotwork.view.plots import plot_joints
 from knotwork.view.show import view_plan
 from knotwork.view.style import settings
-from knotwork.view.summary import LOOSE, summary
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
@@ -41,12 +43,12 @@ def report_page(plan: PlanLike) -> Page:
     from markupsafe import Markup
 
     report, scenario, robot = plan.report, plan.scenario, plan.space.robot
-    degrees = scenario.units.angle == "deg"
-    plots = [("Joints over time", plot_joints(plan, degrees=degrees))]
+    tight = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
+    plots = [("Joints over time", plot_joints(plan))]
     scene: Page | None = None
     if robot is not None:
         if robot.tcp_frame_id is not None:
-            plots.append(("The tool over time", plot_tool(plan, degrees=degrees)))
+            plots.append(("The tool over time", plot_tool(plan)))
         scene = view_plan(plan, embedded=True, autoplay=False)
     warnings = scene.warnings if scene is not None else (NO_ROBOT,)
     text = (
@@ -58,11 +60,14 @@ def report_page(plan: PlanLike) -> Page:
             robot=robot,
             trajectory=plan.trajectory,
             summary=summary(report),
-            tightest=[found for found in report.tightest if (found.use or 0.0) >= LOOSE][:MOST],
+            tightest=_in_units(tight, report.units),
             verdicts=_VERDICTS,
             number=_number,
             vector=_vector,
-            groups=[_group(title, found) for title, found in report.groups.items()],
+            groups=[
+                _group(title, _in_units(found, report.units))
+                for title, found in report.groups.items()
+            ],
             plots=[(name, _picture(figure)) for name, figure in plots],
             scene=Markup(frame(scene.html, height="100%", name="3D view")) if scene else None,
             warnings=warnings,
@@ -72,6 +77,26 @@ def report_page(plan: PlanLike) -> Page:
         )
     )
     return Page(f"{scenario.name}: report", text, warnings)
+
+
+def _in_units(findings: Sequence[Finding], units: Units) -> list[Finding]:
+    """Findings with their numbers in the units that are shown, and so with those units' names."""
+    return [_shown(found, units) for found in findings]
+
+
+def _shown(found: Finding, units: Units) -> Finding:
+    factor, unit = units.shown(1.0, found.unit)
+    scaled: dict[str, Any] = {
+        name: factor * value
+        for name in ("value", "limit", "margin", "excess")
+        if (value := getattr(found, name)) is not None
+    }
+    vectors: dict[str, Any] = {
+        name: tuple(factor * value for value in values)
+        for name in ("requested", "achieved")
+        if not found.form and (values := getattr(found, name)) is not None
+    }
+    return replace(found, unit=unit, **scaled, **vectors)
 
 
 def _picture(figure: Figure) -> dict[str, str]:

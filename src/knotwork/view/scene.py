@@ -18,6 +18,7 @@ from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check
+from knotwork.verification.brief import summary
 from knotwork.view.animation import frame_times, joint_tree
 from knotwork.view.asked_path import (
     DEVIATION_COLOURS,
@@ -36,7 +37,6 @@ from knotwork.view.path_shapes import other_path_mesh, path_meshes, tool_mesh
 from knotwork.view.speed_colours import SpeedColours, written
 from knotwork.view.stops import Stops, arm_triangles, find_stops
 from knotwork.view.strip import joint_panel, strip
-from knotwork.view.summary import summary
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_speed, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray

@@ -11,14 +11,16 @@ from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.units import Units
 from knotwork.verification import Report
 from knotwork.view.limit_share import limit_share
 from knotwork.view.packing import packed_numbers
-from knotwork.view.style import shown_unit
 from knotwork.view.tool_curves import stretches
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 800
+# Values of joints are written without digits for what can't be seen.
+PICTURED = Units("mm", "deg")
 # A break at one time is shown this wide, in parts of the motion.
 LEAST_WIDTH = 0.003
 
@@ -81,7 +83,7 @@ def joint_panel(robot: Robot) -> list[dict[str, Any]]:
     panel = []
     limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
     for name, unit, bounds in zip(robot.joint_names, robot.joint_units, limits, strict=True):
-        shown, factor = ("mm", 1e3) if unit == "m" else shown_unit(unit, degrees=True)
+        factor, shown = PICTURED.shown(1.0, unit)
         low, high = (factor * float(bound) if np.isfinite(bound) else None for bound in bounds)
         panel.append({"name": name, "unit": shown, "factor": factor, "low": low, "high": high})
     return panel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -127,11 +126,6 @@ def colour(index: int) -> str:
 def dashes(index: int) -> str | tuple[float, tuple[float, ...]]:
     """Line style of the index-th planner."""
     return DASHES[index % len(DASHES)]
-
-
-def shown_unit(unit: str, degrees: bool) -> tuple[str, float]:
-    """Unit that a joint's values are shown in, and the factor from its SI unit to it."""
-    return ("deg", math.degrees(1.0)) if unit == "rad" and degrees else (unit, 1.0)
 
 
 def number(value: float) -> str:

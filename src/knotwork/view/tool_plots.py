@@ -23,7 +23,6 @@ from knotwork.view.style import (
     new_figure,
     rounded,
     settings,
-    shown_unit,
     write_note,
 )
 from knotwork.view.tool_curves import (
@@ -78,7 +77,7 @@ class _Row:
 def plot_tool(
     motions: Drawable | Sequence[Drawable],
     *,
-    degrees: bool = False,
+    degrees: bool | None = None,
     scenario: Scenario | None = None,
     labels: Sequence[str] | None = None,
     title: str | None = None,
@@ -93,7 +92,7 @@ def plot_tool(
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
-        degrees: Show angles in degrees instead of radians.
+        degrees: Show angles in degrees or in radians; by default as the scenario's file does.
         scenario: For trajectories: what was asked for, with its robot.
         labels: A name for each motion; by default its planner.
         title: Title of the picture; by default the scenario and the planner.
@@ -143,13 +142,13 @@ def plot_tool(
     return figure
 
 
-def _rows(motions: list[Motion], degrees: bool) -> list[_Row]:
+def _rows(motions: list[Motion], degrees: bool | None) -> list[_Row]:
     """What may be shown; a row without any value is left out."""
     for motion in motions:
         robot_of(motion)  # that there is one is said before anything is drawn
     scenario = motions[0].scenario
     allowed = scenario.tolerances if scenario is not None else ToleranceSet()
-    angle, factor = shown_unit("rad", degrees)
+    factor, angle = motions[0].units(degrees).shown(1.0, "rad")
     return [
         _Row("tool speed", "mm/s", MILLIMETRES, speeds, 0, "linear"),
         _Row("turning speed", f"{angle}/s", factor, speeds, 1, "angular"),
