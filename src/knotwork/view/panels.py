@@ -34,7 +34,9 @@ NOTE_ROOM, MOST_TAKEN = 0.06, 0.7
 # font's size.
 PANEL_WIDTH, LETTER, BOLD_LETTER = 0.85, 0.55, 0.62
 # Height of the panels in parts of the figure's.
-PANEL_HEIGHT = 0.62
+PANEL_HEIGHT = 0.57
+# Room for marks of a curve below a note, in points.
+MARK_ROOM = 5.0
 # More of these would hide the curve.
 MOST_KNOT_TICKS, MOST_KNOT_DOTS, MOST_JUMP_DOTS, MOST_LARGE_DOTS = 400, 40, 60, 60
 # Motions whose knots have a row of ticks each, so high in parts of the panel.
@@ -161,7 +163,7 @@ def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int)
         said = [one for one in (note, *together) if one]
         lines = [line for one in said for line in textwrap.wrap(one, int(width / letter))]
         height = min(least_height(rows), PANEL_HEIGHT * figure.get_figheight() / rows)
-        taken = NOTE_ROOM + len(lines) * 1.2 * SMALL / 72.0 / height
+        taken = NOTE_ROOM + (len(lines) * 1.2 * SMALL + MARK_ROOM) / 72.0 / height
         top = bottom + (high - bottom) / (1.0 - min(taken, MOST_TAKEN))
         write_note(panel.axis, "\n".join(lines), broken)
     panel.axis.set_ylim(bottom, top)
