@@ -420,6 +420,20 @@ def test_a_held_object_stands_where_it_was_and_where_it_is_left() -> None:
     assert all(found.at is not None and found.at > 8 for found in failed.values())
 
 
+def test_the_tool_keeps_clear_of_what_it_has_left() -> None:
+    """It may touch the vial until the waypoint after it left it; it comes back into it."""
+    waypoints = [
+        *({**waypoint, "stop": True} for waypoint in VIAL["waypoints"]),
+        {"name": "up", "after": 2, "pose": {"position": [500, 200, 400], "rpy": DOWN}},
+        {"name": "low", "after": 3, "pose": {"position": [500, 200, 130], "rpy": DOWN}},
+    ]
+    waypoints[2]["stop"] = True
+    assert kw.plan({**VIAL, "waypoints": waypoints[:3]}).report.ok
+    (hit,) = kw.plan({**VIAL, "waypoints": waypoints}).report.failures
+    assert hit.name == "tool, vial"
+    assert hit.at == pytest.approx(11, abs=0.5)
+
+
 def test_what_is_allowed_or_ignored_is_not_checked() -> None:
     wall = REACH_OVER["scene"]["objects"]["wall"]
     free = {**wall, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link"]}

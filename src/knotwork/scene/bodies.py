@@ -32,6 +32,7 @@ class Body:
         joint: Index of the joint that carries it; 0 for what stands still.
         solids: Its shapes.
         start, end: From when to when [s] it is there.
+        apart: Whether it is to be held or was held, and the tool is away from it.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Body:
     solids: tuple[Solid, ...]
     start: float = -math.inf
     end: float = math.inf
+    apart: bool = False
 
 
 def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Iterator[Placed]:

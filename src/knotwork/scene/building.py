@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +23,9 @@ from knotwork.scene.solids import Solid, solid
 FAR_OFF = 20.0
 """A mesh this many times larger than the arm's reach, or a thousand times smaller than that, is
 plausibly in another unit."""
+
+SAME_PLACE = 1e-6
+"""Waypoints whose TCPs are this near one another [m] are at one place."""
 
 DOUBTFUL = 4.0
 """A mesh this many times larger than the arm's reach may be in another unit, and so may one that is
@@ -48,12 +52,44 @@ class Hold:
     Attributes:
         taken, left: Pose of the TCP, `pin.SE3` in the base frame, at the start and at the end.
         start, end: From when to when [s].
+        coming: When the tool sets out to take it [s]; until then it must keep clear of it.
+        gone: When the tool is away from it [s]; from then on it must keep clear of it.
     """
 
     taken: Any
     left: Any
     start: float
     end: float
+    coming: float = -math.inf
+    gone: float = math.inf
+
+
+def hold_between(take: int, leave: int, times: Sequence[float], poses: Sequence[Any]) -> Hold:
+    """When an object is held between two waypoints, and when the tool may be near it.
+
+    The tool comes from the waypoint before it takes the object, and is gone at the one after it
+    leaves it: the nearest at which the TCP is somewhere else.
+
+    Args:
+        take: Place of the waypoint where the object is taken.
+        leave: Place of the waypoint where it is left.
+        times: When each waypoint is reached [s].
+        poses: Of the TCP at the waypoints, `pin.SE3` in the base frame.
+    """
+
+    def elsewhere(k: int, other: int) -> bool:
+        return bool(np.abs(poses[k].translation - poses[other].translation).max() > SAME_PLACE)
+
+    coming = (times[k] for k in range(take - 1, -1, -1) if elsewhere(k, take))
+    gone = (times[k] for k in range(leave + 1, len(times)) if elsewhere(k, leave))
+    return Hold(
+        poses[take],
+        poses[leave],
+        times[take],
+        times[leave],
+        next(coming, -math.inf),
+        next(gone, math.inf),
+    )
 
 
 def collision_model(scenario: Scenario, robot: Robot, holds: Mapping[str, Hold]) -> CollisionModel:
@@ -132,11 +168,14 @@ class _Builder:
             (self._solid(shape, base * pose, place),) for pose in (hold.taken, hold.left)
         )
         carried = (self._solid(shape, frame.placement, place),)
-        return [
-            Body(name, "object", 0, here, end=hold.start),
+        bodies = [
+            Body(name, "object", 0, here, end=hold.coming, apart=True),
+            Body(name, "object", 0, here, hold.coming, hold.start),
             Body(name, "held", int(frame.parentJoint), carried, hold.start, hold.end),
-            Body(name, "object", 0, there, start=hold.end),
+            Body(name, "object", 0, there, hold.end, hold.gone),
+            Body(name, "object", 0, there, start=hold.gone, apart=True),
         ]
+        return [body for body in bodies if body.start < body.end]
 
     def _solid(self, shape: Shape, carrier: Any, place: tuple[str | int, ...]) -> Solid:
         """A shape of the scenario as a solid; errors say where it stands."""

@@ -54,7 +54,10 @@ class Pairing:
                     if own and not self.scene.rules.itself:
                         continue
                     names = frozenset((first.name, second.name))
-                    reason = reasons.get(names) or (by_files.get(names) if own else None)
+                    reason = reasons.get(names)
+                    if reason == ALLOWED and (first.apart or second.apart):
+                        reason = None  # what takes it may touch it only then
+                    reason = reason or (by_files.get(names) if own else None)
                     reason = reason or self._reason(first, second)
                     if reason is None and own and frozenset((i, j)) in at_home:
                         reason = AT_HOME
@@ -86,7 +89,7 @@ class Pairing:
         names = {first.name, second.name}
         kinds = {first.kind, second.kind}
         held = {one.name for one in self.scene.held}
-        if TOOL in names and names & held:
+        if TOOL in names and names & held and not (first.apart or second.apart):
             return CARRIED
         parent = self.joints.parent
         joined = first.joint in (parent[second.joint],) or second.joint == parent[first.joint]

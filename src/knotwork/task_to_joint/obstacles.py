@@ -38,20 +38,22 @@ class Obstacles:
     """
 
     def __init__(self, scenario: Scenario, space: JointSpace, robot: Robot) -> None:
-        from knotwork.scene.building import Hold, collision_model
+        from knotwork.scene.building import collision_model, hold_between
         from knotwork.scene.solid_pairs import SolidPairs
 
-        poses, times = {}, {}
-        for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
-            times[waypoint.name] = waypoint.time
-            if isinstance(waypoint, CartesianWaypoint):
-                poses[waypoint.name] = waypoint.pose
-            elif state is not None and scenario.scene.held:
-                poses[waypoint.name] = robot.forward(state.position)
-        holds = {
-            one.name: Hold(poses[one.take], poses[one.leave], times[one.take], times[one.leave])
-            for one in scenario.scene.held
-        }
+        holds = {}
+        if scenario.scene.held:
+            times, poses = scenario.times.tolist(), []
+            place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
+            for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
+                if isinstance(waypoint, CartesianWaypoint):
+                    poses.append(waypoint.pose)
+                elif state is not None:
+                    poses.append(robot.forward(state.position))
+            holds = {
+                one.name: hold_between(place[one.take], place[one.leave], times, poses)
+                for one in scenario.scene.held
+            }
         self.scenario, self.robot = scenario, robot
         self.model = collision_model(scenario, robot, holds)
         self._pairs = SolidPairs(self.model) if self.model.pairs else None

@@ -52,17 +52,17 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
     Raises:
         DocumentError: A mesh is wrong, or a name in the scenario is unknown.
     """
-    from knotwork.scene.building import Hold, collision_model
+    from knotwork.scene.building import collision_model, hold_between
 
-    times = {waypoint.name: waypoint.time for waypoint in scenario.waypoints}
-    holds = {}
-    for held in scenario.scene.held:
-        ends = [
-            float(np.clip(times[name], motion.start_time, motion.end_time))
-            for name in (held.take, held.leave)
-        ]
-        here, there = (robot.forward(motion.curve(time)) for time in ends)
-        holds[held.name] = Hold(here, there, *ends)
+    if not scenario.scene.held:
+        return collision_model(scenario, robot, {})
+    times = np.clip(scenario.times, motion.start_time, motion.end_time).tolist()
+    poses = [robot.forward(motion.curve(time)) for time in times]
+    place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
+    holds = {
+        held.name: hold_between(place[held.take], place[held.leave], times, poses)
+        for held in scenario.scene.held
+    }
     return collision_model(scenario, robot, holds)
 
 
