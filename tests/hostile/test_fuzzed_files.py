@@ -5,18 +5,20 @@ Scenarios, trajectories, tables, URDFs and meshes are changed at random, the sam
 
 from __future__ import annotations
 
+import copy
 import json
 import random
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
 import yaml
-from mutations import as_json, changed_bytes, changed_data, changed_xml
+from mutations import as_json, changed_bytes, changed_data, changed_xml, places
 
 import knotwork as kw
 from knotwork import resources
@@ -57,8 +59,15 @@ TASK = {
         {"joints": {"i": 0.6, "j": -0.4}, "stop": True, "after": 2},
     ],
 }
-# Light ones, each with keys that others lack.
-SCENARIOS = ("planar2_closed_form", "paper_case", "paper_case_presets", "ur3_lid", "ur10_weld")
+# Scenarios that are planned in a moment, and how often each is changed; all others take a second.
+LIGHT = ("planar2_closed_form", "paper_case", "paper_case_presets", "ur3_lid", "paper_case_fastest")
+TIMES, TIMES_HEAVY = 30, 5
+
+
+def at(data: Any, way: tuple[Any, ...]) -> Any:
+    for key in way:
+        data = data[key]
+    return data
 
 
 def collada() -> str:
@@ -149,6 +158,8 @@ COMMANDS: dict[str, tuple[int, Callable[[str], tuple[str, ...]]]] = {
     "check": (8, lambda task: ("check", "kept", "--scenario", task)),
     "export": (10, lambda task: ("export", task, "-f", "csv", "--allow-failed")),
     "pvt": (4, lambda task: ("export", task, "-f", "pvt", "--allow-failed")),
+    "budget": (3, lambda task: ("plan", task, "--budget", "500ms")),
+    "tradeoff": (2, lambda task: ("tradeoff", task, "--factors", "1.3")),
     "compare": (2, lambda task: ("compare", task, "--planners", "cubic,quintic:estimated")),
     "plot": (2, lambda task: ("plot", task, "-o", "a.svg")),
     "view": (2, lambda task: ("view", task, "--html", "a.html")),
@@ -161,9 +172,16 @@ def command(rng: random.Random, task: str) -> tuple[str, ...]:
     return COMMANDS[name][1](task)
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
-@pytest.mark.parametrize("count", first_of(6, 60))
-def test_changed_scenarios(count: int, name: str, session: Session, tmp_path: Path) -> None:
+def counts() -> Iterator[Any]:
+    """Of `make test` a few of the light ones; of `make test-all` every shipped scenario."""
+    yield from ((name, 6) for name in LIGHT)
+    for name in resources.names("scenarios"):
+        count = TIMES if name in LIGHT else TIMES_HEAVY
+        yield pytest.param(name, count, marks=pytest.mark.exhaustive)
+
+
+@pytest.mark.parametrize(("name", "count"), list(counts()))
+def test_changed_scenarios(name: str, count: int, session: Session, tmp_path: Path) -> None:
     rng = random.Random(f"{name} {count}")
     source = resources.find("scenarios", name).read_text(encoding="utf-8")
     data = yaml.safe_load(source)
@@ -179,7 +197,45 @@ def test_changed_scenarios(count: int, name: str, session: Session, tmp_path: Pa
     assert 2 in codes
 
 
-@pytest.mark.parametrize("count", first_of(20, 300))
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", ["paper_case_fastest", "ur10_spray_fast"])
+def test_changed_scenarios_of_least_time(name: str, session: Session, tmp_path: Path) -> None:
+    """Numbers alone, so that most of them are planned."""
+    rng = random.Random(name)
+    data = yaml.safe_load(resources.find("scenarios", name).read_text(encoding="utf-8"))
+    codes = []
+    for i in range(5):
+        changed = copy.deepcopy(data)
+        known = [way for way in places(data) if isinstance(at(data, way), int | float)]
+        *way, last = rng.choice(known)
+        at(changed, way)[last] = at(data, (*way, last)) * rng.choice((0.5, 0.9, 1.1, 3, -1))
+        (tmp_path / "task.yaml").write_text(as_json(changed), encoding="utf-8")
+        codes.append(session.run(*COMMANDS["budget" if i % 3 else "tradeoff"][1]("task.yaml")))
+    assert {0, 1} & set(codes)
+
+
+@pytest.mark.parametrize("count", first_of(3, 60))
+def test_changed_logs(count: int, session: Session, tmp_path: Path) -> None:
+    rng = random.Random(count)
+    plan = kw.plan("planar2_closed_form")
+    plan.save(tmp_path / "kept")
+    table = plan.trajectory.to_csv(rate=50)
+    noise = np.random.default_rng(count)
+    head, *rows = table.splitlines()
+    numbers = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    numbers[:, 1:] += noise.normal(0, 1e-4, numbers[:, 1:].shape)
+    noisy = [",".join(f"{value:.6f}" for value in row) for row in numbers]
+    log = "\n".join([head, *noisy, ""]).encode()
+    codes = []
+    for i in range(count):
+        (tmp_path / "log.csv").write_bytes(changed_bytes(rng, log) if i else log)
+        against = ("--against", "kept") if i % 2 else ("-s", "planar2_closed_form", "--log")
+        codes.append(session.run("check", "log.csv", *against))
+    assert set(codes) >= {codes[0], 2}
+    assert codes[0] in (0, 1)
+
+
+@pytest.mark.parametrize("count", first_of(20, 150))
 def test_changed_trajectories_and_tables(count: int, session: Session, tmp_path: Path) -> None:
     rng = random.Random(count)
     kw.plan("paper_case").save(tmp_path / "out")
@@ -199,7 +255,7 @@ def test_changed_trajectories_and_tables(count: int, session: Session, tmp_path:
         session.run(*run[0])
 
 
-@pytest.mark.parametrize("count", first_of(12, 150))
+@pytest.mark.parametrize("count", first_of(12, 70))
 def test_changed_urdfs(count: int, session: Session, tmp_path: Path) -> None:
     rng = random.Random(count)
     (tmp_path / "part.stl").write_bytes(meshes()["stl"])
@@ -220,7 +276,7 @@ def test_changed_urdfs(count: int, session: Session, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", sorted(meshes()))
-@pytest.mark.parametrize("count", first_of(2, 25))
+@pytest.mark.parametrize("count", first_of(2, 12))
 def test_changed_meshes(count: int, kind: str, session: Session, tmp_path: Path) -> None:
     rng = random.Random(f"{kind} {count}")
     (tmp_path / "arm.urdf").write_text(URDF.format(kind))
