@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from knotwork.robot import Robot
-from knotwork.scene.bodies import Body, LinkBodies, link_bodies, mesh_folders, placed_links
+from knotwork.scene.bodies import Body, LinkBodies, LinkSources, link_bodies, link_sources
 from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
 from knotwork.scene.placements import JointTree, joint_tree, place_joints
 from knotwork.waypoints import FloatArray
@@ -36,25 +34,19 @@ class RobotAlone:
 class _Key:
     """What decides how a robot's links lie to one another."""
 
-    placed: tuple[Any, ...]
-    urdf: Path
-    changed: int
+    sources: LinkSources
     home: tuple[float, ...]
     robot: Robot = field(compare=False)
 
 
 def robot_alone(robot: Robot) -> RobotAlone:
     """What is the same for all scenarios of a robot; it is kept for the next time."""
-    changed = robot.urdf.stat().st_mtime_ns
-    home = tuple(home_of(robot).tolist())
-    return _made(
-        _Key((*placed_links(robot), *mesh_folders(robot)), robot.urdf, changed, home, robot)
-    )
+    return _made(_Key(link_sources(robot), tuple(home_of(robot).tolist()), robot))
 
 
 @lru_cache(maxsize=32)
 def _made(key: _Key) -> RobotAlone:
-    joints, links = joint_tree(key.robot.model), link_bodies(key.robot)
+    joints, links = joint_tree(key.robot.model), link_bodies(key.sources)
     n = len(links.bodies)
     pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
     touching = touching_pairs(joints, links.bodies, pairs, np.array(key.home))

@@ -72,15 +72,64 @@ class LinkBodies:
     bare: tuple[str, ...]
 
 
-def link_bodies(robot: Robot) -> LinkBodies:
-    """Read the collision shapes of a robot's links; what was read is kept for the next time."""
-    changed = robot.urdf.stat().st_mtime_ns
-    return _link_bodies(robot.urdf, changed, placed_links(robot), *mesh_folders(robot))
+@dataclass(frozen=True)
+class LinkSources:
+    """What decides which shapes a robot's links have, and where: two that are equal give the same.
+
+    Attributes:
+        urdf: The file.
+        changed: When it was written last [ns].
+        placed: Of each link what `placed_links` says.
+        packages: Folders of the robot's meshes.
+        ros: Folders that ROS looks in.
+        meshes: Of each mesh of a collision shape the path, and when it was written last [ns];
+            `None` for one that is not there.
+    """
+
+    urdf: Path
+    changed: int
+    placed: tuple[tuple[Any, ...], ...]
+    packages: tuple[Path, ...]
+    ros: tuple[Path, ...]
+    meshes: tuple[tuple[Path, int] | None, ...]
 
 
-def mesh_folders(robot: Robot) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    """Folders that meshes are looked for in beside the URDF's own: the robot's, those of ROS."""
-    return tuple(robot.package_paths), ros_folders()
+def link_sources(robot: Robot) -> LinkSources:
+    """What decides the shapes of a robot's links, as the files are now."""
+    urdf, packages, ros = robot.urdf, tuple(robot.package_paths), ros_folders()
+    changed = urdf.stat().st_mtime_ns
+    known = _collision_meshes(urdf, changed, packages, ros)
+    # Looking for a mesh takes much longer than seeing that it is still where it was.
+    paths = (path or _found(name, urdf, packages, ros) for name, path in known)
+    meshes = tuple(_written(path) for path in paths)
+    return LinkSources(urdf, changed, placed_links(robot), packages, ros, meshes)
+
+
+@lru_cache(maxsize=32)
+def _collision_meshes(
+    urdf: Path, changed: int, packages: tuple[Path, ...], ros: tuple[Path, ...]
+) -> tuple[tuple[str, Path | None], ...]:
+    """Names of the meshes of all collision shapes, each once, and where they are."""
+    given = UrdfShapes(urdf)
+    shapes = (shape for link in given.links for shape in given.of(link, "collision")[0])
+    names = dict.fromkeys(shape.mesh for shape in shapes if shape.kind == "mesh")
+    return tuple((name, _found(name, urdf, packages, ros)) for name in names)
+
+
+def _found(
+    name: str, urdf: Path, packages: tuple[Path, ...], ros: tuple[Path, ...]
+) -> Path | None:
+    try:
+        return find_mesh(name, urdf, packages, ros)
+    except InputError:
+        return None
+
+
+def _written(path: Path | None) -> tuple[Path, int] | None:
+    try:
+        return (path, path.stat().st_mtime_ns) if path is not None else None
+    except OSError:
+        return None
 
 
 def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
@@ -93,16 +142,11 @@ def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
 
 
 @lru_cache(maxsize=32)
-def _link_bodies(
-    urdf: Path,
-    changed: int,
-    placed: tuple[tuple[Any, ...], ...],
-    packages: tuple[Path, ...],
-    ros: tuple[Path, ...],
-) -> LinkBodies:
-    given = UrdfShapes(urdf)
+def link_bodies(sources: LinkSources) -> LinkBodies:
+    """Read the collision shapes of a robot's links; what was read is kept for the next time."""
+    given = UrdfShapes(sources.urdf)
     bodies, missing, bare = [], [], []
-    for link, joint, *numbers in placed:
+    for link, joint, *numbers in sources.placed:
         if link not in given.links:
             continue
         carrier = pin.SE3(np.array(numbers).reshape(4, 4))
@@ -113,7 +157,7 @@ def _link_bodies(
         solids = []
         for shape in shapes:
             try:
-                solids.append(solid(_placed(shape, urdf, packages, ros), carrier))
+                solids.append(solid(_placed(shape, sources), carrier))
             except InputError as error:
                 missing.append(f"link {link!r}: {error}")
         if solids:
@@ -121,9 +165,7 @@ def _link_bodies(
     return LinkBodies(tuple(bodies), tuple(missing), tuple(bare))
 
 
-def _placed(
-    given: UrdfShape, urdf: Path, packages: tuple[Path, ...], ros: tuple[Path, ...]
-) -> Shape:
+def _placed(given: UrdfShape, sources: LinkSources) -> Shape:
     """A link's shape as the URDF gives it, as one that solids are made of.
 
     Raises:
@@ -131,6 +173,6 @@ def _placed(
     """
     placement, path = pin.SE3(given.rotation, given.translation), None
     if given.kind == "mesh":
-        path = find_mesh(given.mesh, urdf, packages, ros)
+        path = find_mesh(given.mesh, sources.urdf, sources.packages, sources.ros)
     x, y, z = (float(factor) for factor in given.scale)
     return Shape(given.kind, given.size, placement, path, (x, y, z))
