@@ -44,6 +44,8 @@ LAUGHS = '<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]>'
 DEFAULTS = f'<!DOCTYPE robot [<!ATTLIST x y CDATA "{"a" * 5_000_000}">]>'
 MASS = '<link name="c"><inertial><mass value="{}"/></inertial></link>'
 
+INERTIA = '<inertia ixx="-1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+
 HOSTILE = {
     "long row": (row(60_000), "more than 100000 elements"),
     "row": (row(1_500), "the last of 501 in a row; at most 500"),
@@ -69,6 +71,18 @@ HOSTILE = {
     "mass of no number": (robot(*ARM).replace(ARM[2], MASS.format("heavy")), "'c' is 'heavy'"),
     "mass of nothing": (robot(*ARM).replace(ARM[2], MASS.format("nan")), "'c' is 'nan'"),
     "negative mass": (robot(*ARM).replace(ARM[2], MASS.format("-1")), "number from 0 on"),
+    "negative inertia": (
+        robot(*ARM).replace(ARM[2], MASS.format(f'1"/>{INERTIA}<x y="')),
+        "ixx of link 'c' is '-1'; it must be a number from 0 on",
+    ),
+    "axis of no direction": (
+        robot(*ARM).replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>'),
+        "the axis of joint 'j' is '0 0 0'; it must be a direction",
+    ),
+    "axis of no number": (
+        robot(*ARM).replace('<axis xyz="0 0 1"/>', '<axis xyz="0 nan 1"/>'),
+        "the axis of joint 'j' is '0 nan 1'",
+    ),
 }
 
 

@@ -1,14 +1,19 @@
-"""Convex hulls of meshes: read anew when a file has changed."""
+"""Convex hulls of meshes: read anew when a file has changed, and refused where Coal can't."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
+import pytest
 import trimesh
 
 import knotwork as kw
+from knotwork.errors import InputError
+from knotwork.scenario import Shape
 from knotwork.scene.building import robot_collision_model
+from knotwork.scene.solids import solid
 
 URDF = (
     '<robot name="r"><link name="a"/><link name="b"><collision><geometry>'
@@ -33,3 +38,11 @@ def test_a_mesh_of_a_robot_that_has_changed_is_read_anew(tmp_path: Path) -> None
         else:
             ((solid,),) = (body.solids for body in model.bodies)
             np.testing.assert_allclose(np.ptp(solid.corners, axis=0), edge)
+
+
+def test_a_cone_of_many_sides_is_refused_with_what_would_do(tmp_path: Path) -> None:
+    path = tmp_path / "cone.stl"
+    trimesh.creation.cone(1.0, 1.0, sections=600).export(path)
+    place = pin.SE3.Identity()
+    with pytest.raises(InputError, match="more than 254 corners around it; give a coarser mesh"):
+        solid(Shape("mesh", (), place, path), place)

@@ -13,9 +13,10 @@ import knotwork as kw
 from command_line import Command
 from knotwork.meshes.part import MeshPart
 from knotwork.meshes.reading import read_mesh
-from knotwork.view import images, links
+from knotwork.view import images, links, objects
 from knotwork.view.links import link_shapes
 from knotwork.view.mesh import from_triangles
+from knotwork.view.scene import make_scene
 
 STL = "solid a\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\nendsolid a\n"
 FLAT = STL.format("vertex 0 0 0\n" * 3)
@@ -221,3 +222,19 @@ def test_pictures_that_are_too_large_or_of_other_kinds_are_warnings(
     assert "3600 pixels beside others; at most 6000 are read" in warnings[0]
     assert "6400 pixels; at most 5000" in warnings[1]
     assert "cannot identify" in warnings[2]
+
+
+def test_an_image_of_an_object_that_is_not_taken_is_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "good.stl").write_text(GOOD, encoding="utf-8")
+    part = MeshPart(np.eye(3), np.array([[0, 1, 2]]), fault="image 'a.png' is not taken")
+    monkeypatch.setattr(objects, "read_mesh", lambda *_: (part, part))
+    sign = {"mesh": str(tmp_path / "good.stl"), "visual": True, "position": [3, 0, 0]}
+    ends = [{"joints": {"shoulder": 0, "elbow": 0.5}}, {"joints": {"elbow": 0.6}, "after": 2}]
+    ends[1]["joints"] |= {"shoulder": 0.1}
+    task = {"robot": "planar2", "scene": {"objects": {"sign": sign}}, "waypoints": ends}
+    plan = kw.plan(task)
+    robot = kw.load_robot("planar2")
+    warnings = make_scene(robot, plan.trajectory, scenario=plan.scenario)["warnings"]
+    assert "object 'sign': image 'a.png' is not taken" in warnings

@@ -11,10 +11,12 @@ from collections.abc import Iterator
 from xml.dom.minidom import Element
 from xml.etree import ElementTree
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, shown
 
 MOST_LINKS = 2_000
 MOST_LINKS_IN_A_ROW = 500
+LEAST_MOMENT = -1e-12
+"""Of inertia [kg m²]: what drawing programs write for zero may be rounded to below it."""
 
 # What the tree of links is made from. All else is for others, and Pinocchio never sees it.
 _KEPT = {
@@ -69,7 +71,9 @@ def check_tree(root: Element) -> str:
         raise InputError(f"it has {len(roots)} root links, and may have one: {some}")
     _check_depth(names, above)
     for element in links:
-        _check_mass(element)
+        _check_inertia(element)
+    for element in joints:
+        _check_axis(element)
     return roots[0]
 
 
@@ -111,20 +115,45 @@ def _check_depth(names: dict[str, None], above: dict[str, str]) -> None:
             )
 
 
-def _check_mass(link: Element) -> None:
-    """Refuse a mass that is no number, which Pinocchio would take for none."""
+def _check_inertia(link: Element) -> None:
+    """Refuse masses and moments of inertia that no body has; Pinocchio would take them."""
+    name = link.getAttribute("name")
     for inertial in child_elements(link, "inertial"):
         for mass in child_elements(inertial, "mass"):
-            text = mass.getAttribute("value")
-            try:
-                value = float(text)
-            except ValueError:
-                value = math.nan
-            if not 0.0 <= value < math.inf:
-                raise InputError(
-                    f"the mass of link {link.getAttribute('name')!r} is {text!r}; it must be a "
-                    "number from 0 on"
-                )
+            _check_not_negative(mass, "value", f"the mass of link {name!r}")
+        for inertia in child_elements(inertial, "inertia"):
+            for moment in ("ixx", "iyy", "izz"):
+                if inertia.hasAttribute(moment):
+                    what = f"{moment} of link {name!r}"
+                    _check_not_negative(inertia, moment, what, LEAST_MOMENT)
+
+
+def _check_not_negative(element: Element, attribute: str, what: str, least: float = 0.0) -> None:
+    text = element.getAttribute(attribute)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not least <= value < math.inf:
+        raise InputError(f"{what} is {shown(text)}; it must be a number from 0 on")
+
+
+def _check_axis(joint: Element) -> None:
+    """Refuse an axis without a direction, where the joint moves along it or about it."""
+    if joint.getAttribute("type") in ("fixed", "floating"):
+        return
+    for axis in child_elements(joint, "axis"):
+        text = axis.getAttribute("xyz")
+        try:
+            length = math.hypot(*map(float, text.split()))
+        except ValueError:
+            length = math.nan
+        if not 0.0 < length < math.inf:
+            name = joint.getAttribute("name")
+            raise InputError(
+                f"the axis of joint {name!r} is {shown(text)}; it must be a direction, such as "
+                "'0 0 1'"
+            )
 
 
 def plain_text(root: Element) -> str:

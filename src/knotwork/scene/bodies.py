@@ -116,9 +116,7 @@ def _collision_meshes(
     return tuple((name, _found(name, urdf, packages, ros)) for name in names)
 
 
-def _found(
-    name: str, urdf: Path, packages: tuple[Path, ...], ros: tuple[Path, ...]
-) -> Path | None:
+def _found(name: str, urdf: Path, packages: tuple[Path, ...], ros: tuple[Path, ...]) -> Path | None:
     try:
         return find_mesh(name, urdf, packages, ros)
     except InputError:

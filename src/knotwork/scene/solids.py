@@ -149,7 +149,13 @@ def _convex(points: FloatArray) -> Any:
     """Convex hull of points, as Coal has it."""
     vectors = coal.StdVec_Vec3s()
     vectors.extend(list(points))
-    return coal.ConvexBase.convexHull(vectors, True, "Qt")
+    try:
+        return coal.ConvexBase.convexHull(vectors, True, "Qt")
+    except Exception as error:  # Boost.Python passes on whatever Coal throws
+        raise InputError(
+            "the convex hull of a mesh can't be made: a point or a flat face of it has more than "
+            "254 corners around it; give a coarser mesh"
+        ) from error
 
 
 def _thickened(points: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -38,11 +38,13 @@ class Objects:
         things: As the page has them.
         labels: Of objects and of the nearest points.
         points: Places that must be in view [m], shape (n, 3).
+        warnings: What could not be drawn as described.
     """
 
     things: list[dict[str, Any]]
     labels: list[dict[str, Any]]
     points: FloatArray
+    warnings: tuple[str, ...]
 
 
 def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
@@ -116,7 +118,20 @@ def scene_objects(
     things += _hulls(robot)
     if report is not None:
         things, labels = _with_closest(things, labels, report, base, size)
-    return Objects(things, labels, np.concatenate([np.zeros((0, 3)), *points]))
+    warnings = () if scenario is None else tuple(_lost_images(scenario))
+    return Objects(things, labels, np.concatenate([np.zeros((0, 3)), *points]), warnings)
+
+
+def _lost_images(scenario: Scenario) -> Iterator[str]:
+    """What the scene's meshes name as images and are not coloured by."""
+    scene = scenario.scene
+    named = [(f"object {one.name!r}", one.shape) for one in scene.objects]
+    named += [(f"object {one.name!r}", one.shape) for one in scene.held]
+    for what, shape in (*named, *(("tool", shape) for shape in scene.tool)):
+        parts = read_mesh(shape.path) if shape.path is not None else ()
+        faults = dict.fromkeys(part.fault for part in parts if part.fault)
+        if faults:
+            yield f"{what}: {'; '.join(faults)}"
 
 
 def _carried(

@@ -31,7 +31,7 @@ from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
 from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
-from knotwork.view.objects import scene_objects
+from knotwork.view.objects import Objects, scene_objects
 from knotwork.view.packing import packed, packed_numbers
 from knotwork.view.path_shapes import other_path_mesh, path_meshes, tool_mesh
 from knotwork.view.speed_colours import SpeedColours, written
@@ -110,9 +110,10 @@ def make_scene(
     parts = [mesh for meshes in shown.shapes.parts for mesh in meshes]
     images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
     addresses, unread = image_addresses(images)
+    arm, objects = _arm_data(shown, trajectory, images)
     return {
         "title": scenario.name if scenario is not None else f"{robot.name}: stored trajectory",
-        **_arm_data(shown, trajectory, images),
+        **arm,
         "images": addresses,
         "ok": report.ok if report is not None else None,
         "summary": summary(report) if report is not None else "",
@@ -121,7 +122,7 @@ def make_scene(
             {"name": name, "failures": _failures(other, scenario, space)}
             for name, other in others.items()
         ],
-        "warnings": [*warnings, *shown.shapes.warnings, *unread],
+        "warnings": [*warnings, *shown.shapes.warnings, *objects.warnings, *unread],
         "robot": robot.name,
         "planner": trajectory.planner,
         "description": scenario.description.strip() if scenario is not None else "",
@@ -163,7 +164,9 @@ def _failures(
     return [str(item) for item in check(trajectory, scenario, space=space).failures]
 
 
-def _arm_data(shown: _Shown, trajectory: JointTrajectory, images: Sequence[Path]) -> dict[str, Any]:
+def _arm_data(
+    shown: _Shown, trajectory: JointTrajectory, images: Sequence[Path]
+) -> tuple[dict[str, Any], Objects]:
     """The arm, its motions, the task, and where to look from."""
     robot, shapes, stops, path = shown.robot, shown.shapes.shapes, shown.stops, shown.path
     points = shown.points()
@@ -175,7 +178,7 @@ def _arm_data(shown: _Shown, trajectory: JointTrajectory, images: Sequence[Path]
     things, labels = [*things, *objects.things], [*labels, *objects.labels]
     points = np.concatenate([points, objects.points])
     hiding = np.concatenate([shown.curve(shown.curve.x[:1]), copies[: MOST_HIDING - 1]])
-    return {
+    data = {
         "joints": joint_tree(robot),
         "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
         "coarse": [packed(coarse(s, GHOST_DETAIL * size)) if s else None for s in shapes],
@@ -196,6 +199,7 @@ def _arm_data(shown: _Shown, trajectory: JointTrajectory, images: Sequence[Path]
             arm_triangles(robot, shown.shapes, hiding, size) if path is not None else (),
         ),
     }
+    return data, objects
 
 
 def _stops(shown: _Shown, times: FloatArray | None) -> list[dict[str, Any]]:
