@@ -25,7 +25,7 @@ MOST_REPEATED = 1_000_000
 # A hundred thousand waypoints have a tenth of this.
 MOST_BYTES = 100_000_000
 # Where each is wrong, and a problem is made of each, it takes some 1,200 bytes.
-MOST_VALUES = 2_500_000
+MOST_VALUES = 3_000_000
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
