@@ -127,6 +127,7 @@ def timing_problem(
         total=total,
         objective=objective,
         dynamics=_dynamics(space) if moved_by_force else None,
+        units=task.scenario.units,
     )
 
 
@@ -185,6 +186,8 @@ def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -
         for name, unit in zip(space.joint_names, space.joint_units, strict=True)
         if name in loose
     )
+    shown = (scenario.units.shown(1.0, f"{unit}/s²")[1] for unit in space.joint_units)
+    units = " or ".join(dict.fromkeys(shown))
     with scenario.error_context("limits"):
         raise InputError(
             f"times are chosen, but nothing bounds the acceleration of {', '.join(loose)}: "
@@ -194,5 +197,5 @@ def _check_limits(scenario: Scenario, space: JointSpace, limits: TimingLimits) -
                 else "no limit of acceleration is given"
             )
             + f"; accepted: acceleration: {{{example}}}, with values for this robot "
-            "[angle/s² or length/s²]"
+            f"[{units}]"
         )

@@ -43,7 +43,7 @@ def _check_limits(problem: TimingProblem) -> None:
 
 
 def _check_values(problem: TimingProblem) -> None:
-    limits = problem.limits
+    limits, text = problem.limits, problem.units.text
     for name, values in (("velocity", problem.velocity), ("acceleration", problem.acceleration)):
         most = getattr(limits, name)
         known = problem.velocity_known if name == "velocity" else problem.acceleration_known
@@ -53,7 +53,7 @@ def _check_values(problem: TimingProblem) -> None:
             factor = float((most / np.abs(values[i]))[np.abs(values[i]) > 0.0].min())
             raise TimingError(
                 f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} is given a "
-                f"{name} of {values[i, k]:.6g} {unit}; its limit is {most[k]:.6g} {unit}. "
+                f"{name} of {text(values[i, k], unit)}; its limit is {text(most[k], unit)}. "
                 f"{rounded_down(factor, 4):.4g} times the {name} given here would be possible",
                 waypoint=int(i),
                 joint=problem.joint_names[k],
@@ -68,8 +68,8 @@ def _check_values(problem: TimingProblem) -> None:
         near = float(np.clip(problem.position[i, k], limits.lower[k], limits.upper[k]))
         raise TimingError(
             f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} stands at "
-            f"{problem.position[i, k]:.6g} {unit}, outside its limits {limits.lower[k]:.6g} to "
-            f"{limits.upper[k]:.6g} {unit}",
+            f"{text(problem.position[i, k], unit)}, outside its limits "
+            f"{text(limits.lower[k], unit)} to {text(limits.upper[k], unit)}",
             waypoint=int(i),
             joint=problem.joint_names[k],
             limit="position",
@@ -80,7 +80,7 @@ def _check_values(problem: TimingProblem) -> None:
 
 def _check_stopping(problem: TimingProblem) -> None:
     """A joint that moves towards a limit of its position must be able to stop before it."""
-    limits, n = problem.limits, len(problem.position)
+    limits, n, text = problem.limits, len(problem.position), problem.units.text
     with np.errstate(invalid="ignore"):
         for after, points in ((True, range(n - 1)), (False, range(1, n))):
             for i in points:
@@ -95,10 +95,10 @@ def _check_stopping(problem: TimingProblem) -> None:
                     verb = "stop before" if after else "have come from inside"
                     raise TimingError(
                         f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} moves at "
-                        f"{problem.velocity[i, k]:.6g} {unit} and can't {verb} its position limit, "
-                        f"{room[k]:.4g} {problem.joint_units[k]} away; at most "
-                        f"{rounded_down(float(fastest[k])):.6g} "
-                        f"{unit} is possible",
+                        f"{text(problem.velocity[i, k], unit)} and can't {verb} its position "
+                        f"limit, {text(room[k], problem.joint_units[k], '.4g')} away; its limit "
+                        f"of acceleration allows less than {text(fastest[k], unit)} there, and "
+                        "that of jerk less still",
                         waypoint=int(i),
                         joint=problem.joint_names[k],
                         limit="position",
@@ -122,7 +122,15 @@ def _check_durations(problem: TimingProblem) -> None:
         )
     for i in np.flatnonzero(~problem.free):
         if problem.duration[i] < least[i] * (1.0 - 1e-9):
-            raise TooShortError(problem, int(i), float(least[i]))
+            raise GivenDurationError(
+                f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} "
+                f"s are given; under the limits it takes more than {rounded_up(least[i]):.6g} s",
+                waypoint=int(i),
+                interval=True,
+                limit="duration",
+                value=float(problem.duration[i]),
+                bound=float(least[i]),
+            )
         _check_blocked(problem, int(i), float(problem.duration[i]))
     shortest = float(
         np.where(problem.free, np.maximum(least, problem.at_least), problem.duration).sum()
@@ -139,19 +147,8 @@ def _check_durations(problem: TimingProblem) -> None:
         _check_blocked(problem, 0, problem.total)
 
 
-class TooShortError(TimingError):
-    """A given duration is below the least one under the limits of velocity and acceleration."""
-
-    def __init__(self, problem: TimingProblem, i: int, least: float) -> None:
-        super().__init__(
-            f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} s "
-            f"are given; under the limits it takes more than {rounded_up(least):.6g} s",
-            waypoint=i,
-            interval=True,
-            limit="duration",
-            value=float(problem.duration[i]),
-            bound=least,
-        )
+class GivenDurationError(TimingError):
+    """A given duration that the limits of velocity and acceleration alone rule out."""
 
 
 def _check_blocked(problem: TimingProblem, i: int, h: float) -> None:
@@ -167,10 +164,10 @@ def _check_blocked(problem: TimingProblem, i: int, h: float) -> None:
         limits.acceleration,
     )
     for k in np.flatnonzero((h > last * (1.0 + 1e-9)) & (h < later * (1.0 - 1e-9)))[:1]:
-        raise TimingError(
+        raise GivenDurationError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {h:.6g} s are given; with its "
-            f"velocities at both ends joint {problem.joint_names[k]!r} takes at most "
-            f"{rounded_down(float(last[k])):.6g} s, or, as it must stop and go back, at least "
+            f"velocities at both ends joint {problem.joint_names[k]!r} takes less than "
+            f"{rounded_down(float(last[k])):.6g} s, or, as it must stop and go back, more than "
             f"{rounded_up(float(later[k])):.6g} s",
             waypoint=i,
             interval=True,

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, WaypointDataError
+from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
 
 if TYPE_CHECKING:
@@ -133,6 +134,7 @@ class TimingProblem(ReadOnlyArrays):
         total: What the durations must add up to [s], or `None`.
         objective: What is minimised; by default the time.
         dynamics: Inertias of the robot, for limits of effort and of the tool's speed.
+        units: Units that errors show values in; by default SI.
 
     Raises:
         WaypointDataError: Shapes do not match, or a value is not possible.
@@ -156,6 +158,7 @@ class TimingProblem(ReadOnlyArrays):
     total: float | None = field(default=None, kw_only=True)
     objective: Objective = field(default_factory=Objective, kw_only=True)
     dynamics: Dynamics | None = field(default=None, kw_only=True)
+    units: Units = field(default=SI, kw_only=True)
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:

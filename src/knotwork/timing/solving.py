@@ -15,7 +15,7 @@ from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.explain import explained
-from knotwork.timing.feasible import TooShortError, check_feasible
+from knotwork.timing.feasible import GivenDurationError, check_feasible
 from knotwork.timing.motion import Progress, TimedMotion
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import in_a_row, rebuilt_row
@@ -79,7 +79,7 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
     begun, iterations = watch.now(), watch.iterations
     try:
         check_feasible(problem)
-    except TooShortError as error:
+    except GivenDurationError as error:
         raise _with_all_limits(problem, error) from None
     motion = _solved_from(problem, watch, start)
     if start is not None and _gap(motion) > WORSE * _gap(start) and not watch.late(found=True):
@@ -141,7 +141,7 @@ def _failure(problem: TimingProblem, watch: Watch) -> TimingError:
     return explained(problem)
 
 
-def _with_all_limits(problem: TimingProblem, error: TooShortError) -> TimingError:
+def _with_all_limits(problem: TimingProblem, error: GivenDurationError) -> TimingError:
     """Find what a duration must be under all limits, not those of the closed form alone."""
     found = explained(problem)
     return found if found.limit == "duration" else error
