@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -119,3 +120,17 @@ def test_a_budget_that_is_too_small_is_no_answer() -> None:
 def test_effort_needs_dynamics() -> None:
     with pytest.raises(InputError, match="need dynamics"):
         one_joint([0, 1], [0, 0], TimingLimits([1.0], [1.0], effort=[1.0]))
+
+
+def test_limits_that_only_together_would_do() -> None:
+    limits = TimingLimits([2.0] * 2, [17.5] * 2, [42.0] * 2, lower=[-0.08] * 2, upper=[1.082] * 2)
+    position = np.repeat([[0.0], [1.047], [1.065]], 2, axis=1)
+    velocity = np.repeat([[0.0], [0.96], [0.0]], 2, axis=1)
+    problem = TimingProblem(
+        ("a", "b"), position, velocity, limits, acceleration=[[0.0] * 2, [np.nan] * 2, [0.0] * 2]
+    )
+    error = failure(problem)
+    needed = [float(x) for x in re.findall(r"jerk of about ([\d.]+) rad/s³", str(error))]
+    assert len(needed) == 2
+    assert error.bound in needed
+    solve(replace(problem, limits=replace(limits, jerk=needed)))

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-import time as clock
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from knotwork.errors import TimingError
-from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES
-from knotwork.polynomial import PiecewisePolynomial
+from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.timing.attempts import Attempt, solved_section
 from knotwork.timing.binding import binding_limits
-from knotwork.timing.efforts import effort_shares
-from knotwork.timing.problem import Objective, TimingProblem, part_of
-from knotwork.timing.safe_numbers import with_room
+from knotwork.timing.problem import BoolArray, Objective, TimingProblem, part_of
+from knotwork.timing.safe_numbers import rounded_down, rounded_up, with_room
 from knotwork.timing.watch import Watch
+from knotwork.waypoints import FloatArray
 
 LARGEST = 8.0
 """Limits are tried up to this many times what they are."""
 
-PATIENCE = 10.0
-"""Time that the search for a cause may take, about [s]."""
+PATIENCE = 200_000
+"""Steps of the solver times waypoints times joints that the search for a cause may take, about."""
+
+EFFORT_WORK = 8
+"""A step with dynamics takes about so many times as long as one without."""
+
+ROOMS = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3)
+"""Room given to a change, relative to it, until the solver finds a motion with just that change."""
 
 PRECISION = 0.1
 """How well the least change is known, relative to it."""
@@ -33,31 +38,35 @@ def explained(problem: TimingProblem) -> TimingError:
     An interval that can't be solved alone, its velocities being given, is the cause. Given
     durations are then let go, and after that each kind of limit is raised, to see what would do.
     """
-    search = _Search(clock.perf_counter() + PATIENCE)
+    search = _Search()
     try:
         for i in range(len(problem.position) - 1) if len(problem.position) > 2 else ():
             part = replace(part_of(problem, i, i + 1), total=None)
             if part.velocity_known.all() and search.solved(part) is None:
                 return _of_part(part, i, search)
         return _of_part(problem, 0, search)
-    except _OutOfTimeError:
-        return _unexplained(problem, 0)
+    except _OutOfStepsError:
+        return _unexplained(problem, 0, "the search for one cause took too many steps")
 
 
-class _OutOfTimeError(Exception):
+class _OutOfStepsError(Exception):
     """The search for a cause takes too long."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Search:
-    """Solves changed problems until its patience ends."""
+    """Solves changed problems until its patience ends: by steps, so that errors do not vary."""
 
-    deadline: float
+    work: int = 0
 
     def solved(self, problem: TimingProblem) -> Attempt | None:
-        if clock.perf_counter() > self.deadline:
-            raise _OutOfTimeError
-        return solved_section(problem, Watch(), starts=1)
+        if self.work > PATIENCE:
+            raise _OutOfStepsError
+        watch = Watch()
+        found = solved_section(problem, watch, starts=1)
+        size = problem.position.size * (EFFORT_WORK if problem.dynamics is not None else 1)
+        self.work += watch.iterations * size
+        return found
 
 
 def _of_part(problem: TimingProblem, first: int, search: _Search) -> TimingError:
@@ -68,16 +77,16 @@ def _of_part(problem: TimingProblem, first: int, search: _Search) -> TimingError
     for name in (*MAGNITUDES[1:], MAGNITUDES[0], "position"):
         if name != "position" and not np.isfinite(getattr(limits, name)).any():
             continue
-        raised = _least_change(problem, name, search)
-        if raised is not None:
-            return _limit_error(problem, first, name, raised)
-    return _unexplained(problem, first)
+        changes = _least_changes(problem, name, search)
+        if changes:
+            return _limit_error(problem, first, name, changes)
+    return _unexplained(problem, first, "no single cause")
 
 
-def _unexplained(problem: TimingProblem, first: int) -> TimingError:
+def _unexplained(problem: TimingProblem, first: int, why: str) -> TimingError:
     return TimingError(
         f"between {problem.names[0]!r} and {problem.names[-1]!r} no motion was found that keeps "
-        "all limits, and no single cause: allow longer durations, lower speeds or higher limits",
+        f"all limits, and {why}: allow longer durations, lower speeds or higher limits",
         waypoint=first,
         interval=len(problem.position) == 2,
     )
@@ -102,22 +111,44 @@ def _too_short(problem: TimingProblem, first: int, search: _Search) -> TimingErr
         total = float(np.where(problem.free, least, problem.duration).sum())
         return _of_total(problem, problem.total, total)
     given = np.where(problem.free, np.inf, problem.duration)
+    short = least > given * (1.0 + 1e-9)
     i = int(np.argmax(least / given))
+    needed = _needed_durations(problem, least, short, search)
+    if needed is None:
+        return None
     knots = found.found.knots
     held = binding_limits(longer, knots.time, found.found.curve)
     one = next((one for one in held if one.start == problem.names[i] and one.joint), None)
+    others = [k for k in np.flatnonzero(short) if k != i]
     return TimingError(
         f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {given[i]:.6g} s are given; "
         + _passing(problem, i, search)
-        + f"under the limits it takes {with_room(float(least[i])):.6g} s"
-        + ("" if one is None else f", {one.joint!r} at its limit of {one.quantity}"),
+        + f"under the limits it takes about {needed[i]:.6g} s"
+        + ("" if one is None else f", {one.joint!r} at its limit of {one.quantity}")
+        + "".join(
+            f"; and from {problem.names[k]!r} to {problem.names[k + 1]!r} about "
+            f"{needed[k]:.6g} s, not {given[k]:.6g} s"
+            for k in others
+        ),
         waypoint=first + i,
         interval=True,
         joint="" if one is None else one.joint,
         limit="duration",
         value=float(given[i]),
-        bound=with_room(float(least[i])),
+        bound=float(needed[i]),
     )
+
+
+def _needed_durations(
+    problem: TimingProblem, least: FloatArray, short: BoolArray, search: _Search
+) -> FloatArray | None:
+    """Durations, as they are printed, with which a motion is found."""
+    for room in ROOMS:
+        needed = np.array([with_room(float(h) * (1.0 + room)) for h in least])
+        needed = np.where(short, needed, problem.duration)
+        if search.solved(replace(problem, duration=needed)) is not None:
+            return needed
+    return None
 
 
 def _of_total(problem: TimingProblem, given: float, least: float) -> TimingError:
@@ -148,72 +179,106 @@ def _passing(problem: TimingProblem, i: int, search: _Search) -> str:
     if found is None:
         return ""
     least = with_room(float(np.ptp(found.found.knots.time)))
-    return f"in passing it takes {least:.6g} s, or else " if least < given else ""
+    return f"in passing it takes {least:.6g} s, or else " if least < 0.99 * given else ""
 
 
-def _raised(problem: TimingProblem, name: str, factor: float) -> TimingProblem:
-    limits = problem.limits
-    if name == "position":
-        room = (factor - 1.0) * np.ptp(problem.position, axis=0).max()
-        return replace(
-            problem, limits=replace(limits, lower=limits.lower - room, upper=limits.upper + room)
-        )
-    return replace(problem, limits=replace(limits, **{name: factor * getattr(limits, name)}))
+def _least_changes(problem: TimingProblem, name: str, search: _Search) -> list[_Change]:
+    """Find the fewest joints whose limits of a kind must be raised, and about how far at least.
 
-
-def _least_change(problem: TimingProblem, name: str, search: _Search) -> PiecewisePolynomial | None:
-    """The motion for which a kind of limit must be raised least, or `None` if that does not do."""
-
-    def motion(factor: float) -> Attempt | None:
-        return search.solved(_raised(problem, name, factor))
-
+    A motion was found with just these limits. The list is empty if this kind alone does not do.
+    """
+    everywhere = _bounds_of(problem, name)
     low, high = 1.0, LARGEST
-    best = motion(high)
-    if best is None:
-        return None
+    if search.solved(_with(problem, _changes(problem, everywhere, high))) is None:
+        return []
     while high - low > PRECISION * low:
         middle = float(np.sqrt(low * high))
-        found = motion(middle)
+        found = search.solved(_with(problem, _changes(problem, everywhere, middle)))
         low, high = (low, middle) if found is not None else (middle, high)
-        best = found or best
-    return best.found.curve
+    needed = everywhere
+    for one in everywhere:
+        fewer = [other for other in needed if other != one]
+        if fewer and search.solved(_with(problem, _changes(problem, fewer, high))) is not None:
+            needed = fewer
+    for room in ROOMS:
+        changes = _changes(problem, needed, high * (1.0 + room))
+        if search.solved(_with(problem, changes)) is not None:
+            return changes
+    return []
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A limit of a joint, as it is and as it would have to be.
+
+    Attributes:
+        field: Of the limits: `"lower"`, `"upper"` or the name of a magnitude.
+        joint: Its index.
+        given: What it is, in SI.
+        needed: What is proposed, in SI, as rounded as it is printed.
+    """
+
+    field: str
+    joint: int
+    given: float
+    needed: float
+
+
+def _bounds_of(problem: TimingProblem, name: str) -> list[tuple[str, int]]:
+    fields = ("lower", "upper") if name == "position" else (name,)
+    limits = problem.limits
+    return [(f, int(k)) for f in fields for k in np.flatnonzero(np.isfinite(getattr(limits, f)))]
+
+
+def _changes(
+    problem: TimingProblem, bounds: Sequence[tuple[str, int]], factor: float
+) -> list[_Change]:
+    """Move some limits outwards, to numbers as they are printed in the units of the file."""
+    room = (factor - 1.0) * float(np.ptp(problem.position, axis=0).max())
+    changes = []
+    for field, k in bounds:
+        given = float(getattr(problem.limits, field)[k])
+        moved = {"lower": given - room, "upper": given + room}.get(field, given * factor)
+        scale, _ = problem.units.shown(1.0, _unit(problem, field, k))
+        outwards = rounded_down if (field == "lower") else rounded_up
+        changes.append(_Change(field, k, given, outwards(moved * scale, 4) / scale))
+    return changes
+
+
+def _with(problem: TimingProblem, changes: Sequence[_Change]) -> TimingProblem:
+    fields = {one.field: getattr(problem.limits, one.field).copy() for one in changes}
+    for one in changes:
+        fields[one.field][one.joint] = one.needed
+    return replace(problem, limits=replace(problem.limits, **fields))
+
+
+def _unit(problem: TimingProblem, field: str, joint: int) -> str:
+    name = "position" if field in ("lower", "upper") else field
+    return JOINT_QUANTITIES[name].units[problem.joint_units[joint]]
 
 
 def _limit_error(
-    problem: TimingProblem, first: int, name: str, curve: PiecewisePolynomial
+    problem: TimingProblem, first: int, name: str, changes: Sequence[_Change]
 ) -> TimingError:
-    k, value, limit = _worst(problem, name, curve)
-    unit = JOINT_QUANTITIES[name].units[problem.joint_units[k]]
     ends = f"{problem.names[0]!r} and {problem.names[-1]!r}"
+    text = problem.units.text
+
+    def needs(one: _Change) -> str:
+        unit = _unit(problem, one.field, one.joint)
+        return (
+            f"joint {problem.joint_names[one.joint]!r} needs a limit of {name} of about "
+            f"{text(one.needed, unit)}; it is {text(one.given, unit)}"
+        )
+
+    worst = changes[0]
     return TimingError(
-        f"between {ends} no motion keeps all limits: joint {problem.joint_names[k]!r} needs "
-        f"a limit of {name} of about {with_room(value):.4g} {unit}; it is {limit:.6g} {unit}",
+        f"between {ends} no motion keeps all limits: "
+        + "; and ".join(needs(one) for one in changes)
+        + (". All of these together would do" if len(changes) > 1 else ""),
         waypoint=first,
         interval=len(problem.position) == 2,
-        joint=problem.joint_names[k],
+        joint=problem.joint_names[worst.joint],
         limit=name,
-        value=limit,
-        bound=value,
+        value=worst.given,
+        bound=worst.needed,
     )
-
-
-def _worst(
-    problem: TimingProblem, name: str, curve: PiecewisePolynomial
-) -> tuple[int, float, float]:
-    """The joint that is farthest beyond its limit: index, value and limit."""
-    limits = problem.limits
-    if name == "position":
-        found = curve.extrema(0)
-        below, above = limits.lower - found.minimum, found.maximum - limits.upper
-        k = int(np.argmax(np.maximum(below, above)))
-        if below[k] > above[k]:
-            return k, float(found.minimum[k]), float(limits.lower[k])
-        return k, float(found.maximum[k]), float(limits.upper[k])
-    limit = getattr(limits, name)
-    if name == "effort":
-        shares = effort_shares(problem, curve).max(axis=0)
-        k = int(np.argmax(shares))
-        return k, float(shares[k] * limit[k]), float(limit[k])
-    found = curve.extrema(DERIVATIVES.index(name))
-    k = int(np.argmax(found.peak / limit))
-    return k, float(found.peak[k]), float(limit[k])
