@@ -134,3 +134,14 @@ def test_limits_that_only_together_would_do() -> None:
     assert len(needed) == 2
     assert error.bound in needed
     solve(replace(problem, limits=replace(limits, jerk=needed)))
+
+
+def test_a_proposed_time_suits_the_intervals_beside() -> None:
+    """Alone the first interval takes less, with an acceleration that the next can't begin with."""
+    limits = TimingLimits([2.0944] * 2, [4.18879] * 2, [41.8879] * 2)
+    position = [[0.0, 0.0], [1.0472, -0.5236], [2.0944, 0.0]]
+    velocity = [[0.0, 0.0], [1.74533, 0.0], [0.0, 0.0]]
+    ends = [[0.0] * 2, [np.nan] * 2, [0.0] * 2]
+    given = {"acceleration": ends, "duration": [0.5, np.nan]}
+    problem = TimingProblem(("a", "b"), position, velocity, limits, **given)
+    solve(replace(problem, duration=[failure(problem).bound, np.nan]))

@@ -43,8 +43,8 @@ def explained(problem: TimingProblem) -> TimingError:
         for i in range(len(problem.position) - 1) if len(problem.position) > 2 else ():
             part = replace(part_of(problem, i, i + 1), total=None)
             if part.velocity_known.all() and search.solved(part) is None:
-                return _of_part(part, i, search)
-        return _of_part(problem, 0, search)
+                return _of_part(part, i, search, problem)
+        return _of_part(problem, 0, search, problem)
     except _OutOfStepsError:
         return _unexplained(problem, 0, "the search for one cause took too many steps")
 
@@ -69,8 +69,10 @@ class _Search:
         return found
 
 
-def _of_part(problem: TimingProblem, first: int, search: _Search) -> TimingError:
-    found = _too_short(problem, first, search)
+def _of_part(
+    problem: TimingProblem, first: int, search: _Search, whole: TimingProblem
+) -> TimingError:
+    found = _too_short(problem, first, search, whole)
     if found is not None:
         return found
     limits = problem.limits
@@ -92,7 +94,9 @@ def _unexplained(problem: TimingProblem, first: int, why: str) -> TimingError:
     )
 
 
-def _too_short(problem: TimingProblem, first: int, search: _Search) -> TimingError | None:
+def _too_short(
+    problem: TimingProblem, first: int, search: _Search, whole: TimingProblem
+) -> TimingError | None:
     """See whether longer durations than those given would do."""
     if problem.free.all() and problem.total is None:
         return None
@@ -116,6 +120,8 @@ def _too_short(problem: TimingProblem, first: int, search: _Search) -> TimingErr
     needed = _needed_durations(problem, least, short, search)
     if needed is None:
         return None
+    if len(problem.position) < len(whole.position):
+        needed = _suiting_neighbours(whole, first, needed, search)
     knots = found.found.knots
     held = binding_limits(longer, knots.time, found.found.curve)
     one = next((one for one in held if one.start == problem.names[i] and one.joint), None)
@@ -149,6 +155,27 @@ def _needed_durations(
         if search.solved(replace(problem, duration=needed)) is not None:
             return needed
     return None
+
+
+def _suiting_neighbours(
+    whole: TimingProblem, i: int, needed: FloatArray, search: _Search
+) -> FloatArray:
+    """Lengthen the duration of an interval until those beside suit it, if they can be solved.
+
+    Accelerations are the same on both sides of a waypoint, which an interval alone does not know.
+    """
+    begin = max(0, i - 1)
+    around = replace(part_of(whole, begin, min(len(whole.position) - 1, i + 2)), total=None)
+    for room in ROOMS[:4]:
+        longer = np.array([with_room(float(h) * (1.0 + room)) if room else h for h in needed])
+        duration = around.duration.copy()
+        duration[i - begin] = longer[0]
+        try:
+            if search.solved(replace(around, duration=duration)) is not None:
+                return longer
+        except _OutOfStepsError:
+            break
+    return needed
 
 
 def _of_total(problem: TimingProblem, given: float, least: float) -> TimingError:
