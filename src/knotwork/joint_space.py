@@ -292,10 +292,13 @@ SAME = 1e-12
 
 def _waits(scenario: Scenario, targets: Sequence[JointState | None]) -> Iterator[int]:
     """Indices of waypoints at rest that are followed by an equal one, but by no tool path."""
-    on_path = {i for path in scenario.paths for i in range(path.first, path.last)}
+    moved = {i for path in scenario.paths for i in range(path.first, path.last)}
+    if scenario.free is not None:  # a velocity that is chosen is no stop
+        speeds = pairwise(scenario.free.speed)
+        moved |= {i for i, kinds in enumerate(speeds) if kinds != ("given", "given")}
     for i, (one, next_one) in enumerate(pairwise(scenario.waypoints)):
         here, there = targets[i], targets[i + 1]
-        if i in on_path:
+        if i in moved:
             continue
         if isinstance(one, CartesianWaypoint) and isinstance(next_one, CartesianWaypoint):
             gap = one.pose.homogeneous - next_one.pose.homogeneous

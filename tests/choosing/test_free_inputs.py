@@ -104,6 +104,22 @@ CASES = [
         "them is none; accepted: wait: seconds",
     ),
     (
+        joints({"joints": {"a": 0}, "velocity": "free"}, ONE, times="fastest"),
+        "waypoints[1]: from 'waypoint 1' to 'waypoint 2' nothing moves, so there is no least",
+    ),
+    (
+        {
+            "times": "fastest",
+            "limits": LIMITS,
+            "waypoints": [
+                {"joints": {"a": 0, "b": 0}},
+                {"joints": {"a": 1, "b": 1}, "velocity": {"a": 4, "b": 0}},
+                {"joints": {"a": 2, "b": 0}},
+            ],
+        },
+        "is given a velocity of 4 rad/s; its limit is 2 rad/s. 0.5 times the velocity",
+    ),
+    (
         joints(ONE, times="fastest", duration=0.5),
         "duration: 0.5 s is shorter than the least time under the limits, 1",
     ),

@@ -156,3 +156,41 @@ def test_a_path_from_a_stop_on_which_low_speeds_are_harder(speed: Any) -> None:
     made = kw.plan(task)
     made.report.raise_if_failed()
     assert made.scenario.paths[0].stretches[0].speed >= 0.29
+
+
+@pytest.mark.parametrize("limits", [{"margin": 0.3}, {"velocity": 20}])
+def test_joints_can_follow_the_path_at_the_speed_that_is_chosen(limits: dict[str, Any]) -> None:
+    kw.plan(reach(line("fastest"), limits=limits)).report.raise_if_failed()
+
+
+def test_the_speed_along_a_path_leaves_its_tolerance_below_the_limit_of_the_tool() -> None:
+    limits = {"acceleration": 400, "tool_speed": 200}
+    before = {"name": "in", "pose": {"position": [400, -200, 300], "rpy": [180, 0, 0]}}
+    ready = {"name": "ready", "pose": {"position": [400, -300, 350], "rpy": [180, 0, 0]}}
+
+    def task(speed: Any) -> dict[str, Any]:
+        tolerances = {"path_speed": 0.02}
+        points = [ready, before, line(speed)]
+        return reach(times="fastest", limits=limits, tolerances=tolerances, waypoints=points)
+
+    made = kw.plan(task("fastest"))
+    made.report.raise_if_failed()
+    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.196)
+    says = (
+        r"waypoints\[2\]\.speed: 200 mm/s along the path from 'in' to 'out' leaves no room below "
+    )
+    with pytest.raises(
+        InputError, match=says + r"tool_speed, 200 mm/s; accepted: at most 196\.078 "
+    ):
+        kw.plan(task(200))
+
+
+def test_a_waypoint_at_which_the_tool_is_given_a_speed_beyond_its_limit() -> None:
+    middle = {"name": "mid", "pose": {"position": [400, 0, 300], "rpy": [180, 0, 0]}, "speed": 400}
+    end = {"pose": {"position": [400, 200, 300], "rpy": [180, 0, 0]}}
+    limits = {"acceleration": 400, "tool_speed": 300}
+    says = (
+        r"waypoints\[1\]: waypoint 'mid': the tool is given a speed of 400 mm/s, and tool_speed is"
+    )
+    with pytest.raises(InputError, match=says + r" 300 mm/s; accepted: at most 297 mm/s, "):
+        kw.plan(reach(middle, end, limits=limits, times="fastest"))

@@ -12,6 +12,7 @@ from knotwork.choosing.numbers import numbers
 from knotwork.choosing.path_speeds import path_speeds
 from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
 from knotwork.choosing.task import FreeTask, knots_of
+from knotwork.choosing.tool_speeds import check_path_speeds, check_waypoint_speeds
 from knotwork.documents import Document, Edits, Location, edited
 from knotwork.errors import InputError, TimingError
 from knotwork.joint_space import joint_space
@@ -112,6 +113,7 @@ def choose_times(
     watch = Watch(progress, budget)
     edits: dict[Location, Any] = {}
     asked = free.document
+    check_path_speeds(scenario)
     if free.path_speed:
         space = joint_space(scenario)
         waypoints = solve_task(scenario, space, knots_of(scenario)).waypoints
@@ -121,6 +123,7 @@ def choose_times(
     solution = solution or solve_task(scenario, space, knots_of(scenario))
     left = scenario.free or replace(free, path_speed={})
     task = FreeTask(scenario, left, space, solution.waypoints)
+    check_waypoint_speeds(task)
     runs = find_runs(task)
     found = _solved(task, runs, watch, _starts(task, runs, warm))
     edits |= numbers(task, found)

@@ -1,7 +1,8 @@
 """The greatest constant speed along each tool path that gives none.
 
 The joints' motion along the path is made as it will be planned, and its exact peaks are compared
-with the limits; the speed is found by bisection.
+with the limits, as are the speeds of joints that follow the path itself. The speed is found by
+bisection.
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from knotwork.choosing.task import FreeTask, knots_of
+from knotwork.choosing.tool_speeds import greatest_path_speed
 from knotwork.documents import Location
 from knotwork.errors import DocumentError, InputError, PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.free_times import PROVISIONAL_SPEED
-from knotwork.task_to_joint import followed_path
+from knotwork.task_to_joint import followed_path, leads_along
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
@@ -35,6 +37,12 @@ SLOWEST = 0.1 * PROVISIONAL_SPEED
 
 INSIDE = 1.0 - 1e-9
 """Part of a limit that a peak may reach."""
+
+ROOM = 1e-3
+"""Joints could follow the path itself faster by this part of the speed.
+
+Their speeds are read between steps, which are others where more starts are followed at once.
+"""
 
 
 def path_speeds(task: FreeTask) -> dict[Location, Any]:
@@ -74,8 +82,8 @@ class _Search:
         self.task, self.scenario, self.space, self.start = task, scenario, task.space, start
         self.path, self.stretches = path, stretches
         self.places = [free.index[path.first + 1 + k] for k in stretches]
-        tool = scenario.motion_limits.tool_speed
-        self.caps = [min(free.path_speed[place], tool or math.inf) for place in self.places]
+        most = greatest_path_speed(scenario)
+        self.caps = [min(free.path_speed[place], most) for place in self.places]
         self.number = scenario.paths.index(path)
         self.unit = scenario.shown_length[0]
 
@@ -143,7 +151,11 @@ class _Search:
 
     def _feasible(self, speeds: list[float]) -> bool:
         try:
-            return self._kept(self._motion(self.task.with_edits(self.edits(speeds))))
+            scenario = self.task.with_edits(self.edits(speeds))
+            path = scenario.paths[self.number]
+            return leads_along(
+                scenario, self.space.robot, path, self.start, room=ROOM
+            ) and self._kept(self._motion(scenario))
         except (
             PathError,
             DocumentError,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -110,3 +111,24 @@ def followed_path(
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
             velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stands
     return followed.time, names, followed.position, velocity, acceleration
+
+
+def leads_along(
+    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray, *, room: float
+) -> bool:
+    """Whether joints keep their limits along a path, as is asked where its start is chosen.
+
+    Args:
+        scenario: The task.
+        robot: The arm.
+        path: One of its paths.
+        start: Joint positions where the path begins [rad or m], shape (d,).
+        room: Joints are to be slow enough for a speed greater by this part of it.
+    """
+    from knotwork.kinematics.following.continuation import continue_along
+
+    times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
+    pull = scenario.pull_to_middle
+    found = continue_along(robot, path.motion, start[None], times, pull=pull)
+    faster = replace(found, time=found.time / (1.0 + room), velocity=found.velocity * (1.0 + room))
+    return bool(faster.free(robot, np.zeros(1, dtype=int), np.zeros((1, robot.dof))).all())

@@ -50,7 +50,8 @@ def _check_values(problem: TimingProblem) -> None:
         over = known[:, None] & (np.abs(values) > most * (1.0 + ROUNDING))
         for i, k in np.argwhere(over)[:1]:
             unit = rate_unit(problem.joint_units[k], 1 if name == "velocity" else 2)
-            factor = float((most / np.abs(values[i]))[np.abs(values[i]) > 0.0].min())
+            moving = values[i] != 0.0
+            factor = float((most[moving] / np.abs(values[i, moving])).min())
             raise TimingError(
                 f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} is given a "
                 f"{name} of {text(values[i, k], unit)}; its limit is {text(most[k], unit)}. "
