@@ -48,11 +48,12 @@ def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
 
 @scenarios
 def test_it_passes_by_name_and_by_path_and_reports_the_branches_it_takes(
-    path: Path, knotwork: Command, tmp_path: Path
+    path: Path, knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("COLUMNS", "300")  # so that no cell of a table is wrapped
     by_name = knotwork("plan", path.stem, "--json")
     assert (by_name.code, by_name.err) == (0, "")
-    by_path = knotwork("plan", path, "--out", tmp_path)
+    by_path = knotwork("plan", path, "--full", "--out", tmp_path)
     assert (by_path.code, by_path.err) == (0, "")
     assert f"PASSED {path.stem}" in by_path.out
     saved = json.loads((tmp_path / "report.json").read_text())

@@ -46,8 +46,14 @@ def run(knotwork: Command, folder: Path, objects: str, tool: str = "", more: str
         ("part: {mesh: none.stl}", "line 10: scene.objects.part.mesh: there is no file"),
         ("part: {mesh: empty.stl}", "line 10: scene.objects.part.mesh: mesh"),
         ("part: {mesh: open.stl, exact: true}", "is not watertight"),
-        ("part: {mesh: small.stl}", "plausibly in another unit; scale: 1000 makes it"),
-        ("part: {mesh: large.stl}", "plausibly in another unit; scale: 0.001 makes it"),
+        (
+            "part: {mesh: small.stl}",
+            "plausibly in another unit; a scale 1000 times as large makes it",
+        ),
+        (
+            "part: {mesh: large.stl}",
+            "plausibly in another unit; a scale 0.001 times as large makes it",
+        ),
         ("part: {box: [1, 2]}", "line 10: scene.objects.part.box: [1, 2]: has 2 values"),
         ("part: {box: [1, 2, -3]}", "scene.objects.part.box[2]: -3: must be greater than 0"),
         ("part: {position: [0, 0, 0]}", "gives no shape; give one of box, sphere, cylinder"),

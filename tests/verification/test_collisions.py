@@ -686,7 +686,7 @@ def test_a_mesh_that_may_be_in_another_unit_is_warned_of(
     part = {"mesh": str(tmp_path / "part.stl"), "position": [0, 0, 9000]}
     report = kw.plan({**REACH_OVER, "scene": {"objects": {"part": part}}}).report
     (said,) = report.warnings
-    assert f"it may be in another unit; scale: {factor} makes it" in said.message
+    assert f"it may be in another unit; a scale {factor} times as large makes it" in said.message
 
 
 @pytest.mark.parametrize(

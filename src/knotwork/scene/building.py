@@ -198,7 +198,7 @@ class _Builder:
             if far and reach / 200 <= size * factor <= FAR_OFF * reach:
                 raise InputError(
                     f"{what} is {size:.4g} m across, and the arm reaches {reach:.2g} m: "
-                    f"it is plausibly in another unit; scale: {factor:g} makes it "
+                    f"it is plausibly in another unit; a scale {factor:g} times as large makes it "
                     f"{size * factor:.4g} m"
                 )
             doubtful = size > DOUBTFUL * reach if factor < 1 else size < reach / (50 * DOUBTFUL)
@@ -207,8 +207,8 @@ class _Builder:
                     (
                         "warning",
                         f"{what} is {size:.4g} m across, and the arm reaches "
-                        f"{reach:.2g} m: it may be in another unit; scale: {factor:g} makes it "
-                        f"{size * factor:.4g} m",
+                        f"{reach:.2g} m: it may be in another unit; a scale {factor:g} times "
+                        f"as large makes it {size * factor:.4g} m",
                     )
                 )
 
