@@ -57,6 +57,7 @@ def test_a_speed_that_cannot_be_stopped_before_the_limit() -> None:
     error = failure(one_joint([0, 1, 0], [0, 1, 0], limits))
     assert (error.waypoint, error.limit) == (1, "position")
     assert error.bound == pytest.approx(np.sqrt(0.4))
+    assert "less than 0.632455 rad/s" in str(error)  # rounded down
 
 
 def test_a_given_time_that_is_too_short() -> None:

@@ -93,13 +93,14 @@ def _check_stopping(problem: TimingProblem) -> None:
                 fastest = np.sqrt(2.0 * limits.acceleration * room)
                 for k in np.flatnonzero(np.abs(v) > fastest * (1.0 + 1e-9) + 1e-12)[:1]:
                     unit = rate_unit(problem.joint_units[k], 1)
+                    most, shown = problem.units.shown(float(fastest[k]), unit)
                     verb = "stop before" if after else "have come from inside"
                     raise TimingError(
                         f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} moves at "
                         f"{text(problem.velocity[i, k], unit)} and can't {verb} its position "
                         f"limit, {text(room[k], problem.joint_units[k], '.4g')} away; its limit "
-                        f"of acceleration allows less than {text(fastest[k], unit)} there, and "
-                        "that of jerk less still",
+                        f"of acceleration allows less than {rounded_down(most):.6g} {shown} there, "
+                        "and that of jerk less still",
                         waypoint=int(i),
                         joint=problem.joint_names[k],
                         limit="position",
