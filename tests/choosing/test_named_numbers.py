@@ -46,7 +46,7 @@ def test_a_time_that_is_named_can_be_taken_and_its_joint_and_limit_are_said() ->
     for given in (0.8, 1.37):
         said = refusal(passing(given))
         assert "'q' at its limit of " in said
-        made = kw.plan(passing(number(said, "it takes")))
+        made = kw.plan(passing(number(said, "it takes about")))
         made.report.raise_if_failed()
 
 
@@ -57,8 +57,10 @@ def through(**keys: Any) -> dict[str, Any]:
 
 def test_a_duration_in_which_a_joint_would_have_to_wait() -> None:
     said = refusal(through(times="fastest", duration=5))
-    assert "takes at most 1.02633 s" in said
-    assert "at least 38.97" in said
+    assert "can't wait" in said
+    least = re.search(r"([0-9.]+) s, the least", said)
+    assert least, said
+    assert kw.plan(through(times="fastest", duration=float(least[1]))).report.ok
 
 
 def test_a_time_between_passing_and_stopping_under_a_limit_of_jerk() -> None:

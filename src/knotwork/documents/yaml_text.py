@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import io
 import json
 import re
 import typing
@@ -279,12 +278,10 @@ def read_text(path: Path, most: int = MOST_BYTES) -> str:
                 None, "", "is no regular file", "a file; write a pipe's output to one"
             )
             raise DocumentError(path, [problem])
-        with path.open("rb") as file:
-            data = file.read(most + 1)
-        if len(data) > most:
-            message = f"has {path.stat().st_size} bytes, and at most {most} are read"
+        if path.is_file() and (size := path.stat().st_size) > most:
+            message = f"has {size} bytes, and at most {most} are read"
             raise DocumentError(path, [Problem(None, "", message)])
-        return io.TextIOWrapper(io.BytesIO(data), encoding="utf-8").read()
+        return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text (byte {error.start})"
         raise DocumentError(path, [Problem(None, "", message)]) from error

@@ -28,12 +28,9 @@ def read_bounded(path: Path) -> bytes:
     """
     if not path.is_file():
         raise InputError("it is no regular file")
-    with path.open("rb") as file:
-        data = file.read(MOST_BYTES + 1)
-    if len(data) > MOST_BYTES:
-        size = path.stat().st_size
+    if (size := path.stat().st_size) > MOST_BYTES:
         raise InputError(f"it has {size} bytes; at most {MOST_BYTES} are read")
-    return data
+    return path.read_bytes()
 
 
 def check_triangles(count: int) -> None:

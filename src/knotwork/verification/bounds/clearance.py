@@ -42,6 +42,9 @@ IndexArray = NDArray[np.intp]
 PARTS = 24
 """The motion is first divided into about so many intervals, and at every break."""
 
+DIGITS = 12
+"""Lengths [m] that agree to so many digits after the point are equal when times are chosen."""
+
 PRECISION = 1e-3
 AROUND_PRECISION = 0.2
 OWN_PRECISION = 0.5
@@ -227,7 +230,9 @@ class _Search:
         waiting = np.flatnonzero(np.isnan(distance) & (lower < first_goal[combo]))
         goal: dict[int, float] = {}
         turn, shift = self.table.axes(rotation, origin)
-        for i in waiting[np.argsort(lower[waiting], kind="stable")].tolist():
+        # Rounding, which may differ from run to run, must not decide what is measured first.
+        order = np.argsort(np.round(lower[waiting], DIGITS), kind="stable")
+        for i in waiting[order].tolist():
             c = int(combo[i])
             if lower[i] >= goal.get(c, np.inf):
                 continue
@@ -237,7 +242,7 @@ class _Search:
             d = self.table.measured(c, turn[k], shift[k], enough)
             distance[i] = d
             self.measurements[c] += 1
-            if d < self.distance[c]:
+            if d < self.distance[c] - 10.0**-DIGITS:
                 self.distance[c], self.time[c] = d, time[i]
                 part = max(PRECISION, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
