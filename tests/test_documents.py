@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import json
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,9 +18,18 @@ from hypothesis import strategies as st
 from pydantic import Discriminator, Field, Tag
 
 from knotwork import documents
-from knotwork.documents import Document, Number, Positive, StrictModel, Text, yaml_text
+from knotwork.documents import (
+    Document,
+    Number,
+    Positive,
+    StrictModel,
+    Text,
+    first_errors,
+    yaml_text,
+)
 from knotwork.errors import DocumentError, KnotworkError
 from knotwork.scenario import Scenario, load_scenario
+from knotwork.scenario.schema import ScenarioFile
 from sweeps import examples
 
 
@@ -643,6 +654,41 @@ def test_many_problems_are_told_in_few_lines() -> None:
     lines = str(caught.value).splitlines()
     assert len(lines) == 51
     assert lines[-1] == "(given in Python): and 950 more problems"
+
+
+def test_of_very_many_problems_the_first_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None of them is of what was left out to find them."""
+    monkeypatch.setattr(first_errors, "FEW", 20)
+    monkeypatch.setattr(first_errors, "MANY", 100)
+    right = {"joints": {"a": 0}, "stop": True, "after": 1}
+    wrong = [{**right, "speedy": 1} for _ in range(400)]
+    data = {"waypoints": [right] * 60 + wrong, "name": 1, "limits": {"velocity": "x"}}
+    found = first_errors.first_errors(ScenarioFile, data)
+    assert 20 < len(found) < 100
+    assert found[0]["loc"][:2] == ("waypoints", 60)
+    assert {(one["type"], one["loc"][-1]) for one in found} == {("extra_forbidden", "speedy")}
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("text", ["waypoints: [{}]", "waypoints: [{{joints: {{{}}}}}]"])
+def test_a_million_wrong_values_take_little_memory(text: str, tmp_path: Path) -> None:
+    """They took 1.2 GB beyond what the program itself does, and take half of it."""
+    wrong = (
+        "x," * 1_000_000 if "joints" not in text else "".join(f"k{i}: x," for i in range(500_000))
+    )
+    path = tmp_path / "task.yaml"
+    path.write_text(text.format(wrong), encoding="utf-8")
+    program = (
+        "import resource, sys, knotwork.scenario as s, knotwork.errors as e\n"
+        "def used(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "before = used()\n"
+        "try: s.load_scenario(sys.argv[1])\n"
+        "except e.DocumentError: print(used() - before)\n"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True
+    )
+    assert 0 < int(ran.stdout) < 850_000
 
 
 def test_a_file_of_more_values_than_are_read_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

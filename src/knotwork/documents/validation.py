@@ -11,12 +11,10 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from knotwork.documents.document import Document, Location
+from knotwork.documents.first_errors import FEW, first_errors
 from knotwork.documents.values import StrictModel
 from knotwork.documents.words import SAY_WHAT_IS_ACCEPTED, hint, problem_words
 from knotwork.errors import DocumentError, Problem, did_you_mean, shown
-
-MOST_PROBLEMS = 1_000
-"""Of a file, that are put into words."""
 
 ModelT = TypeVar("ModelT", bound=StrictModel)
 
@@ -25,17 +23,20 @@ def validate(model: type[ModelT], document: Document) -> ModelT:
     """Check a document against a model and return the model's instance.
 
     Raises:
-        DocumentError: With the problems found, of many the first `MOST_PROBLEMS`.
+        DocumentError: With the problems found, of many the first `FEW`.
     """
     if not isinstance(document.data, dict):
         raise document.error((), f"{shown(document.data)}: must be a mapping of keys to values")
     try:
         return model.model_validate(document.data)
     except ValidationError as error:
-        found = error.errors(include_url=False, include_context=True)[:MOST_PROBLEMS]
-        problems = [_problem(model, document, dict(item)) for item in found]
-        problems.sort(key=lambda problem: problem.line or 0)
-        raise DocumentError(document.file, list(dict.fromkeys(problems))) from None
+        many = error.error_count() > FEW
+        found = [] if many else [dict(item) for item in error.errors(include_url=False)]
+    if many:
+        found = first_errors(model, document.data)
+    problems = [_problem(model, document, item) for item in found[:FEW]]
+    problems.sort(key=lambda problem: problem.line or 0)
+    raise DocumentError(document.file, list(dict.fromkeys(problems)))
 
 
 @dataclass(frozen=True)

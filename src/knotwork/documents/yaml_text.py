@@ -23,7 +23,7 @@ MOST_NESTED = 100
 MOST_REPEATED = 1_000_000
 # A hundred thousand waypoints have a tenth of this.
 MOST_BYTES = 100_000_000
-# Where each is wrong, and a problem is made of each, it takes some 1,200 bytes.
+# Where each is wrong, it takes some 700 bytes.
 MOST_VALUES = 3_000_000
 
 
