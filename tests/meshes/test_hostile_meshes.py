@@ -84,6 +84,11 @@ HOSTILE = {
     "flat": ("a.stl", ascii_stl().replace("2", "0").replace("3", "0"), "an area"),
     "not finite": ("a.obj", obj().replace("v 2.0", "v nan"), "not finite"),
     "flat points": ("a.obj", re.sub(r"(?m)^(v \S+ \S+) \S+$", r"\1", obj()), "can't be read"),
+    "bytes that are no text": (
+        "a.obj",
+        obj().encode().replace(b"v 2.0", b"v 2\xff\xfe"),
+        "could not be read",
+    ),
     "no points": ("a.obj", obj()[obj().index("f ") :], "can't be read"),
     "too far": ("a.obj", obj().replace("v 2.0", "v 1e300"), "not finite or farther"),
     "more facets than it has": ("a.stl", binary_stl()[:80] + b"\xff" * 120, "can't be read"),

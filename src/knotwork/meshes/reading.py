@@ -161,6 +161,7 @@ def _read_shape(data: bytes, kind: str) -> MeshPart:
     options: dict[str, Any] = {}
     if kind == "obj":
         data = b"\n".join(_OBJ_SHAPE.findall(data.replace(b"\\\n", b" ")))
+        data = data.decode("ascii", errors="backslashreplace").encode()  # numbers are ASCII
         options = {"skip_materials": True}
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **options)
     shown = [scene.geometry[name] for _, name in map(scene.graph.get, scene.graph.nodes_geometry)]
