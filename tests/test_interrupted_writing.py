@@ -111,9 +111,12 @@ def begun(*arguments):
 write, files._write = files._write, begun
 main()
 """
+LIMITED = ("velocity", "acceleration", "jerk")
 COMMANDS = {
-    "plan": ("plan", "{task}", "--out", "{made}"),
-    "export": ("export", "{task}", "-f", "json", "--force", "-o", "{made}/a.json"),
+    "plan": (12, ("plan", "{task}", "--out", "{made}")),
+    "export": (5, ("export", "{task}", "-f", "json", "--force", "-o", "{made}/a.json")),
+    "report": (5, ("report", "{task}", "--html", "{made}/a.html")),
+    "tradeoff": (8, ("tradeoff", "{task}", "--factors", "1", "--out", "{made}")),
 }
 
 
@@ -122,9 +125,10 @@ COMMANDS = {
 def test_commands_ended_while_they_write_leave_one_whole_set(name: str, tmp_path: Path) -> None:
     """Of two scenarios in turn: never files of both, nor a part of a file."""
     made = tmp_path / "made"
+    times, parts = COMMANDS[name]
 
     def run(task: Path, *, ended_after: float | None) -> None:
-        arguments = [part.format(task=task, made=made) for part in COMMANDS[name]]
+        arguments = [part.format(task=task, made=made) for part in parts]
         command = [sys.executable, "-W", "ignore", "-c", COMMAND, *arguments]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
@@ -142,15 +146,20 @@ def test_commands_ended_while_they_write_leave_one_whole_set(name: str, tmp_path
     tasks, wholes = [], []
     for duration in (1, 2):
         task = tmp_path / f"{duration}.json"
-        points = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": duration}]
-        task.write_text(json.dumps({"name": "task", "rate": 2e4, "waypoints": points}))
+        data: dict[str, object] = {"name": "task", "rate": 2e4}
+        end: dict[str, object] = {"joints": {"a": 1}}
+        if name == "tradeoff":
+            data |= {"times": "fastest", "limits": dict.fromkeys(LIMITED, 9 / duration)}
+        else:
+            end["after"] = duration
+        task.write_text(json.dumps({**data, "waypoints": [{"joints": {"a": 0}}, end]}))
         run(task, ended_after=None)
         tasks.append(task)
         wholes.append(found())
     assert wholes[0].keys() == wholes[1].keys()
     assert wholes[0] != wholes[1]
     rng = random.Random(name)
-    for i in range(12 if name == "plan" else 5):
+    for i in range(times):
         run(tasks[i % 2], ended_after=rng.uniform(0, 0.03))
         assert found() in wholes
     run(tasks[0], ended_after=None)
