@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pyarrow.parquet as parquet
 import pytest
 from tasks import LIFT
 
@@ -104,10 +105,16 @@ def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
     chunk.write_bytes(chunk.read_bytes()[:-40])
     with pytest.raises(kw.InputError, match=f"{chunk.name}: can't be read"):
         kw.Study.open(folder).rows().__next__()
+    table = parquet.read_table(chunk.with_stem("0000000"), partitioning=None)
+    for other, said in ((table.drop(["verdict"]), "columns"), (table.take([0] * 99), "rows")):
+        parquet.write_table(other, chunk)
+        with pytest.raises(kw.InputError, match=f"it has (other|more) {said} than the study"):
+            kw.Study.open(folder).rows().__next__()
     data = json.loads((folder / "study.json").read_text(encoding="utf-8"))
     for wrong, said in (
         ({**data, "study": {**data["study"], "version": 9}}, "has version 9, and 1 is accepted"),
         ({**data, "chunk": None}, "can't be understood"),
+        ({**data, "chunk": 0}, r"can't be understood \(ValueError: its chunks have 0 rows"),
         ([], "is not the description of a study"),
     ):
         (folder / "study.json").write_text(json.dumps(wrong), encoding="utf-8")

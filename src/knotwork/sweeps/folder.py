@@ -90,7 +90,10 @@ def open_study(path: Path) -> StudyFolder:
 def _opened(path: Path, data: Mapping[str, Any]) -> StudyFolder:
     try:
         spec = spec_from_dict(data["study"], data["file"])
-        return StudyFolder(path, spec, int(data["chunk"]))
+        size = int(data["chunk"])
+        if size < 1:
+            raise ValueError(f"its chunks have {size} rows")
+        return StudyFolder(path, spec, size)
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"{path / STUDY}: can't be understood ({type(error).__name__}: {error}); accepted: "

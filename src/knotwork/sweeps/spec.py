@@ -20,6 +20,8 @@ from knotwork.sweeps.variations import Axis
 
 VERSION = 1
 """Of what a row means; a folder of another version is not gone on with."""
+LARGEST = 500_000_000
+"""Bytes of a file that a scenario names: no reader takes more, and a text may name any file."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ def _files(document: Document) -> Iterator[tuple[str, str]]:
     for text in sorted(set(_texts(document.data))):
         path = folder / text
         try:
-            if path.is_file():
+            if path.is_file() and path.stat().st_size <= LARGEST:
                 yield text, hashlib.sha256(path.read_bytes()).hexdigest()
         except (OSError, ValueError):
             continue  # whoever reads the scenario says what is wrong with it

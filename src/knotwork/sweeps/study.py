@@ -57,21 +57,23 @@ class Study:
             InputError: A file of the folder can't be read.
         """
         pa, parquet = arrow()
-        parts = []
-        for file in self._files:
-            try:
-                parts.append(parquet.read_table(file, partitioning=None))
-            except (OSError, pa.ArrowInvalid) as error:
-                raise InputError(
-                    f"{file}: can't be read ({error}); remove it, and go on with --resume"
-                ) from error
         schema = pa.schema(
             [pa.field(name, pa.type_for_alias(kind)) for name, kind in self.columns.items()]
         )
-        try:
-            return pa.concat_tables([schema.empty_table(), *parts]).sort_by("row")
-        except pa.ArrowInvalid as error:
-            raise InputError(f"{self.folder}: its files do not fit together: {error}") from error
+        parts = [schema.empty_table()]
+        for file in self._files:
+            try:
+                with parquet.ParquetFile(file) as opened:
+                    if not opened.schema_arrow.equals(schema):
+                        raise InputError("it has other columns than the study")
+                    if opened.metadata.num_rows > len(self.spec):  # a few bytes may stand for all
+                        raise InputError("it has more rows than the study")
+                    parts.append(opened.read())
+            except (OSError, pa.ArrowInvalid, InputError) as error:
+                raise InputError(
+                    f"{file}: can't be read ({error}); remove it, and go on with --resume"
+                ) from error
+        return pa.concat_tables(parts).sort_by("row")
 
     @property
     def columns(self) -> dict[str, str]:
