@@ -1,4 +1,4 @@
-"""Distances of meshes that are taken as they are, against Coal's over all their triangles."""
+"""Distances of exact meshes against Coal's over all triangles; of convex shapes, against planes."""
 
 from __future__ import annotations
 
@@ -80,3 +80,72 @@ def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_p
             assert found >= min(right, most) - ROUNDING
             cut += found < right - ROUNDING
     assert cut > 10
+
+
+def support(one: Solid, direction: Any) -> float:
+    """How far a solid reaches along a direction in its own axes [m]."""
+    x, y, z = direction
+    size, kind = one.shape.size, one.shape.kind
+    if kind == "box":
+        return float(np.abs(direction) @ size / 2)
+    if kind == "ellipsoid":
+        return float(np.linalg.norm(size * direction))
+    if kind == "sphere":
+        return float(size[0] * np.linalg.norm(direction))
+    if kind == "capsule":
+        return float(size[0] * np.linalg.norm(direction) + size[1] / 2 * abs(z))
+    if kind == "cylinder":
+        return float(size[0] * math.hypot(x, y) + size[1] / 2 * abs(z))
+    return float(max(size[1] / 2 * z, size[0] * math.hypot(x, y) - size[1] / 2 * z))
+
+
+def gap(first: Placed, second: Placed, normal: Any) -> float:
+    """How far a plane square to a direction keeps two solids apart at least [m]."""
+    normal = normal / np.linalg.norm(normal)
+    far = support(second.solid, second.rotation.T @ normal) + normal @ second.origin
+    return float(normal @ first.origin - support(first.solid, -first.rotation.T @ normal) - far)
+
+
+def widest(first: Placed, second: Placed, normal: Any, rng: np.random.Generator) -> float:
+    """The widest gap that planes with nearly this normal keep between two solids [m]."""
+    best, step = gap(first, second, normal), 1e-3
+    while step > 1e-12:
+        tries = [normal + step * rng.normal(size=3) for _ in range(40)]
+        gaps = [gap(first, second, one) for one in tries]
+        if max(gaps) > best:
+            best, normal = max(gaps), tries[int(np.argmax(gaps))]
+        else:
+            step /= 2
+    return best
+
+
+def largest_error(count: int, rng: np.random.Generator) -> float:
+    """By how much measured distances of random pairs are too large at most [m]."""
+    kinds = {"box": 3, "sphere": 1, "cylinder": 2, "cone": 2, "ellipsoid": 3, "capsule": 2}
+    meter, worst, here = DistanceMeter(), 0.0, pin.SE3.Identity()
+    for _ in range(count):
+        pair = []
+        for kind in rng.choice(list(kinds), 2):
+            size = np.exp(rng.uniform(np.log(0.003), 0.0, kinds[kind])).tolist()
+            made = solid(Shape(str(kind), tuple(size), here), here)
+            pair.append(Placed(made, pin.exp3(rng.uniform(-3, 3, 3)), rng.normal(size=3) / 10))
+        first, second = pair
+        toward = rng.normal(size=3)
+        toward /= np.linalg.norm(toward)
+        apart = np.exp(rng.uniform(np.log(1e-5), 0.0)) - gap(first, second, toward)
+        first = first._replace(origin=first.origin + apart * toward)
+        found = meter.nearest(first, second)
+        error = found.distance - gap(first, second, found.normal)
+        if error > ROUNDING / 10:
+            error = found.distance - widest(first, second, found.normal, rng)
+        worst = max(worst, error)
+    return worst
+
+
+def test_distances_of_convex_shapes_are_right() -> None:
+    assert 0.0 < largest_error(1000, np.random.default_rng(3)) < ROUNDING / 4
+
+
+@pytest.mark.exhaustive
+def test_distances_of_many_convex_shapes_are_right() -> None:
+    assert 0.0 < largest_error(50_000, np.random.default_rng(4)) < ROUNDING / 4

@@ -1,8 +1,10 @@
-"""Convex hulls of meshes: read anew when a file has changed, and refused where Coal can't."""
+"""Convex hulls of meshes: right for many corners in a plane or around one, and read anew."""
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -10,10 +12,11 @@ import pytest
 import trimesh
 
 import knotwork as kw
-from knotwork.errors import InputError
 from knotwork.scenario import Shape
 from knotwork.scene.building import robot_collision_model
-from knotwork.scene.solids import solid
+from knotwork.scene.distances import ROUNDING, DistanceMeter
+from knotwork.scene.hulls import LARGER, MOST_NEIGHBOURS, THICKNESS, convex_hull
+from knotwork.scene.solids import Placed, solid
 
 URDF = (
     '<robot name="r"><link name="a"/><link name="b"><collision><geometry>'
@@ -40,9 +43,85 @@ def test_a_mesh_of_a_robot_that_has_changed_is_read_anew(tmp_path: Path) -> None
             np.testing.assert_allclose(np.ptp(solid.corners, axis=0), edge)
 
 
-def test_a_cone_of_many_sides_is_refused_with_what_would_do(tmp_path: Path) -> None:
-    path = tmp_path / "cone.stl"
-    trimesh.creation.cone(1.0, 1.0, sections=600).export(path)
+def circles(count: int, heights: tuple[float, ...]) -> Any:
+    angle = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
+    ring = 0.3 * np.column_stack([np.cos(angle), np.sin(angle)])
+    turn = pin.exp3(np.array([0.4, -1.0, 0.7]))
+    return np.concatenate([np.insert(ring, 2, height, axis=1) for height in heights]) @ turn.T
+
+
+def sphere(count: int) -> Any:
+    at = np.random.default_rng(1).normal(size=(count, 3))
+    return at / np.linalg.norm(at, axis=1)[:, None]
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        pytest.param(np.append(circles(300, (0.0,)), [[0.1, 0.5, 0.2]], axis=0), id="cone"),
+        pytest.param(
+            np.append(circles(20_000, (0.0,)), [[0.1, 0.5, 0.2]], axis=0),
+            id="fine cone",
+            marks=pytest.mark.exhaustive,
+        ),
+        pytest.param(circles(1000, (0.0, 1e-3)), id="disc"),
+        pytest.param(circles(1500, (0.0, 0.4)), id="cylinder"),
+        pytest.param(circles(3000, (0.0,)), id="sheet"),
+        pytest.param(trimesh.creation.uv_sphere(0.2, count=[8, 300]).vertices, id="ball"),
+        pytest.param(sphere(3000), id="many points"),
+        pytest.param(trimesh.creation.box([0.2] * 3).subdivide_loop(4).vertices, id="round box"),
+    ],
+)
+def test_a_hull_is_larger_than_its_points_by_a_known_little(points: Any) -> None:
+    hull = convex_hull(points)
+    corners, normals = np.array(hull.points()), sphere(200)
+    more = (corners @ normals.T).max(axis=0) - (points @ normals.T).max(axis=0)
+    size = np.linalg.norm(points - points.mean(axis=0), axis=1).max()
+    flat = THICKNESS if np.linalg.matrix_rank(points - points.mean(axis=0), tol=1e-9) < 3 else 0.0
+    assert more.min() >= -1e-15
+    assert more.max() <= LARGER * size + flat
+    assert max(len(hull.neighbors(i)) for i in range(hull.num_points)) <= MOST_NEIGHBOURS
+
+
+def test_inner_points_of_flat_faces_are_no_corners_of_a_large_hull() -> None:
+    grid = np.mgrid[0:1:20j, 0:1:20j, 0:1:20j].reshape(3, -1).T
+    assert convex_hull(grid).num_points == 8
+
+
+def test_points_in_one_plane_make_no_more_work_than_others() -> None:
+    """Merging the parts of a flat face takes Qhull a time square to its corners: 15 times this."""
+    spent = []
+    for points in (sphere(10_000), circles(5000, (0.0, 0.01))):
+        start = time.process_time()
+        convex_hull(points)
+        spent.append(time.process_time() - start)
+    assert spent[1] < 4.0 * spent[0]
+
+
+@pytest.mark.parametrize("edges", [100, 250, 300, 1000, 5000])
+def test_distances_of_cones_of_many_edges_are_right(edges: int, tmp_path: Path) -> None:
+    """Against the distances of a ball from all triangles, without Coal."""
+    mesh = trimesh.creation.cone(0.2, 0.3, sections=edges)
+    mesh.export(tmp_path / "cone.ply")
+    here, rng, meter = pin.SE3.Identity(), np.random.default_rng(edges), DistanceMeter()
+    cone = solid(Shape("mesh", (), here, tmp_path / "cone.ply"), here)
+    still, ball = np.eye(3), solid(Shape("sphere", (0.02,), here), here)
+    corners = trimesh.load(tmp_path / "cone.ply", process=False).triangles
+    for at in rng.normal(size=(20, 3)) * 0.3 + [0.0, 0.0, 0.15]:
+        near = trimesh.triangles.closest_point(corners, np.tile(at, (len(corners), 1)))
+        right = float(np.linalg.norm(near - at, axis=1).min()) - 0.02
+        if right > ROUNDING and np.hypot(at[0], at[1]) > 0.2 * (1 - at[2] / 0.3):
+            found = meter.distance(Placed(cone, still, np.zeros(3)), Placed(ball, still, at))
+            assert -0.4 * LARGER - ROUNDING <= found - right <= ROUNDING
+
+
+def test_a_fine_disc_and_a_fine_cone_are_taken_as_they_are_too(tmp_path: Path) -> None:
     place = pin.SE3.Identity()
-    with pytest.raises(InputError, match="more than 254 corners around it; give a coarser mesh"):
-        solid(Shape("mesh", (), place, path), place)
+    for mesh in (
+        trimesh.creation.cone(1.0, 1.0, 600),
+        trimesh.creation.cylinder(1.0, 0.1, 900),
+    ):
+        mesh.export(tmp_path / "part.stl")
+        made = solid(Shape("mesh", (), place, tmp_path / "part.stl", exact=True), place)
+        assert made.triangles is not None
+        assert len(made.triangles) == len(mesh.faces)

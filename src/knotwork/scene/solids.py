@@ -1,4 +1,4 @@
-"""Solids that Coal measures distances of, from shapes; convex hulls of meshes."""
+"""Solids that Coal measures distances of, from shapes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,8 @@ from knotwork.errors import InputError
 from knotwork.meshes.reading import read_mesh, read_points
 from knotwork.scenario import Shape
 from knotwork.scene.cells import Cells, read_cells
+from knotwork.scene.hulls import convex_hull
 from knotwork.waypoints import FloatArray
-
-THIN = 1e-6
-"""A mesh that is thinner than this part of its length is taken for a sheet."""
-
-THICKNESS = 1e-4
-"""By so much a sheet is thickened to both sides [m]."""
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 
@@ -139,37 +134,13 @@ def solid(shape: Shape, carrier: Any) -> Solid:
 @lru_cache(maxsize=256)
 def _hull(path: Path, changed: int, scale: tuple[float, float, float]) -> Any:
     """Convex hull of a mesh file; `changed` is when it was written last."""
-    points = read_points(path) * np.array(scale)
-    points = points[np.lexsort(points.T)]
-    distinct = np.append(True, np.any(points[1:] != points[:-1], axis=1))
-    return _convex(_thickened(points[distinct]))
-
-
-def _convex(points: FloatArray) -> Any:
-    """Convex hull of points, as Coal has it."""
-    vectors = coal.StdVec_Vec3s()
-    vectors.extend(list(points))
-    try:
-        return coal.ConvexBase.convexHull(vectors, True, "Qt")
-    except Exception as error:  # Boost.Python passes on whatever Coal throws
-        raise InputError(
-            "the convex hull of a mesh can't be made: a point or a flat face of it has more than "
-            "254 corners around it; give a coarser mesh"
-        ) from error
-
-
-def _thickened(points: FloatArray) -> FloatArray:
-    """Points of a sheet, or of a wire, with some on both sides of it: a hull needs an inside."""
-    spread, axes = np.linalg.eigh(np.cov(points.T, bias=True))
-    for axis in axes.T[spread <= (THIN**2) * max(spread[-1], THICKNESS**2)]:
-        points = np.concatenate([points - THICKNESS * axis, points + THICKNESS * axis])
-    return points
+    return convex_hull(read_points(path) * np.array(scale))
 
 
 @lru_cache(maxsize=32)
 def _octree(cells: Cells) -> tuple[Any, Any]:
     """Cells as Coal has them, and their convex hull."""
-    return cells.octree(), _convex(cells.outermost)
+    return cells.octree(), convex_hull(cells.outermost)
 
 
 @lru_cache(maxsize=32)
@@ -200,4 +171,4 @@ def _exact(
     mesh.endModel()
     joined = coo_array((np.ones(len(edges)), edges.T), shape=(len(points), len(points)))
     part = np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
-    return mesh, points[faces], part[faces[:, 0]], _convex(points)
+    return mesh, points[faces], part[faces[:, 0]], convex_hull(points)
