@@ -71,7 +71,7 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     options = pipeline.planner_options(task, space)
     trajectory = timed("interpolate", lambda: planner(waypoints, options))
     report = timed("check", lambda: pipeline.check(trajectory, task, space=space))
-    tables = timed("import the tables", imported("knotwork.cli.tables"))
+    tables = timed("import the tables", imported("knotwork.cli.report_tables"))
     plan = pipeline.Plan(task, space, waypoints, trajectory, report)
     timed("print (to standard error)", lambda: _print_to_stderr(tables, plan))
     return rows

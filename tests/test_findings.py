@@ -254,7 +254,7 @@ def test_joint_velocities_that_point_away_or_leave_one_place_are_warnings() -> N
 def test_a_finding_shows_whatever_it_leaves_out(
     rest: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from knotwork.cli.tables import print_report
+    from knotwork.cli.report_tables import print_report
 
     given = {"verdict": "failed", "subject": "tool", "name": "", **rest}
     finding = Finding(group="Odd", quantity="oddity", message="it is odd", **given)

@@ -17,7 +17,7 @@ import knotwork as kw
 from command_line import Command
 from knotwork import resources
 from knotwork.joint_space import joint_space
-from knotwork.pipeline import planner_options
+from knotwork.planner_options import planner_options
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 

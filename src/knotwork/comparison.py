@@ -13,7 +13,8 @@ import numpy as np
 from knotwork import metrics, storage
 from knotwork.errors import InputError
 from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
-from knotwork.pipeline import FEASIBILITY, Plan, plan, planner_options, supported_options
+from knotwork.pipeline import FEASIBILITY, Plan, plan
+from knotwork.planner_options import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Report, check

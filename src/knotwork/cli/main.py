@@ -208,13 +208,13 @@ def plan(
         rows = [_plan_to_dict(*row) for row in results]
         echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
         return code
-    from knotwork.cli import tables
+    from knotwork.cli import report_tables, tables
 
     for _, result, written in results:
         if isinstance(result, KnotworkError):
             echo(f"error: {result}", err=True)
         else:
-            tables.print_plan(result, full=full)
+            report_tables.print_plan(result, full=full)
             for path in written:
                 echo(f"wrote {path}")
             if not full and len(results) == 1:
@@ -319,12 +319,12 @@ def check(
     if as_json:
         echo(json.dumps(report.to_dict(), indent=1, allow_nan=False))
     else:
-        from knotwork.cli import tables
+        from knotwork.cli import report_tables, tables
 
         if full:
-            tables.print_report(report, scenario)
+            report_tables.print_report(report, scenario)
         else:
-            tables.print_brief(report)
+            report_tables.print_brief(report)
             echo(f"the motion: {report.planner}")
             given = f"{trajectory}" + (f" -s {reference}" if reference is not None else "")
             tables.print_next(given)

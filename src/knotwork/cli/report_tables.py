@@ -1,0 +1,204 @@
+"""Plans and what the check found of them, on a terminal: in short, or whole as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from knotwork.cli.choice_tables import alternative_table, choice_table
+from knotwork.cli.tables import WIDEST, console, plain_table
+from knotwork.cli.terminal import cell, echo
+from knotwork.interpolation import PLANNER_SPECS
+from knotwork.scenario import Scenario
+from knotwork.units import Units
+from knotwork.verification import Finding, Report
+from knotwork.verification.brief import brief
+
+if TYPE_CHECKING:
+    from knotwork.pipeline import Plan
+    from knotwork.task_to_joint import TaskSolution
+
+
+def print_plan(plan: Plan, *, full: bool = False) -> None:
+    """Print a plan: the verdict and the tightest cases, or all there is to say of it.
+
+    Args:
+        plan: The plan.
+        full: Print tables of waypoints, limits and all else, whole.
+    """
+    if not full:
+        print_brief(plan.report)
+        if plan.left_out:
+            echo(f"without the scenario's {', '.join(plan.left_out)}")
+        return
+    trajectory = plan.trajectory
+    knots = plan.scenario.knots
+    placed = knots if isinstance(knots, str) else "as given"
+    if isinstance(knots, int | float):
+        placed = f"balanced, c = {knots:g}"
+    made = trajectory.planner
+    if (
+        made in PLANNER_SPECS and "knots" in PLANNER_SPECS[made].supports
+    ):  # a rule in its name says it already
+        made += f", knots {placed}"
+    if plan.scenario.chosen and plan.trajectory.planner == "modified-hermite":
+        made += ", times as chosen"
+    if plan.left_out:
+        made += f" (without the scenario's {', '.join(plan.left_out)})"
+    print_report(
+        plan.report,
+        plan.scenario,
+        f"{made}: {len(plan.scenario.waypoints)} waypoints, {len(trajectory.breaks)} breaks, "
+        f"{trajectory.duration:g} s",
+        plan.solution,
+    )
+
+
+def print_brief(report: Report) -> None:
+    """Print a report in some 15 lines."""
+    out = console(wrap=True)
+    for line in brief(report, min(out.width, WIDEST)):
+        text = cell(line.text)
+        for word, style in _WORDS.get(line.kind, ()):
+            text = text.replace(word, f"[{style}]{word}[/]", 1)
+        out.print(text, soft_wrap=True)
+
+
+_WORDS = {
+    "passed": [("PASSED", "bold green")],
+    "failed": [("FAILED", "bold red")],
+    "failure": [("FAIL ", "bold red")],
+    "warning": [("warning:", "yellow")],
+}
+"""What is coloured in a line of a short report."""
+
+
+def print_report(
+    report: Report, scenario: Scenario | None, made: str = "", solution: TaskSolution | None = None
+) -> None:
+    """Print all of a report as tables of waypoints and limits, and the verdict.
+
+    Args:
+        report: What the check found.
+        scenario: What it was checked against, if anything.
+        made: How the trajectory was made; by default what it says itself.
+        solution: How the solutions of the poses were chosen, if that is known.
+    """
+    out = console()
+    units = report.units
+    description = scenario.description.strip() if scenario is not None else ""
+    out.print(f"[bold]{cell(report.scenario)}[/]  {cell(description, lines=True)}", soft_wrap=True)
+    robot = f"robot {report.robot}" if report.robot else "joints alone"
+    out.print(f"{cell(robot)}; {cell(made or report.planner)}")
+    for group, findings in report.groups.items():
+        numbers = [found for found in findings if found.value is not None and not found.detail]
+        if numbers:
+            # what is found of a waypoint at one time fits one row
+            cells = {(found.name, found.when, found.quantity) for found in numbers}
+            waypoints = all(found.subject == "waypoint" for found in numbers)
+            at_once = waypoints and len(cells) == len(numbers)
+            out.print((_row_table if at_once else _list_table)(group, numbers, units))
+            out.print()
+    if solution is not None and solution.choices:
+        console(wrap=True).print(choice_table(solution.choices))
+        out.print()
+        if any(choice.alternative is not None for choice in solution.choices):
+            console(wrap=True).print(alternative_table(solution.choices))
+            out.print()
+    silent = [found for found in report.findings if found.value is None]
+    _print_lines(out, [one for one in silent if one.verdict == "information"], "  ")
+    _print_lines(out, report.warnings, "[yellow]warning[/]")
+    _print_lines(out, report.failures, "[bold red]FAIL[/]")
+    met, required = report.counts
+    verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
+    failed = f", {required - met} failed" if required > met else ""
+    out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
+
+
+def _print_lines(out: Console, findings: Sequence[Finding], mark: str) -> None:
+    """Print findings as text."""
+    for found in findings:
+        out.print(f"{mark} {cell(str(found))}", soft_wrap=True)
+
+
+def _row_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
+    """One row for each name and time, one column for each quantity."""
+    quantities = list(dict.fromkeys(found.title for found in findings))
+    columns, limits = ["", "at\n[s]"], ["allowed", ""]
+    rows: dict[tuple[str, str], dict[str, Finding]] = {}
+    for found in findings:
+        rows.setdefault((found.name, found.when), {})[found.title] = found
+    for quantity in quantities:
+        items = [found for found in findings if found.title == quantity]
+        title_lines = quantity.removeprefix("joint ").replace(" ", "\n")
+        columns.append(f"{title_lines}\n[{_unit_names(items, units)}]")
+        limits.append(_number(items[0].limit, items[0], ".1e", units))
+    table = plain_table(title, [*columns, ""])
+    for (name, when), row in rows.items():
+        cells = [_cell(row[key], ".1e", units) if key in row else "" for key in quantities]
+        worst = min(row.values(), key=lambda found: found.ok)
+        table.add_row(cell(name), when, *cells, _mark(worst))
+    table.add_row(*limits, "", style="dim")
+    return table
+
+
+def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
+    """One row for each finding, by quantity; of those nothing is required of, the largest alone."""
+    table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", ""])
+    table.columns[-1].justify = "left"
+    for quantity in dict.fromkeys(found.title for found in findings):
+        items = [found for found in findings if found.title == quantity]
+        names = _unit_names(items, units)
+        table.add_row(cell(f"{quantity} [{names}]" if names else quantity), style="dim")
+        free = [found for found in items if found.limit is None]
+        shown = [(found, "") for found in items if found.limit is not None]
+        if free:
+            largest = max(free, key=lambda found: abs(found.value or 0.0))
+            shown.append((largest, "most: " if len(free) > 1 else ""))
+        for found, of_all in shown:
+            table.add_row(
+                f"  {of_all}{cell(found.name or found.subject)}",
+                _cell(found, ".4g", units),
+                _number(found.limit, found, ".4g", units) or "none given",
+                _number(found.margin, found, ".4g", units),
+                found.when,
+                _mark(found),
+                _proof(found, units),
+            )
+    return table
+
+
+def _unit_names(findings: Sequence[Finding], units: Units) -> str:
+    """Units that values are shown in."""
+    names = (units.shown(0.0, found.unit)[1] for found in findings)
+    return " or ".join(dict.fromkeys(name for name in names if name))
+
+
+def _mark(found: Finding) -> str:
+    marks = {
+        "met": "[green]ok[/]",
+        "failed": "[bold red]FAIL[/]",
+        "warning": "[yellow]warning[/]",
+        "information": "-",
+    }
+    return marks[found.verdict]
+
+
+def _proof(found: Finding, units: Units) -> str:
+    """How a value was found; for a bound, also how far the truth may lie beyond it."""
+    if found.proof != "bounded":
+        return found.proof
+    return f"{found.proof} +{_number(found.excess, found, '.1g', units)}"
+
+
+def _cell(found: Finding, form: str, units: Units) -> str:
+    text = _number(found.value, found, form, units)
+    return text if found.ok else f"[bold red]{text}[/]"
+
+
+def _number(value: float | None, found: Finding, form: str, units: Units) -> str:
+    """A value in the unit of a finding, in the units that are shown."""
+    return "" if value is None else format(units.shown(value, found.unit)[0], form)

@@ -1,0 +1,113 @@
+"""A scenario's planner options: in SI, those that another planner supports, where errors are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+from knotwork.errors import InputError, KnotError, OptionError
+from knotwork.interpolation import PLANNER_SPECS, BalancedKnots, PlannerOptions, planner_and_rule
+from knotwork.joint_space import JointSpace
+from knotwork.scenario import Scenario
+from knotwork.waypoints import JointWaypoints
+
+# Values given for each waypoint have a meaning only for the planner they were chosen for.
+_PRESETS = ("accelerations", "jerks", "snaps")
+
+# Where a file says what the options are.
+_FIELDS: dict[str, tuple[str, ...]] = {
+    **{name: (name,) for name in ("knots", "end_acceleration", "chosen")},
+    **{name: ("planner_options", name) for name in (*_PRESETS, "transition_time")},
+}
+
+
+def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
+    """Give a scenario's planner options with joint values in SI, in the order of the joints.
+
+    Raises:
+        InputError: An option names a joint that does not exist, or is out of range.
+    """
+    knots, ends = scenario.knots, scenario.end_acceleration
+    _refuse_values_for_each(scenario, space)
+    return PlannerOptions(
+        knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,
+        end_acceleration=ends if isinstance(ends, str) else space.end_acceleration,
+        velocity_limit=space.limits["velocity"],
+        acceleration_limit=space.limits["acceleration"],
+        chosen=space.chosen,
+        **space.presets,
+    )
+
+
+def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
+    """Raise an error if values are given for each waypoint and a path inserts more of them."""
+    if not scenario.paths:
+        return
+    said = "given one by one, but waypoints are inserted along the path"
+    if not isinstance(scenario.knots, str | int | float):
+        with scenario.error_context("knots"):
+            raise InputError(f"times are {said}; accepted: paper, balanced or its constant")
+    for name, value in space.presets.items():
+        if name in _PRESETS and not isinstance(value, str):
+            with scenario.error_context("planner_options", name):
+                raise InputError(f"values are {said}; accepted: a rule, such as zero or estimated")
+
+
+def supported_options(
+    options: PlannerOptions, own: str, planner: str
+) -> tuple[PlannerOptions, tuple[str, ...]]:
+    """Keep those options of one planner that another one supports.
+
+    Accelerations, jerks and snaps given for each waypoint are not kept: they were chosen for the
+    other one. Options that the other planner's rule sets are not kept either.
+
+    Args:
+        options: The options.
+        own: The planner that they are meant for.
+        planner: The one that is to support them; a rule may follow after a colon.
+
+    Returns:
+        The options without the rest, and the names of the rest.
+    """
+    base, ruled = planner_and_rule(planner)
+    same = base == planner_and_rule(own)[0]
+    left_out = tuple(
+        name
+        for name in options.requested
+        if name not in PLANNER_SPECS[base].supports
+        or (name in ruled and options != replace(options, **{name: ruled[name]}))
+        or (name == "chosen" and "knots" in ruled)
+        or (name in _PRESETS and not same and not isinstance(getattr(options, name), str))
+    )
+    defaults = PlannerOptions()
+    return replace(options, **{name: getattr(defaults, name) for name in left_out}), left_out
+
+
+def knots_along_paths(planner: str, options: PlannerOptions) -> Any:
+    """Where the knots sit for which waypoints are inserted: the planner's, if it has knots."""
+    base, ruled = planner_and_rule(planner)
+    if "knots" not in PLANNER_SPECS[base].supports:
+        return PlannerOptions().knots
+    return ruled.get("knots", options.knots)
+
+
+@contextmanager
+def option_context(
+    scenario: Scenario, waypoints: JointWaypoints, replaced: set[str]
+) -> Iterator[None]:
+    """Have a planner's errors name a field of the scenario, or the argument in its place."""
+    try:
+        yield
+    except InputError as error:
+        field: tuple[str, ...] = ("planner",)
+        if isinstance(error, KnotError) and error.waypoint is not None:
+            error.locate(f"at waypoint {waypoints.names[error.waypoint]!r}")
+        if isinstance(error, KnotError | OptionError):
+            field = _FIELDS.get(getattr(error, "option", "knots"), field)
+        if field[0] in replaced:
+            error.locate(f"{scenario.name}: {field[0]}")
+            raise
+        with scenario.error_context(*field):
+            raise
