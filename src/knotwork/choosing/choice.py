@@ -20,6 +20,7 @@ from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.safe_numbers import rounded_up, with_room
+from knotwork.timing.slower import given_errors, together
 from knotwork.timing.solving import solved
 from knotwork.timing.watch import Watch
 
@@ -177,6 +178,7 @@ def _solved(
             _locate(error, task, run)
             raise
 
+    _check_given(task, runs)
     watch.work = sum(len(run.waypoints) - 1 for run in runs)
     if free.total is None:
         return [(run, found_for(run, objective)) for run in runs]
@@ -200,6 +202,17 @@ def _solved(
         else:
             found.append((run, found_for(run, objective)))
     return found
+
+
+def _check_given(task: FreeTask, runs: list[Run]) -> None:
+    """Tell all that is given at waypoints beyond a limit, whatever run they are in."""
+    wrong = []
+    for run in runs:
+        for error in given_errors(timing_problem(task, run, Objective())):
+            _locate(error, task, run)
+            wrong.append(error)
+    if wrong:
+        raise together(wrong)
 
 
 def _locate(error: TimingError, task: FreeTask, run: Run) -> None:

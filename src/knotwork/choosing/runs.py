@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +12,6 @@ from knotwork.joint_space import JointSpace
 from knotwork.scenario import FreeTimes, Scenario
 from knotwork.timing import Objective, TimingLimits, TimingProblem
 from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    from knotwork.timing import Dynamics
-
 
 SHORTEST_RAMP = 0.01
 """Without a limit of jerk, the acceleration goes from none to its limit in no less time [s]."""
@@ -107,6 +102,7 @@ def timing_problem(
         space.lower_position_limit,
         space.upper_position_limit,
         task.scenario.motion_limits.tool_speed or np.inf,
+        task.scenario.margin,
     )
     if np.isnan(duration).any() and total is None:
         _check_limits(task.scenario, space, limits)
@@ -126,7 +122,7 @@ def timing_problem(
         at_least=free.at_least[inner],
         total=total,
         objective=objective,
-        dynamics=_dynamics(space) if moved_by_force else None,
+        dynamics=task.dynamics if moved_by_force else None,
         units=task.scenario.units,
     )
 
@@ -143,14 +139,6 @@ def assumed_jerk(space: JointSpace) -> dict[str, float]:
     given = np.isfinite(space.limits["jerk"])
     bounds = zip(space.joint_names, given, _jerk_limits(space), strict=True)
     return {name: float(bound) for name, has, bound in bounds if not has}
-
-
-def _dynamics(space: JointSpace) -> Dynamics | None:
-    if space.robot is None:
-        return None
-    from knotwork.timing import Dynamics
-
-    return Dynamics(space.robot)
 
 
 def _accelerations(task: FreeTask, rows: FloatArray) -> FloatArray:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from knotwork.documents import Edits, edited
 from knotwork.interpolation import BalancedKnots
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.waypoints import JointWaypoints
+
+if TYPE_CHECKING:
+    from knotwork.timing import Dynamics
 
 
 def knots_of(scenario: Scenario) -> Any:
@@ -33,6 +37,15 @@ class FreeTask:
     free: FreeTimes
     space: JointSpace
     waypoints: JointWaypoints
+
+    @cached_property
+    def dynamics(self) -> Dynamics | None:
+        """Of its robot, if there is one; what is derived from it once serves all runs."""
+        if self.space.robot is None:
+            return None
+        from knotwork.timing import Dynamics
+
+        return Dynamics(self.space.robot)
 
     def with_edits(self, edits: Edits) -> Scenario:
         """The scenario with other values in its document."""

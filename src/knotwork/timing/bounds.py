@@ -1,9 +1,11 @@
-"""Least durations in closed form, under limits of velocity and acceleration alone.
+"""Least durations in closed form, under limits of velocity, acceleration and the tool's speed.
 
 A joint that moves by D with velocity v0 at the start and v1 at the end, |v| <= V and |a| <= A, is
 fastest if it first accelerates to a peak velocity and then decelerates, or the reverse, with a
 stretch at V between where the peak would be higher. With both velocities in the same direction it
 can't wait: durations a little longer than the least may be impossible, until it can stop.
+
+The tool's way from one waypoint to the next is no shorter than a straight line.
 """
 
 from __future__ import annotations
@@ -16,10 +18,11 @@ from knotwork.waypoints import FloatArray
 
 
 def lower_bound(problem: TimingProblem) -> float:
-    """Duration below which no motion keeps the limits of velocity and acceleration [s].
+    """Duration below which no motion keeps the limits of velocity, acceleration and tool speed [s].
 
-    It is the sum over the intervals of the least duration that suits every joint alone, or what
-    the problem prescribes if that is more.
+    It is the sum over the intervals of the least duration that suits every joint alone, or that the
+    tool takes for a straight line at its greatest speed, or what the problem prescribes, whichever
+    is most.
 
     >>> from knotwork.timing import TimingLimits
     >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0])
@@ -51,7 +54,16 @@ def least_durations(problem: TimingProblem) -> FloatArray:
             found[i] = float(_one_end_free(move, given, V, A).max())
         else:
             found[i] = float((np.abs(move) / V).max())
-    return found
+    return np.maximum(found, _straight_lines(problem))
+
+
+def _straight_lines(problem: TimingProblem) -> FloatArray:
+    """Least durations under the limit of the tool's speed alone [s], shape (n-1,)."""
+    most = problem.limits.tool_speed
+    if np.isinf(most):
+        return np.zeros(len(problem.position) - 1)
+    places = [problem.arm.robot.forward(q).translation for q in problem.position]
+    return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1) / most)
 
 
 def _together(

@@ -6,18 +6,24 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import effort_shares, proved_efforts, proved_tool, tool_shares
-from knotwork.timing.problem import TimingProblem
+from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.section import Care, excess
 from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray
+
+IndexArray = NDArray[np.intp]
 
 Shares = Callable[[TimingProblem, PiecewisePolynomial], FloatArray]
 
 BETWEEN = 1e-4
 """Part of the limits of effort and tool speed that is left between the places looked at."""
+
+KNOWN = 2.0
+"""Part of a limit that the solver is allowed where a value is given, which nothing can change."""
 
 
 def first_care(problem: TimingProblem) -> Care:
@@ -55,11 +61,12 @@ def more_care(problem: TimingProblem, care: Care, curve: PiecewisePolynomial) ->
     if np.isfinite(problem.limits.effort).any():
         shares = _exceeded(problem, curve, effort_shares, proved_efforts)
         if shares is not None:
-            return replace(care, effort=_less(problem, care.effort, shares))
+            known = problem.velocity_known & problem.acceleration_known
+            return replace(care, effort=_less(problem, care.effort, shares, known))
     if np.isfinite(problem.limits.tool_speed):
         shares = _exceeded(problem, curve, tool_shares, proved_tool)
         if shares is not None:
-            return replace(care, tool=_less(problem, care.tool, shares))
+            return replace(care, tool=_less(problem, care.tool, shares, problem.velocity_known))
     return None
 
 
@@ -75,13 +82,27 @@ def _exceeded(
     return shares
 
 
-def _less(problem: TimingProblem, allowed: FloatArray | None, shares: FloatArray) -> FloatArray:
-    """Allow less in the pieces in which a limit is exceeded, and at their ends."""
+def _less(
+    problem: TimingProblem, allowed: FloatArray | None, shares: FloatArray, known: BoolArray
+) -> FloatArray:
+    """Allow less in the pieces in which a limit is exceeded, and at their ends.
+
+    At waypoints where the value is known nothing can be asked for.
+    """
     if allowed is None:
-        return _full(problem, shares.shape[1])
+        allowed = _full(problem, shares.shape[1])
+        allowed[_rows(problem)[known]] = KNOWN
+        return allowed
     over = shares > 1.0 - 0.5 * BETWEEN
     factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - BETWEEN) / np.maximum(shares, 0.5)), 1.0)
     less = np.array(allowed)
     for first, last in ((0, -1), (1, None), (2, None)):
         less[first:last:2] *= factor
+    less[_rows(problem)[known]] = KNOWN
     return less
+
+
+def _rows(problem: TimingProblem) -> IndexArray:
+    """Where the waypoints are among the breaks and middles of the pieces."""
+    intervals = len(problem.position) - 1
+    return np.arange(intervals + 1) * 2 * pieces_each(intervals)

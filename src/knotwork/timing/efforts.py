@@ -6,6 +6,7 @@ are exceeded the breaks beside are given less.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,10 @@ PLACES = 16
 """Times looked at in each piece, its end left out."""
 
 
+TOOL_PARTS = (0.25, 0.5, 0.75)
+"""Where in each piece the solver limits the tool's speed: it may vary much faster than efforts."""
+
+
 def _at_break(d: int) -> tuple[Any, Any, tuple[Any, ...]]:
     """Scaled variables at a break, the units of a state, and the state in SI units."""
     import casadi as ca
@@ -32,23 +37,25 @@ def _at_break(d: int) -> tuple[Any, Any, tuple[Any, ...]]:
     return state, units, tuple(ca.vertsplit(state * units, d))
 
 
-def _at_middle(d: int) -> tuple[Any, Any, tuple[Any, ...]]:
-    """Scaled variables of a piece, units of a state, and the state in its middle in SI units."""
+def _inside(d: int, parts: Sequence[float] = (0.5,)) -> tuple[Any, Any, list[tuple[Any, ...]]]:
+    """Scaled variables of a piece, units of a state, and states inside the piece in SI units."""
     import casadi as ca
 
     tau, states = ca.SX.sym("tau"), ca.SX.sym("states", 6 * d)
     units = ca.SX.sym("units", 3 * d)
-    state = ca.vertcat(*middle_state(tau, ca.vertsplit(states, d)))
-    return ca.vertcat(tau, states), units, tuple(ca.vertsplit(state * units, d))
+    ends = ca.vertsplit(states, d)
+    inside = [ca.vertcat(*inner_state(tau, ends, part)) * units for part in parts]
+    return ca.vertcat(tau, states), units, [tuple(ca.vertsplit(state, d)) for state in inside]
 
 
-def middle_state(tau: Any, states: Any) -> tuple[Any, Any, Any]:
-    """State in the middle of a piece from its duration and the states at its ends."""
+def inner_state(tau: Any, states: Any, part: float = 0.5) -> tuple[Any, Any, Any]:
+    """State after a part of a piece, from its duration and the states at its ends."""
     q0, v0, a0, _, _, a1 = states
+    t = part * tau
     return (
-        q0 + tau * v0 / 2 + tau**2 * (5 * a0 + a1) / 48,
-        v0 + tau * (3 * a0 + a1) / 8,
-        (a0 + a1) / 2,
+        q0 + t * v0 + t**2 * ((3 - part) * a0 + part * a1) / 6,
+        v0 + t * ((2 - part) * a0 + part * a1) / 2,
+        (1 - part) * a0 + part * a1,
     )
 
 
@@ -61,7 +68,10 @@ def effort_kernel(dynamics: Dynamics, *, middle: bool) -> Kernel:
     import casadi as ca
 
     d = len(dynamics.links)
-    variables, units, state = (_at_middle if middle else _at_break)(d)
+    if middle:
+        variables, units, (state,) = _inside(d)
+    else:
+        variables, units, state = _at_break(d)
     inverse = ca.SX.sym("inverse", d)
     effort = dynamics.symbolic_effort(*state) * inverse
     return Kernel(variables, ca.vertcat(units, inverse), effort)
@@ -69,16 +79,21 @@ def effort_kernel(dynamics: Dynamics, *, middle: bool) -> Kernel:
 
 @lru_cache(maxsize=16)
 def tool_kernel(dynamics: Dynamics, *, middle: bool) -> Kernel:
-    """Square of the tool's speed at a break or in the middle of a piece over that of its limit.
+    """Square of the tool's speed at a break, or at `TOOL_PARTS` of a piece, over that of its limit.
 
     Parameters: units of the state, inverse limit.
     """
     import casadi as ca
 
-    variables, units, state = (_at_middle if middle else _at_break)(len(dynamics.links))
+    d = len(dynamics.links)
+    if middle:
+        variables, units, states = _inside(d, TOOL_PARTS)
+    else:
+        variables, units, state = _at_break(d)
+        states = [state]
     inverse = ca.SX.sym("inverse")
-    speed = dynamics.symbolic_tool_velocity(*state[:2]) * inverse
-    return Kernel(variables, ca.vertcat(units, inverse), ca.sumsqr(speed))
+    speeds = [dynamics.symbolic_tool_velocity(*state[:2]) * inverse for state in states]
+    return Kernel(variables, ca.vertcat(units, inverse), ca.vertcat(*map(ca.sumsqr, speeds)))
 
 
 @lru_cache(maxsize=8)
@@ -90,7 +105,7 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
     tau, state = ca.SX.sym("tau"), ca.SX.sym("state", 6 * d)
     units, weight = ca.SX.sym("units", 3 * d), ca.SX.sym("weight")
     q0, v0, a0, q1, v1, a1 = ca.vertsplit(state, d)
-    inside = middle_state(tau, (q0, v0, a0, q1, v1, a1))
+    inside = inner_state(tau, (q0, v0, a0, q1, v1, a1))
     one = ca.SX.sym("one", 3 * d)
     at = ca.Function("at", [one], [ca.sumsqr(dynamics.symbolic_effort(*ca.vertsplit(one, d)))])
     start, middle, end = (

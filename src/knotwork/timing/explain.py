@@ -4,32 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from knotwork.errors import TimingError
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
-from knotwork.timing.attempts import Attempt, solved_section
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.problem import BoolArray, Objective, TimingProblem, part_of
 from knotwork.timing.safe_numbers import rounded_down, rounded_up, with_room
-from knotwork.timing.watch import Watch
+from knotwork.timing.search import ROOMS, OutOfStepsError, Search
 from knotwork.waypoints import FloatArray
 
 LARGEST = 8.0
 """Limits are tried up to this many times what they are."""
 
-PATIENCE = 200_000
-"""Steps of the solver times waypoints times joints that the search for a cause may take, about."""
-
-EFFORT_WORK = 8
-"""A step with dynamics takes about so many times as long as one without."""
-
-ROOMS = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3)
-"""Room given to a change, relative to it, until the solver finds a motion with just that change."""
-
 PRECISION = 0.1
 """How well the least change is known, relative to it."""
+
+TOOL = "tool_speed"
+"""The limit that is the tool's, not a joint's."""
 
 
 def explained(problem: TimingProblem) -> TimingError:
@@ -38,46 +32,26 @@ def explained(problem: TimingProblem) -> TimingError:
     An interval that can't be solved alone, its velocities being given, is the cause. Given
     durations are then let go, and after that each kind of limit is raised, to see what would do.
     """
-    search = _Search()
+    search = Search()
     try:
         for i in range(len(problem.position) - 1) if len(problem.position) > 2 else ():
             part = replace(part_of(problem, i, i + 1), total=None)
             if part.velocity_known.all() and search.solved(part) is None:
                 return _of_part(part, i, search, problem)
         return _of_part(problem, 0, search, problem)
-    except _OutOfStepsError:
+    except OutOfStepsError:
         return _unexplained(problem, 0, "the search for one cause took too many steps")
 
 
-class _OutOfStepsError(Exception):
-    """The search for a cause takes too long."""
-
-
-@dataclass
-class _Search:
-    """Solves changed problems until its patience ends: by steps, so that errors do not vary."""
-
-    work: int = 0
-
-    def solved(self, problem: TimingProblem) -> Attempt | None:
-        if self.work > PATIENCE:
-            raise _OutOfStepsError
-        watch = Watch()
-        found = solved_section(problem, watch, starts=1)
-        size = problem.position.size * (EFFORT_WORK if problem.dynamics is not None else 1)
-        self.work += watch.iterations * size
-        return found
-
-
 def _of_part(
-    problem: TimingProblem, first: int, search: _Search, whole: TimingProblem
+    problem: TimingProblem, first: int, search: Search, whole: TimingProblem
 ) -> TimingError:
     found = _too_short(problem, first, search, whole)
     if found is not None:
         return found
     limits = problem.limits
-    for name in (*MAGNITUDES[1:], MAGNITUDES[0], "position"):
-        if name != "position" and not np.isfinite(getattr(limits, name)).any():
+    for name in (TOOL, *MAGNITUDES[1:], MAGNITUDES[0], "position"):
+        if name != "position" and not np.any(np.isfinite(getattr(limits, name))):
             continue
         changes = _least_changes(problem, name, search)
         if changes:
@@ -95,7 +69,7 @@ def _unexplained(problem: TimingProblem, first: int, why: str) -> TimingError:
 
 
 def _too_short(
-    problem: TimingProblem, first: int, search: _Search, whole: TimingProblem
+    problem: TimingProblem, first: int, search: Search, whole: TimingProblem
 ) -> TimingError | None:
     """See whether longer durations than those given would do."""
     if problem.free.all() and problem.total is None:
@@ -146,7 +120,7 @@ def _too_short(
 
 
 def _needed_durations(
-    problem: TimingProblem, least: FloatArray, short: BoolArray, search: _Search
+    problem: TimingProblem, least: FloatArray, short: BoolArray, search: Search
 ) -> FloatArray | None:
     """Durations, as they are printed, with which a motion is found."""
     for room in ROOMS:
@@ -158,7 +132,7 @@ def _needed_durations(
 
 
 def _suiting_neighbours(
-    whole: TimingProblem, i: int, needed: FloatArray, search: _Search
+    whole: TimingProblem, i: int, needed: FloatArray, search: Search
 ) -> FloatArray:
     """Lengthen the duration of an interval until those beside suit it, if they can be solved.
 
@@ -173,7 +147,7 @@ def _suiting_neighbours(
         try:
             if search.solved(replace(around, duration=duration)) is not None:
                 return longer
-        except _OutOfStepsError:
+        except OutOfStepsError:
             break
     return needed
 
@@ -192,7 +166,7 @@ def _of_total(problem: TimingProblem, given: float, least: float) -> TimingError
     return TimingError(found, limit="duration", value=given, bound=with_room(least))
 
 
-def _passing(problem: TimingProblem, i: int, search: _Search) -> str:
+def _passing(problem: TimingProblem, i: int, search: Search) -> str:
     """Say if an interval can also be shorter than given: then its joints can't wait in it."""
     given = float(problem.duration[i])
     part = replace(
@@ -209,7 +183,7 @@ def _passing(problem: TimingProblem, i: int, search: _Search) -> str:
     return f"in passing it takes {least:.6g} s, or else " if least < 0.99 * given else ""
 
 
-def _least_changes(problem: TimingProblem, name: str, search: _Search) -> list[_Change]:
+def _least_changes(problem: TimingProblem, name: str, search: Search) -> list[_Change]:
     """Find the fewest joints whose limits of a kind must be raised, and about how far at least.
 
     A motion was found with just these limits. The list is empty if this kind alone does not do.
@@ -236,11 +210,11 @@ def _least_changes(problem: TimingProblem, name: str, search: _Search) -> list[_
 
 @dataclass(frozen=True)
 class _Change:
-    """A limit of a joint, as it is and as it would have to be.
+    """A limit of a joint or of the tool, as it is and as it would have to be.
 
     Attributes:
-        field: Of the limits: `"lower"`, `"upper"` or the name of a magnitude.
-        joint: Its index.
+        field: Of the limits: `"lower"`, `"upper"`, `"tool_speed"` or the name of a magnitude.
+        joint: Its index; 0 for the tool.
         given: What it is, in SI.
         needed: What is proposed, in SI, as rounded as it is printed.
     """
@@ -254,7 +228,11 @@ class _Change:
 def _bounds_of(problem: TimingProblem, name: str) -> list[tuple[str, int]]:
     fields = ("lower", "upper") if name == "position" else (name,)
     limits = problem.limits
-    return [(f, int(k)) for f in fields for k in np.flatnonzero(np.isfinite(getattr(limits, f)))]
+    return [
+        (f, int(k))
+        for f in fields
+        for k in np.flatnonzero(np.isfinite(np.atleast_1d(getattr(limits, f))))
+    ]
 
 
 def _changes(
@@ -264,48 +242,65 @@ def _changes(
     room = (factor - 1.0) * float(np.ptp(problem.position, axis=0).max())
     changes = []
     for field, k in bounds:
-        given = float(getattr(problem.limits, field)[k])
+        given = float(np.atleast_1d(getattr(problem.limits, field))[k])
         moved = {"lower": given - room, "upper": given + room}.get(field, given * factor)
         scale, _ = problem.units.shown(1.0, _unit(problem, field, k))
+        scale /= _margin(problem, field)
         outwards = rounded_down if (field == "lower") else rounded_up
         changes.append(_Change(field, k, given, outwards(moved * scale, 4) / scale))
     return changes
 
 
 def _with(problem: TimingProblem, changes: Sequence[_Change]) -> TimingProblem:
-    fields = {one.field: getattr(problem.limits, one.field).copy() for one in changes}
+    limits = problem.limits
+    fields: dict[str, Any] = {}
     for one in changes:
-        fields[one.field][one.joint] = one.needed
-    return replace(problem, limits=replace(problem.limits, **fields))
+        if one.field == TOOL:
+            fields[TOOL] = one.needed
+        else:
+            fields.setdefault(one.field, getattr(limits, one.field).copy())[one.joint] = one.needed
+    return replace(problem, limits=replace(limits, **fields))
 
 
 def _unit(problem: TimingProblem, field: str, joint: int) -> str:
+    if field == TOOL:
+        return "m/s"
     name = "position" if field in ("lower", "upper") else field
     return JOINT_QUANTITIES[name].units[problem.joint_units[joint]]
+
+
+def _margin(problem: TimingProblem, field: str) -> float:
+    return 1.0 if field in ("lower", "upper") else problem.limits.margin
 
 
 def _limit_error(
     problem: TimingProblem, first: int, name: str, changes: Sequence[_Change]
 ) -> TimingError:
     ends = f"{problem.names[0]!r} and {problem.names[-1]!r}"
-    text = problem.units.text
+    text, margin = problem.units.text, _margin(problem, changes[0].field)
 
     def needs(one: _Change) -> str:
         unit = _unit(problem, one.field, one.joint)
+        limit = (
+            f"the tool needs {TOOL}"
+            if one.field == TOOL
+            else f"joint {problem.joint_names[one.joint]!r} needs a limit of {name}"
+        )
         return (
-            f"joint {problem.joint_names[one.joint]!r} needs a limit of {name} of about "
-            f"{text(one.needed, unit)}; it is {text(one.given, unit)}"
+            f"{limit} of about {text(one.needed / margin, unit)}; "
+            f"it is {text(one.given / margin, unit)}"
         )
 
     worst = changes[0]
     return TimingError(
         f"between {ends} no motion keeps all limits: "
         + "; and ".join(needs(one) for one in changes)
-        + (". All of these together would do" if len(changes) > 1 else ""),
+        + (". All of these together would do" if len(changes) > 1 else "")
+        + (f" (the margin leaves {margin:g} of each limit)" if margin != 1.0 else ""),
         waypoint=first,
         interval=len(problem.position) == 2,
-        joint=problem.joint_names[worst.joint],
-        limit=name,
+        joint="" if worst.field == TOOL else problem.joint_names[worst.joint],
+        limit=name.replace("_", " "),
         value=worst.given,
         bound=worst.needed,
     )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 
 from knotwork.errors import TimingError
@@ -16,15 +19,12 @@ ROUNDING = 1e-12
 
 
 def check_feasible(problem: TimingProblem) -> None:
-    """Compare what is given with the limits.
+    """Compare what is given with the limits, but for the values at waypoints: see `faults`.
 
     Raises:
-        TimingError: A given value is beyond a limit, a given duration is too short, or a duration
-            has no least value.
+        TimingError: A given duration is too short, or a duration has no least value.
     """
     _check_limits(problem)
-    _check_values(problem)
-    _check_stopping(problem)
     _check_durations(problem)
 
 
@@ -42,71 +42,99 @@ def _check_limits(problem: TimingProblem) -> None:
         )
 
 
-def _check_values(problem: TimingProblem) -> None:
+@dataclass(frozen=True)
+class Fault:
+    """What is given at a waypoint and is ruled out by a limit of one joint.
+
+    Attributes:
+        waypoint: Index of the waypoint.
+        joint: Index of the joint.
+        given: `"velocity"`, `"acceleration"` or `"position"`.
+        limit: The limit that rules it out: one of these, too.
+        value: What is given, in SI.
+        bound: The limit that it is beyond, or what the limit leaves of it, in SI.
+        said: What is wrong, in words.
+    """
+
+    waypoint: int
+    joint: int
+    given: str
+    limit: str
+    value: float
+    bound: float
+    said: str
+
+    @property
+    def factor(self) -> float:
+        """More than this part of what is given is not possible."""
+        return self.bound / self.value
+
+
+def faults(problem: TimingProblem) -> list[Fault]:
+    """Find what is given beyond a limit: at each waypoint of each quantity what is worst."""
+    found: dict[tuple[int, str], Fault] = {}
+    for one in (*_beyond(problem), *_unstoppable(problem)):
+        place = one.waypoint, one.given
+        if place not in found or (one.given != "position" and one.factor < found[place].factor):
+            found[place] = one
+    return sorted(found.values(), key=lambda one: one.waypoint)
+
+
+def _beyond(problem: TimingProblem) -> Iterator[Fault]:
+    """Values that are themselves beyond a limit."""
     limits, text = problem.limits, problem.units.text
     for name, values in (("velocity", problem.velocity), ("acceleration", problem.acceleration)):
         most = getattr(limits, name)
         known = problem.velocity_known if name == "velocity" else problem.acceleration_known
-        over = known[:, None] & (np.abs(values) > most * (1.0 + ROUNDING))
-        for i, k in np.argwhere(over)[:1]:
+        for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + ROUNDING))):
             unit = rate_unit(problem.joint_units[k], 1 if name == "velocity" else 2)
-            moving = values[i] != 0.0
-            factor = float((most[moving] / np.abs(values[i, moving])).min())
-            raise TimingError(
-                f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} is given a "
-                f"{name} of {text(values[i, k], unit)}; its limit is {text(most[k], unit)}. "
-                f"{rounded_down(factor, 4):.4g} times the {name} given here would be possible",
-                waypoint=int(i),
-                joint=problem.joint_names[k],
-                limit=name,
-                value=float(values[i, k]),
-                bound=float(np.copysign(most[k], values[i, k])),
+            said = (
+                f"is given a {name} of {text(values[i, k], unit)}; "
+                f"its limit is {limits.text(float(most[k]), unit, problem.units)}"
             )
+            bound = float(np.copysign(most[k], values[i, k]))
+            yield _fault(problem, int(i), int(k), (name, name), bound, said)
     slack = ROUNDING * np.maximum(1.0, np.abs(problem.position))
     outside = (problem.position < limits.lower - slack) | (problem.position > limits.upper + slack)
-    for i, k in np.argwhere(outside)[:1]:
+    for i, k in np.argwhere(outside):
         unit = problem.joint_units[k]
         near = float(np.clip(problem.position[i, k], limits.lower[k], limits.upper[k]))
-        raise TimingError(
-            f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} stands at "
-            f"{text(problem.position[i, k], unit)}, outside its limits "
-            f"{text(limits.lower[k], unit)} to {text(limits.upper[k], unit)}",
-            waypoint=int(i),
-            joint=problem.joint_names[k],
-            limit="position",
-            value=float(problem.position[i, k]),
-            bound=near,
+        said = (
+            f"stands at {text(problem.position[i, k], unit)}, outside its limits "
+            f"{text(limits.lower[k], unit)} to {text(limits.upper[k], unit)}"
         )
+        yield _fault(problem, int(i), int(k), ("position", "position"), near, said)
 
 
-def _check_stopping(problem: TimingProblem) -> None:
-    """A joint that moves towards a limit of its position must be able to stop before it."""
+def _unstoppable(problem: TimingProblem) -> Iterator[Fault]:
+    """Joints that move towards a limit of their position and can't stop before it."""
     limits, n, text = problem.limits, len(problem.position), problem.units.text
-    with np.errstate(invalid="ignore"):
-        for after, points in ((True, range(n - 1)), (False, range(1, n))):
-            for i in points:
-                v = problem.velocity[i] if after else -problem.velocity[i]
-                if not problem.velocity_known[i]:
-                    continue
-                up, down = limits.upper - problem.position[i], problem.position[i] - limits.lower
-                room = np.maximum(np.where(v > 0.0, up, down), 0.0)
+    for after, points in ((True, range(n - 1)), (False, range(1, n))):
+        for i in points:
+            v = problem.velocity[i] if after else -problem.velocity[i]
+            if not problem.velocity_known[i]:
+                continue
+            up, down = limits.upper - problem.position[i], problem.position[i] - limits.lower
+            room = np.maximum(np.where(v > 0.0, up, down), 0.0)
+            with np.errstate(invalid="ignore"):
                 fastest = np.sqrt(2.0 * limits.acceleration * room)
-                for k in np.flatnonzero(np.abs(v) > fastest * (1.0 + 1e-9) + 1e-12)[:1]:
-                    unit = rate_unit(problem.joint_units[k], 1)
-                    most, shown = problem.units.shown(float(fastest[k]), unit)
-                    verb = "stop before" if after else "have come from inside"
-                    raise TimingError(
-                        f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} moves at "
-                        f"{text(problem.velocity[i, k], unit)} and can't {verb} its position "
-                        f"limit, {text(room[k], problem.joint_units[k], '.4g')} away; its limit "
-                        f"of acceleration allows less than {rounded_down(most):.6g} {shown} there, "
-                        "and that of jerk less still",
-                        waypoint=int(i),
-                        joint=problem.joint_names[k],
-                        limit="position",
-                        value=float(problem.velocity[i, k]),
-                        bound=float(np.copysign(fastest[k], problem.velocity[i, k])),
-                    )
+            for k in np.flatnonzero(np.abs(v) > fastest * (1.0 + 1e-9) + 1e-12):
+                unit = rate_unit(problem.joint_units[k], 1)
+                verb = "stop before" if after else "have come from inside"
+                said = (
+                    f"moves at {text(problem.velocity[i, k], unit)} and can't {verb} its position "
+                    f"limit, {text(room[k], problem.joint_units[k], '.4g')} away"
+                )
+                bound = float(np.copysign(fastest[k], problem.velocity[i, k]))
+                yield _fault(problem, i, int(k), ("velocity", "position"), bound, said)
+
+
+def _fault(
+    problem: TimingProblem, i: int, k: int, kinds: tuple[str, str], bound: float, said: str
+) -> Fault:
+    value = float(getattr(problem, kinds[0])[i, k])
+    said = f"waypoint {problem.names[i]!r}: joint {problem.joint_names[k]!r} {said}"
+    return Fault(i, k, *kinds, value, bound, said)
 
 
 def _check_durations(problem: TimingProblem) -> None:

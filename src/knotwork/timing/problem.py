@@ -35,6 +35,8 @@ class TimingLimits(ReadOnlyArrays):
         upper: Greatest position [rad or m], shape (d,); by default infinite.
         tool_speed: Greatest speed of the tool centre point [m/s]; by default infinite. It needs
             dynamics.
+        margin: What is left of the limits of magnitudes as they were given; these here have it
+            already. Errors say it, and propose limits before it.
 
     Raises:
         WaypointDataError: A magnitude is not positive, or a lower limit is not below the upper one.
@@ -50,6 +52,7 @@ class TimingLimits(ReadOnlyArrays):
     lower: FloatArray = _NOT_GIVEN
     upper: FloatArray = _NOT_GIVEN
     tool_speed: float = np.inf
+    margin: float = 1.0
 
     def __post_init__(self) -> None:
         d = np.size(self.velocity)
@@ -68,6 +71,17 @@ class TimingLimits(ReadOnlyArrays):
             )
         if not self.tool_speed > 0.0:
             raise WaypointDataError(f"tool speed limit is {self.tool_speed}; give a positive one")
+
+    def text(self, limit: float, unit: str, units: Units) -> str:
+        """A limit of a magnitude in words, with what it is before the margin.
+
+        >>> TimingLimits([1.8], margin=0.9).text(1.8, "rad/s", SI)
+        '1.8 rad/s, 0.9 of 2 rad/s (margin)'
+        """
+        said = units.text(limit, unit)
+        if self.margin == 1.0:
+            return said
+        return f"{said}, {self.margin:g} of {units.text(limit / self.margin, unit)} (margin)"
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.timing.efforts import likely_accelerations
+from knotwork.timing.efforts import TOOL_PARTS, likely_accelerations
 from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
@@ -363,9 +363,10 @@ class Section:
         if problem.total is not None:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
-        for allowed, _ in self._held():
-            for part in (allowed[::2], allowed[1::2]):
-                most = np.full(part.T.shape, 1.0 - self.margin)
+        for allowed, limit in self._held():
+            inside = len(TOOL_PARTS) if np.ndim(limit) == 0 else allowed.shape[1]
+            for rows, part in ((allowed.shape[1], allowed[::2]), (inside, allowed[1::2])):
+                most = np.full((rows, len(part)), 1.0 - self.margin)
                 found.append((-most, most))
         if form.work:
             found.append((np.zeros((0, count)), np.zeros((0, count))))

@@ -20,6 +20,7 @@ from knotwork.timing.motion import Progress, TimedMotion
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import in_a_row, rebuilt_row
 from knotwork.timing.section import Guess, guess_from
+from knotwork.timing.slower import given_errors, together
 from knotwork.timing.watch import Watch
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
@@ -77,6 +78,9 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
         TimingError: No motion keeps the limits.
     """
     begun, iterations = watch.now(), watch.iterations
+    wrong = given_errors(problem)
+    if wrong:
+        raise together(wrong)
     try:
         check_feasible(problem)
     except GivenDurationError as error:
