@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
+
+AnyInputError = TypeVar("AnyInputError", bound="InputError")
 
 
 class KnotworkError(Exception):
@@ -43,6 +45,13 @@ class InputError(KnotworkError, ValueError):
     def add(self, hint: str) -> None:
         """Say at the end of the message what may be the cause."""
         self.args = (f"{self}; {hint}", *self.args[1:])
+
+
+def together(errors: Sequence[AnyInputError]) -> AnyInputError:
+    """The first of several errors, which says what all of them say, a line each."""
+    first = errors[0]
+    first.args = ("\n".join(dict.fromkeys(map(str, errors))), *first.args[1:])
+    return first
 
 
 def did_you_mean(name: object, available: Iterable[object]) -> str:

@@ -175,7 +175,8 @@ def test_the_speed_along_a_path_leaves_its_tolerance_below_the_limit_of_the_tool
 
     made = kw.plan(task("fastest"))
     made.report.raise_if_failed()
-    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.196)
+    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.1998)
+    assert made.chosen.gap < 0.05  # the tool's way bounds the time
     says = (
         r"waypoints\[2\]\.speed: 200 mm/s along the path from 'in' to 'out' leaves no room below "
     )
@@ -183,6 +184,24 @@ def test_the_speed_along_a_path_leaves_its_tolerance_below_the_limit_of_the_tool
         InputError, match=says + r"tool_speed, 200 mm/s; accepted: at most 196\.078 "
     ):
         kw.plan(task(200))
+    with pytest.raises(
+        InputError, match=r"takes the tool beyond tool_speed, 200 mm/s; .* 196\.078"
+    ):
+        kw.plan(task(199.95))
+
+
+def test_a_limit_of_a_link_bounds_the_speed_along_a_path() -> None:
+    limits = {"acceleration": 400, "frame_speed": {"frame": "forearm_link", "speed": 50}}
+    made = kw.plan(reach(line("fastest"), limits=limits))
+    path = made.scenario.paths[0].stretches[0]
+    assert made.space.robot is not None
+    along = made.trajectory.breaks
+    along = along[(along >= path.start) & (along <= path.end)]
+    bound = kw.verification.tool_speed_bound(
+        made.space.robot, made.trajectory, frame="forearm_link", limit=0.05
+    )
+    assert bound.value > 0.045
+    assert bound.ok or not along[0] <= bound.time <= along[-1]
 
 
 def test_a_waypoint_at_which_the_tool_is_given_a_speed_beyond_its_limit() -> None:
@@ -192,5 +211,18 @@ def test_a_waypoint_at_which_the_tool_is_given_a_speed_beyond_its_limit() -> Non
     says = (
         r"waypoints\[1\]: waypoint 'mid': the tool is given a speed of 400 mm/s, and tool_speed is"
     )
-    with pytest.raises(InputError, match=says + r" 300 mm/s; accepted: at most 297 mm/s, "):
+    with pytest.raises(InputError, match=says + r" 300 mm/s; accepted: at most 299\.4 mm/s, "):
         kw.plan(reach(middle, end, limits=limits, times="fastest"))
+
+
+def test_a_speed_at_a_waypoint_just_below_the_limit_of_the_tool() -> None:
+    middle = {
+        "name": "mid",
+        "pose": {"position": [400, 0, 300], "rpy": [180, 0, 0]},
+        "speed": 299.5,
+    }
+    end = {"pose": {"position": [400, 200, 300], "rpy": [180, 0, 0]}}
+    limits = {"acceleration": 400, "tool_speed": 300}
+    made = kw.plan(reach(middle, end, limits=limits, times="fastest"))
+    made.report.raise_if_failed()
+    assert made.chosen.gap < 0.15

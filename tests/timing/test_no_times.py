@@ -43,7 +43,9 @@ def test_a_velocity_above_its_limit() -> None:
 
 def test_an_acceleration_above_its_limit() -> None:
     error = failure(one_joint([0, 1], [0, 0], acceleration=[[3.0], [np.nan]]))
-    assert (error.waypoint, error.limit, error.bound) == (0, "acceleration", 1.0)
+    assert (error.waypoint, error.limit) == (0, "acceleration")
+    assert 0.99 < error.bound <= 1.0
+    solve(one_joint([0, 1], [0, 0], acceleration=[[error.bound], [np.nan]]))
 
 
 def test_a_waypoint_outside_the_position_limits() -> None:
@@ -56,8 +58,41 @@ def test_a_speed_that_cannot_be_stopped_before_the_limit() -> None:
     limits = replace(LIMITS, lower=[-1.0], upper=[1.2])
     error = failure(one_joint([0, 1, 0], [0, 1, 0], limits))
     assert (error.waypoint, error.limit) == (1, "position")
-    assert error.bound == pytest.approx(np.sqrt(0.4))
-    assert "less than 0.632455 rad/s" in str(error)  # rounded down
+    assert 0.99 * np.sqrt(0.4) < error.bound <= np.sqrt(0.4)
+    solve(one_joint([0, 1, 0], [0, error.bound, 0], limits))
+
+
+def test_a_speed_that_only_the_jerk_keeps_from_stopping_is_not_proposed() -> None:
+    limits = replace(LIMITS, jerk=[4.0], lower=[-9.0], upper=[1.2])
+    still = [[0.0], [0.0], [0.0]]
+    error = failure(one_joint([0, 1, 0], [0, 1, 0], limits, acceleration=still))
+    assert (error.waypoint, error.limit) == (1, "position")
+    assert error.bound < 0.99 * np.sqrt(0.4)
+    solve(one_joint([0, 1, 0], [0, error.bound, 0], limits, acceleration=still))
+    failure(one_joint([0, 1, 0], [0, 1.1 * error.bound, 0], limits, acceleration=still))
+
+
+def test_all_waypoints_beyond_limits_are_told_at_once() -> None:
+    error = failure(one_joint([0, 1, 2, 0], [0, 4, 3, 0]))
+    first, second = str(error).splitlines()
+    assert "waypoint 'b'" in first
+    assert "0.5 times" in first
+    assert "waypoint 'c'" in second
+    assert "0.6666 times" in second
+    solve(one_joint([0, 1, 2, 0], [0, 2, 2, 0]))
+
+
+def test_a_margin_is_said_and_proposed_limits_are_before_it() -> None:
+    error = failure(one_joint([0, 1, 0], [0, 4, 0], replace(LIMITS, margin=0.5)))
+    assert "its limit is 2 rad/s, 0.5 of 4 rad/s (margin)" in str(error)
+    limits = TimingLimits([2.0], [17.5], [42.0], lower=[-0.08], upper=[1.082], margin=0.5)
+    ends = [[0.0], [np.nan], [0.0]]
+    problem = one_joint([0, 1.047, 1.065], [0, 0.96, 0], limits, acceleration=ends)
+    said = str(failure(problem))
+    needed = re.search(r"jerk of about ([\d.]+) rad/s³; it is 84 rad/s³", said)
+    assert needed, said
+    assert "the margin leaves 0.5 of each limit" in said
+    solve(replace(problem, limits=replace(limits, jerk=[0.5 * float(needed[1])])))
 
 
 def test_a_given_time_that_is_too_short() -> None:

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 
 from knotwork.choosing.numbers import numbers
-from knotwork.choosing.path_speeds import path_speeds
+from knotwork.choosing.path_speeds import check_given_speeds, path_speeds
 from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
 from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.choosing.tool_speeds import check_path_speeds, check_waypoint_speeds
 from knotwork.documents import Document, Edits, Location, edited
-from knotwork.errors import InputError, TimingError
+from knotwork.errors import InputError, TimingError, together
 from knotwork.joint_space import joint_space
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.safe_numbers import rounded_up, with_room
-from knotwork.timing.slower import given_errors, together
+from knotwork.timing.slower import given_errors
 from knotwork.timing.solving import solved
 from knotwork.timing.watch import Watch
 
@@ -124,6 +124,7 @@ def choose_times(
     solution = solution or solve_task(scenario, space, knots_of(scenario))
     left = scenario.free or replace(free, path_speed={})
     task = FreeTask(scenario, left, space, solution.waypoints)
+    check_given_speeds(task)
     check_waypoint_speeds(task)
     runs = find_runs(task)
     found = _solved(task, runs, watch, _starts(task, runs, warm))

@@ -8,20 +8,25 @@ bisection.
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.choosing.tool_speeds import greatest_path_speed
+from knotwork.choosing.tool_speeds import greatest_path_speed, path_error
 from knotwork.documents import Location
-from knotwork.errors import DocumentError, InputError, PathError
+from knotwork.errors import DocumentError, InputError, PathError, together
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.scenario.free_times import PROVISIONAL_SPEED
 from knotwork.task_to_joint import followed_path, leads_along
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
+    from knotwork.verification import Bound
 
 DIGITS = 4
 """Speeds are rounded down to so many digits."""
@@ -37,6 +42,9 @@ SLOWEST = 0.1 * PROVISIONAL_SPEED
 
 INSIDE = 1.0 - 1e-9
 """Part of a limit that a peak may reach."""
+
+TOOL_ROOM = 1e-3
+"""Along a path the tool stays below its limit by this part of it, so that it can be approached."""
 
 ROOM = 1e-3
 """Joints could follow the path itself faster by this part of the speed.
@@ -82,7 +90,7 @@ class _Search:
         self.task, self.scenario, self.space, self.start = task, scenario, task.space, start
         self.path, self.stretches = path, stretches
         self.places = [free.index[path.first + 1 + k] for k in stretches]
-        most = greatest_path_speed(scenario)
+        most = (1.0 - TOOL_ROOM) * (scenario.motion_limits.tool_speed or math.inf)
         self.caps = [min(free.path_speed[place], most) for place in self.places]
         self.number = scenario.paths.index(path)
         self.unit = scenario.shown_length[0]
@@ -94,7 +102,7 @@ class _Search:
 
     def speeds(self) -> list[float]:
         """The greatest speeds that keep all limits [m/s]."""
-        motion = self._motion(self.scenario)
+        motion = self.motion(self.scenario)
         # at a speed at which the ends exceed a limit, they say nothing of the rest
         orders = 3 if self._kept(motion) else 1
         rooms = [self._room(motion, k, orders) for k in self.stretches]
@@ -142,7 +150,7 @@ class _Search:
         with self.scenario.error_context("waypoints", self.places[0], "speed"):
             raise InputError(f"{found}; accepted: {accepted}")
 
-    def _motion(self, scenario: Scenario) -> JointTrajectory:
+    def motion(self, scenario: Scenario) -> JointTrajectory:
         """The joints' motion along the path, as it is planned."""
         path, knots = scenario.paths[self.number], knots_of(scenario)
         time, _, q, v, a = followed_path(scenario, self.space.robot, path, self.start, knots)
@@ -155,7 +163,7 @@ class _Search:
             path = scenario.paths[self.number]
             return leads_along(
                 scenario, self.space.robot, path, self.start, room=ROOM
-            ) and self._kept(self._motion(scenario))
+            ) and self._kept(self.motion(scenario))
         except (
             PathError,
             DocumentError,
@@ -170,12 +178,27 @@ class _Search:
                 and (motion.extrema(quantity).peak > INSIDE * limits[quantity]).any()
             ):
                 return False
-        if self.space.robot is None or not np.isfinite(limits["effort"]).any():
+        if self.space.robot is None:
             return True
-        from knotwork.verification import torque_bound
+        return all(_proved(one) for one in self._bounds(self.space.robot, motion))
 
-        bounds = torque_bound(self.space.robot, motion)
-        return all(one.limit is None or (one.proved and one.bound <= one.limit) for one in bounds)
+    def _bounds(self, robot: Robot, motion: JointTrajectory) -> Iterator[Bound]:
+        """Proved bounds of what is limited beside the joints' motion, one after another."""
+        from knotwork.verification import (
+            tool_acceleration_bound,
+            tool_speed_bound,
+            torque_bound,
+        )
+
+        limits = self.scenario.motion_limits
+        if limits.tool_speed is not None:
+            yield tool_speed_bound(robot, motion, limit=limits.tool_speed)
+        if limits.tool_acceleration is not None:
+            yield tool_acceleration_bound(robot, motion, limit=limits.tool_acceleration)
+        for one in limits.frame_speed:
+            yield tool_speed_bound(robot, motion, frame=one.frame, limit=one.speed)
+        if np.isfinite(self.space.limits["effort"]).any():
+            yield from torque_bound(robot, motion)
 
     def _room(self, motion: JointTrajectory, k: int, orders: int) -> float:
         """How many times faster a stretch could be, but for changes of speed and torques."""
@@ -187,6 +210,37 @@ class _Search:
             with np.errstate(divide="ignore"):
                 factors.append(float((self.space.limits[quantity] / peak).min()) ** (1.0 / order))
         return max(1.0, min(factors))
+
+
+def check_given_speeds(task: FreeTask) -> None:
+    """Refuse tool paths whose given speed takes the tool beyond its limit of speed.
+
+    Raises:
+        InputError: There is one.
+    """
+    scenario, robot = task.scenario, task.space.robot
+    limit = scenario.motion_limits.tool_speed
+    if limit is None or robot is None:
+        return
+    from knotwork.verification import tool_speed_bound
+
+    errors = []
+    for path in scenario.paths:
+        fastest = max(range(len(path.stretches)), key=lambda k: path.stretches[k].speed)
+        if path.stretches[fastest].speed <= greatest_path_speed(scenario):
+            continue
+        row = int(np.abs(task.waypoints.time - path.stretches[0].start).argmin())
+        motion = _Search(task, path, [], task.waypoints.position[row]).motion(scenario)
+        bound = tool_speed_bound(robot, motion, limit=limit)
+        if not _proved(bound):
+            errors.append(path_error(scenario, path, fastest, "takes the tool beyond"))
+    if errors:
+        raise together(errors)
+
+
+def _proved(bound: Bound) -> bool:
+    """Whether a limit is kept, if there is one."""
+    return bound.limit is None or (bound.proved and bound.bound <= bound.limit)
 
 
 def _rounded(speed: float) -> float:

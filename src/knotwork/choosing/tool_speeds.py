@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from knotwork.choosing.task import FreeTask
-from knotwork.errors import InputError
-from knotwork.scenario import Scenario
+from knotwork.errors import InputError, together
+from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.timing.safe_numbers import rounded_down
 
 ROUNDING = 1e-9
-"""A given speed at a waypoint may be beyond the limit by this part of it."""
+"""A given speed along a path may be beyond the limit by this part of it."""
 
-ROOM = 0.01
+NO_ROOM = 5e-4
+"""A given speed at a waypoint that leaves less of the limit is refused: the solver needs room."""
+
+ROOM = 0.002
 """A speed that is advised leaves this part of the limit to the motion around the waypoint."""
 
 
@@ -28,7 +32,7 @@ def greatest_path_speed(scenario: Scenario) -> float:
 
 
 def check_path_speeds(scenario: Scenario) -> None:
-    """Refuse a tool path whose given speed leaves the tool no room below its limit.
+    """Refuse tool paths whose given speed leaves the tool no room below its limit.
 
     Raises:
         InputError: The speed along a path is that of the limit, or above it.
@@ -36,24 +40,31 @@ def check_path_speeds(scenario: Scenario) -> None:
     limit, free = scenario.motion_limits.tool_speed, scenario.free
     if limit is None or free is None:
         return
-    for path in scenario.paths:
-        for k, stretch in enumerate(path.stretches):
-            i = path.first + 1 + k
-            if free.index[i] in free.path_speed or stretch.speed < limit * (1.0 - ROUNDING):
-                continue
-            begin, end = (scenario.waypoints[i - j].name for j in (1, 0))
-            most = greatest_path_speed(scenario)
-            with scenario.error_context("waypoints", free.index[i], "speed"):
-                raise InputError(
-                    f"{_shown(scenario, stretch.speed)} along the path from {begin!r} to {end!r} "
-                    f"leaves no room below tool_speed, {_shown(scenario, limit)}; "
-                    f"accepted: at most {_shown(scenario, most)} (the path_speed tolerance is "
-                    f"{scenario.tolerances.path_speed:g} of the speed), or a higher limit"
-                )
+    _tell(
+        path_error(scenario, path, k, "leaves no room below")
+        for path in scenario.paths
+        for k, stretch in enumerate(path.stretches)
+        if free.index[path.first + 1 + k] not in free.path_speed
+        and stretch.speed >= limit * (1.0 - ROUNDING)
+    )
+
+
+def path_error(scenario: Scenario, path: ScenarioPath, k: int, what: str) -> InputError:
+    """Say that the given speed of a stretch is too near the tool's limit."""
+    i = path.first + 1 + k
+    begin, end = (scenario.waypoints[i - j].name for j in (1, 0))
+    error = InputError(
+        f"{_shown(scenario, path.stretches[k].speed)} along the path from {begin!r} to {end!r} "
+        f"{what} tool_speed, {_limit(scenario)}; "
+        f"accepted: at most {_shown(scenario, greatest_path_speed(scenario))} (the path_speed "
+        f"tolerance is {scenario.tolerances.path_speed:g} of the speed), or a higher limit"
+    )
+    index = i if scenario.free is None else scenario.free.index[i]
+    return _located(scenario, error, "waypoints", index, "speed")
 
 
 def check_waypoint_speeds(task: FreeTask) -> None:
-    """Refuse a waypoint at which the tool is given a speed beyond its limit.
+    """Refuse waypoints at which the tool is given a speed beyond its limit, or as good as at it.
 
     Raises:
         InputError: There is one.
@@ -62,26 +73,52 @@ def check_waypoint_speeds(task: FreeTask) -> None:
     limit, robot = scenario.motion_limits.tool_speed, task.space.robot
     if limit is None or robot is None:
         return
+    errors = []
     rows = np.abs(task.waypoints.time[:, None] - scenario.times[None, :]).argmin(axis=0)
+    on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
     for i, row in enumerate(rows):
-        if free.speed[i] != "given":
+        if free.speed[i] != "given" or i in on_paths:
             continue
         q, v = task.waypoints.position[row], task.waypoints.velocity[row]
         speed = float(np.linalg.norm(robot.jacobian(q)[:3] @ v))
-        if not speed > limit * (1.0 + ROUNDING):
+        if not speed > limit * (1.0 - NO_ROOM):
             continue
         k = free.index[i]
-        with scenario.error_context(*(("waypoints", k) if k >= 0 else ("start",))):
-            most = (1.0 - ROOM) * limit
-            raise InputError(
-                f"waypoint {scenario.waypoints[i].name!r}: the tool is given a speed of "
-                f"{_shown(scenario, speed)}, and tool_speed is {_shown(scenario, limit)}; "
-                f"accepted: at most {_shown(scenario, most)}, {rounded_down(most / speed, 3):g} "
-                "times that speed, or a higher limit"
-            )
+        most = (1.0 - ROOM) * limit
+        error = InputError(
+            f"waypoint {scenario.waypoints[i].name!r}: the tool is given a speed of "
+            f"{_shown(scenario, speed)}, and tool_speed is {_limit(scenario)}; "
+            f"accepted: at most {_shown(scenario, most)}, {rounded_down(most / speed, 3):g} "
+            "times that speed, or a higher limit"
+        )
+        errors.append(_located(scenario, error, *(("waypoints", k) if k >= 0 else ("start",))))
+    _tell(errors)
+
+
+def _located(scenario: Scenario, error: InputError, *place: str | int) -> InputError:
+    try:
+        with scenario.error_context(*place):
+            raise error
+    except InputError as located:
+        return located
+
+
+def _tell(errors: Iterable[InputError]) -> None:
+    found = list(errors)
+    if found:
+        raise together(found)
 
 
 def _shown(scenario: Scenario, speed: float) -> str:
     """A speed [m/s] in the units of the scenario."""
     scale, unit = scenario.shown_length
     return f"{rounded_down(scale * speed, 6):.6g} {unit}/s"
+
+
+def _limit(scenario: Scenario) -> str:
+    """The limit of the tool's speed, and what it is before the margin."""
+    limit = scenario.motion_limits.tool_speed or math.inf
+    if scenario.margin == 1.0:
+        return _shown(scenario, limit)
+    before = _shown(scenario, limit / scenario.margin)
+    return f"{_shown(scenario, limit)}, {scenario.margin:g} of {before} (margin)"

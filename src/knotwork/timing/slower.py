@@ -40,13 +40,6 @@ def given_errors(problem: TimingProblem) -> list[TimingError]:
     return [_error(problem, one, found, search) for one in found]
 
 
-def together(errors: Sequence[TimingError]) -> TimingError:
-    """The first error, which says what all say, a line each."""
-    first = errors[0]
-    first.args = ("\n".join(dict.fromkeys(map(str, errors))),)
-    return first
-
-
 def _error(
     problem: TimingProblem, fault: Fault, others: Sequence[Fault], search: Search
 ) -> TimingError:

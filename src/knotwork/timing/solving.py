@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from knotwork.errors import TimingError
+from knotwork.errors import TimingError, together
 from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
@@ -20,7 +20,7 @@ from knotwork.timing.motion import Progress, TimedMotion
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import in_a_row, rebuilt_row
 from knotwork.timing.section import Guess, guess_from
-from knotwork.timing.slower import given_errors, together
+from knotwork.timing.slower import given_errors
 from knotwork.timing.watch import Watch
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
