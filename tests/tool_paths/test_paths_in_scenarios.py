@@ -128,6 +128,15 @@ def test_a_corner_is_rounded_within_the_blend_and_passed_at_speed() -> None:
     assert 0.5 < near.min() < 10
 
 
+def test_a_corner_rounded_too_tightly_is_named_where_the_joints_fail() -> None:
+    corner = {**LINE, "name": "corner", "blend": 0.001}
+    end = {**LINE, "pose": {"position": [530, 50, 60]}}
+    failures = kw.plan(task(FIRST, corner, end, UP)).report.failures
+    assert {failure.quantity for failure in failures} >= {"effort", "acceleration_jump"}
+    for failure in failures:
+        assert "the corner at 'corner', of blend 0.001 mm, at 60 mm/s then" in failure.message
+
+
 def test_speeds_change_in_the_faster_stretch_and_a_stop_is_one() -> None:
     slow = {**LINE, "name": "slow", "speed": 20, "pose": {"position": [450, -20, 60]}}
     fast = {**LINE, "stop": True}

@@ -12,6 +12,7 @@ from knotwork.polynomial.jumps import NEGLIGIBLE, evaluation_noise, measured_jum
 from knotwork.scenario import Scenario
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.motion import Motion
+from knotwork.verification.remedies import rounded_corner
 
 ORDERS = 3
 
@@ -59,7 +60,7 @@ def continuity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
                 "which is a jump for any drive (at most "
                 f"{scenario.units.text(FASTEST[order], unit, 'g')})",
                 required=order <= scenario.continuity,
-            )  # fmt: skip
+            ).with_remedy(rounded_corner(time, scenario))  # fmt: skip
 
 
 def resolution(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:

@@ -11,6 +11,7 @@ from knotwork.joint_quantities import DERIVATIVES
 from knotwork.joint_space import JointSpace
 from knotwork.least_durations import feasible_durations
 from knotwork.scenario import Scenario
+from knotwork.tool_paths import Blend
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion
 
@@ -47,11 +48,39 @@ def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: Join
         return ""
     j = space.joint_names.index(found.name)
     if found.quantity == "effort":
-        return _weight(found, motion, space, j)
+        said = _weight(found, motion, space, j), rounded_corner(found.time, scenario)
+        return "; ".join(filter(None, said))
     order = DERIVATIVES.index(found.quantity)
     if not order:
         return ""
-    return _move_too_short(found.time, motion, scenario, space, j) or slower(use, order)
+    corner = rounded_corner(found.time, scenario) if order > 1 else ""
+    return corner or _move_too_short(found.time, motion, scenario, space, j) or slower(use, order)
+
+
+def rounded_corner(time: float, scenario: Scenario) -> str:
+    """Say which corner of a tool path, rounded by a blend, is passed at a time; else empty.
+
+    What a blend bends falls with its length, and with the square of the speed.
+    """
+    for path in scenario.paths:
+        timed = path.motion
+        if not timed.start_time <= time <= timed.end_time:
+            continue
+        along, speed = float(timed.arc_length(time)), float(timed.speed(time))
+        for start, curve in zip(timed.path.starts, timed.path.curves, strict=True):
+            # the joints follow it from knots that may lie just beside it
+            beyond = abs(along - float(start) - 0.5 * curve.length) / curve.length
+            if isinstance(curve, Blend) and beyond < 1.0:
+                corner = float(start) + 0.5 * curve.length
+                ends = [abs(float(timed.arc_length(one.end)) - corner) for one in path.stretches]
+                k = path.first + 1 + ends.index(min(ends))
+                scale, length = scenario.shown_length
+                return (
+                    f"the tool passes the corner at {scenario.waypoints[k].name!r}, of blend "
+                    f"{scale * curve.distance:.4g} {length}, at {scale * speed:.4g} {length}/s "
+                    "then: a longer blend or less speed there bends the motion less"
+                )
+    return ""
 
 
 def _move_too_short(
