@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -39,6 +40,11 @@ def table() -> dict[str, set[str] | None]:
 TABLE = table()
 
 
+@functools.cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def part_of(path: Path) -> str:
     return path.relative_to(SOURCE).parts[0].removesuffix(".py")
 
@@ -59,16 +65,12 @@ def imports(tree: ast.AST) -> Iterator[str]:
 
 def own_parts(path: Path) -> set[str]:
     """Parts of Knotwork that a file imports."""
-    names = [name.split(".") for name in imports(ast.parse(path.read_text(encoding="utf-8")))]
+    names = [name.split(".") for name in imports(tree_of(path))]
     return {name[1] for name in names if name[0] == "knotwork" and len(name) > 1}
 
 
 def packages(tree: ast.AST) -> set[str]:
     return {name.split(".")[0] for name in imports(tree)}
-
-
-def ids(path: Path) -> str:
-    return path.relative_to(SOURCE).as_posix()
 
 
 def test_the_table_lists_every_part_and_no_other() -> None:
@@ -99,7 +101,7 @@ def test_data_flows_one_way() -> None:
 def module_imports(path: Path, modules: Mapping[str, Path]) -> set[str]:
     """Modules of Knotwork that a file imports anywhere: in functions and for types, too."""
     found = set()
-    for name in imports(ast.parse(path.read_text(encoding="utf-8"))):
+    for name in imports(tree_of(path)):
         while name and name not in modules:  # of a class or function, its module
             name = name.rpartition(".")[0]
         found.add(name)
@@ -129,21 +131,19 @@ def test_no_modules_import_each_other() -> None:
     assert not waiting, f"these import each other: {', '.join(waiting)}"
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_a_file_imports_what_the_table_allows(path: Path) -> None:
-    part = part_of(path)
-    if part in ENTRANCES:
-        return
-    allowed = TABLE[part]
-    if allowed is not None:
-        assert own_parts(path) <= allowed | {part}
+def test_files_import_what_the_table_allows() -> None:
+    for path in FILES:
+        part = part_of(path)
+        allowed = None if part in ENTRANCES else TABLE[part]
+        if allowed is not None:
+            assert own_parts(path) <= allowed | {part}, path
 
 
 def test_the_entrances_load_nothing_but_when_asked() -> None:
     for path in FILES:
         if path.parent != SOURCE or part_of(path) not in ENTRANCES:
             continue
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        tree = tree_of(path)
         top = ast.Module([node for node in tree.body if not isinstance(node, ast.If)], [])
         loaded = {name for name in imports(top) if name.startswith("knotwork")}
         assert loaded <= {"knotwork.cli.main.main", "knotwork.lazy.lazy_names"}
@@ -154,7 +154,7 @@ def test_curves_know_no_robot(part: str) -> None:
     for path in FILES:
         if part_of(path) == part:
             assert not own_parts(path) & {"robot", "kinematics", "scenario", "verification"}
-            tree = ast.parse(path.read_text(encoding="utf-8"))
+            tree = tree_of(path)
             assert not packages(tree) & {"pinocchio", "eigenpy", "hppfcl", "coal"}
 
 
@@ -174,32 +174,39 @@ def test_verification_does_not_know_how_motions_are_made() -> None:
     assert not reached & makers
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_only_the_command_line_prints(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    if part_of(path) == "cli":
-        return
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call):
-            called = ast.unparse(node.func)
-            assert called not in ("print", "sys.stdout.write", "sys.stderr.write", "warnings.warn")
-    assert not packages(tree) & {"rich", "click", "logging"}
+def test_only_the_command_line_prints() -> None:
+    for path in FILES:
+        if part_of(path) == "cli":
+            continue
+        tree = tree_of(path)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call):
+                called = ast.unparse(node.func)
+                printing = ("print", "sys.stdout.write", "sys.stderr.write", "warnings.warn")
+                assert called not in printing, path
+        assert not packages(tree) & {"rich", "click", "logging"}, path
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_what_is_slow_to_import_is_imported_where_it_is_used(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    top = ast.Module([node for node in tree.body if not isinstance(node, ast.If)], [])
-    for node in ast.walk(top):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            node.body = []
-    assert not packages(top) & set(DRAWING)
+def run_at_import(node: ast.AST) -> Iterator[ast.AST]:
+    """What runs when a module is imported: all but functions, and blocks for types alone."""
+    yield node
+    for inner in ast.iter_child_nodes(node):
+        if not isinstance(inner, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield from run_at_import(inner)
 
 
-@pytest.mark.parametrize("path", FILES, ids=ids)
-def test_user_input_is_not_asserted(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    assert not [node.lineno for node in ast.walk(tree) if isinstance(node, ast.Assert)]
+def test_what_is_slow_to_import_is_imported_where_it_is_used() -> None:
+    for path in FILES:
+        top = [node for node in tree_of(path).body if not isinstance(node, ast.If)]
+        for node in run_at_import(ast.Module(top, [])):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                assert not packages(node) & set(DRAWING), path
+
+
+def test_user_input_is_not_asserted() -> None:
+    for path in FILES:
+        found = [node.lineno for node in ast.walk(tree_of(path)) if isinstance(node, ast.Assert)]
+        assert not found, path
 
 
 def loaded_after(code: str) -> set[str]:

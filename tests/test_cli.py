@@ -19,6 +19,7 @@ import yaml
 import knotwork as kw
 from command_line import Command
 from knotwork import pipeline, resources
+from sweeps import mostly_exhaustive
 
 COMMANDS = ["plan", "check", "robots", "scenarios", "schema"]
 ROOT = Path(__file__).parents[1]
@@ -41,7 +42,12 @@ def run(*arguments: Any, cwd: Path, **options: Any) -> subprocess.CompletedProce
 # plan
 
 
-@pytest.mark.parametrize("name", resources.names("scenarios"))
+@pytest.mark.parametrize(
+    "name",
+    mostly_exhaustive(
+        resources.names("scenarios"), "paper_case", "ur5_deburring", "panda_pick_place", "ur10_weld"
+    ),
+)
 def test_a_plan_is_told_in_few_lines_of_80_characters(name: str, knotwork: Command) -> None:
     ran = knotwork("plan", name)
     assert ran.code == 0

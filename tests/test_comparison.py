@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import io
 import json
 import re
@@ -24,6 +25,12 @@ from sweeps import mostly_exhaustive
 SCENARIOS = resources.names("scenarios")
 
 
+@functools.cache
+def compared(name: str) -> Comparison:
+    """Planned once for all tests, because every planner's motion is checked."""
+    return compare(name)
+
+
 @pytest.fixture(scope="module")
 def paper() -> Comparison:
     return compare("paper_case")
@@ -40,10 +47,10 @@ def score(comparison: Comparison, planner: str) -> Score:
 
 
 @pytest.mark.parametrize(
-    "name", mostly_exhaustive(SCENARIOS, "kinova_dispense", "planar2_closed_form")
+    "name", mostly_exhaustive(SCENARIOS, "panda_pick_place", "planar2_closed_form")
 )
 def test_every_planner_has_its_row_on_every_scenario(name: str) -> None:
-    comparison = compare(name)
+    comparison = compared(name)
     rows = [row.planner for row in comparison.rows]
     assert [row for row in rows if ":" not in row] == list(PLANNERS)
     refused = [row for row in comparison.rows if isinstance(row, Refusal)]
@@ -67,7 +74,7 @@ def test_rules_make_rows_by_default_where_they_make_another_motion(paper: Compar
         "modified-hermite:balanced",
         "quintic:estimated",
     }
-    assert rows(compare("ur5_deburring")) == {"modified-hermite:balanced", "quintic:estimated"}
+    assert rows(compared("ur5_deburring")) == {"modified-hermite:balanced", "quintic:estimated"}
     presets = compare("paper_case_presets")
     assert {"quintic:zero", "quintic:estimated"} <= rows(presets)
     asked = compare("paper_case", ["quintic", "quintic:zero"])
@@ -209,19 +216,20 @@ def test_the_exit_code_says_whether_any_planner_passes(knotwork: Command) -> Non
 
 
 @pytest.mark.parametrize("name", ["paper_case", "ur5_deburring", "panda_pick_place"])
-@pytest.mark.parametrize("options", [[], ["--all"]])
+@pytest.mark.parametrize("in_full", [False, True])
 def test_tables_fit_the_terminal_and_name_every_planner(
-    name: str, options: list[str], knotwork: Command
+    name: str, in_full: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    out = knotwork("compare", name, *options).out
+    print_comparison(compared(name), in_full=in_full)
+    out = capsys.readouterr().out
     tables = [line for line in out.splitlines() if "refused:" not in line]
-    assert max(map(len, tables)) <= (78 if not options else 90)
+    assert max(map(len, tables)) <= (90 if in_full else 78)
     for planner in PLANNERS:
         assert re.search(rf"^{re.escape(planner)} +(passed|\d+ fail) ", out, re.MULTILINE)
 
 
 def test_a_limit_of_jerk_is_broken_where_the_acceleration_jumps() -> None:
-    rows = {row.planner: row for row in compare("panda_pick_place").scores}
+    rows = {row.planner: row for row in compared("panda_pick_place").scores}
     for name in ("cubic", "bspline-velocity", "parabolic-blend", "trapezoidal"):
         assert rows[name].peak_jerk is None
         assert rows[name].failed >= 7

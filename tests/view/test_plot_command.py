@@ -54,9 +54,9 @@ def test_a_scenario_is_drawn_to_a_file_named_after_it(
 @pytest.mark.parametrize(
     ("name", "options", "unit"),
     [
-        ("ur5_deburring", [], "deg/s"),
-        ("ur5_deburring", ["--radians"], "rad/s"),
-        ("panda_pick_place", [], "rad/s"),
+        ("ur5_deburring", ["--joints=elbow_joint"], "deg/s"),
+        ("ur5_deburring", ["--joints=elbow_joint", "--radians"], "rad/s"),
+        ("panda_pick_place", ["--joints=panda_joint2"], "rad/s"),
     ],
 )
 def test_angles_are_in_the_units_of_the_scenario(
@@ -127,7 +127,7 @@ def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
         (["paper_cas"], "did you mean 'paper_case'"),
         (["nowhere/trajectory.json"], "can't be read"),
         (["empty"], "trajectory.json: can't be read"),
-        (["ur5_deburring", "--compare", "cubic,quintic,septic,nonic"], "at most 4 motions"),
+        (["paper_case", "--compare", "cubic,quintic,septic,nonic"], "at most 4 motions"),
         (["ur5_deburring", "--compare", "3-5-3,4-3-4", "--planner", "no"], "unknown planner"),
     ],
 )

@@ -147,11 +147,15 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
             most = min(math.floor((high + AT_LIMIT - value) / FULL_TURN), nearest + MOST_TURNS)
             copies = [value + FULL_TURN * turns for turns in range(least, most + 1)]
         fits = (x for x in copies if low - AT_LIMIT <= x <= high + AT_LIMIT)
-        choices.append([min(max(x, low), high) for x in fits])
+        inside = [min(max(x, low), high) for x in fits]
+        choices.append(_nearest_first(inside, mid))
     while math.prod(map(len, choices)) > MOST_TURNS:
-        i = max(range(len(choices)), key=lambda k: len(choices[k]))
-        choices[i].remove(max(choices[i], key=lambda x: abs(x - centre[i])))
-    return np.array(list(itertools.product(*choices))).reshape(-1, len(q))
+        max(choices, key=len).pop()
+    return np.array(list(itertools.product(*map(sorted, choices)))).reshape(-1, len(q))
+
+
+def _nearest_first(values: list[float], middle: float) -> list[float]:
+    return sorted(values, key=lambda value: (abs(value - middle), -value))
 
 
 _TURNS_FIT: WeakKeyDictionary[Robot, bool] = WeakKeyDictionary()
