@@ -127,7 +127,7 @@ def test_a_folder_named_as_a_shipped_scenario_is_reached_by_its_path(
         (["paper_cas"], "did you mean 'paper_case'"),
         (["nowhere/trajectory.json"], "can't be read"),
         (["empty"], "trajectory.json: can't be read"),
-        (["paper_case", "--compare", "cubic,quintic,septic,nonic"], "at most 4 motions"),
+        (["ur5_deburring", "--compare", "cubic,quintic,septic,nonic"], "at most 4 motions"),
         (["ur5_deburring", "--compare", "3-5-3,4-3-4", "--planner", "no"], "unknown planner"),
     ],
 )
