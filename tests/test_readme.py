@@ -33,8 +33,7 @@ def test_the_task_is_planned_with_the_output_shown(
 
 
 def test_it_can_be_read_in_a_few_minutes() -> None:
-    prose = re.sub(r"```.*?```", "", README, flags=re.DOTALL)
-    assert len(prose.split()) < 700
+    assert len(README.split()) <= 700
 
 
 def test_its_pictures_are_there_and_light() -> None:
