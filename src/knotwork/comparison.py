@@ -17,6 +17,7 @@ from knotwork.pipeline import FEASIBILITY, Plan, plan
 from knotwork.planner_options import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.trajectory import JointTrajectory
+from knotwork.units import SI, Units
 from knotwork.verification import Report, check
 from knotwork.verification.collisions import GROUP as COLLISIONS
 from knotwork.verification.paths import GROUP as PATHS
@@ -107,6 +108,7 @@ class Comparison:
         trajectories: The motions by planner.
         times_chosen: The scenario leaves times or speeds free. They were chosen once, and every
             planner got them; `modified-hermite` without a rule is the chosen motion.
+        units: Those of the scenario, for tables; all figures here are in SI.
 
     >>> comparison = kw.compare("paper_case", ["modified-hermite", "cubic"])
     >>> {name: motion.continuity.order for name, motion in comparison.trajectories.items()}
@@ -117,6 +119,7 @@ class Comparison:
     rows: tuple[Score | Refusal, ...]
     trajectories: Mapping[str, JointTrajectory]
     times_chosen: bool = False
+    units: Units = SI
 
     @property
     def scores(self) -> tuple[Score, ...]:
@@ -226,7 +229,9 @@ def compare(
             continue
         trajectories[name] = trajectory
         rows.append(_score(name, trajectory, seconds, base))
-    return Comparison(scenario.name, tuple(rows), trajectories, scenario.free is not None)
+    return Comparison(
+        scenario.name, tuple(rows), trajectories, scenario.free is not None, scenario.units
+    )
 
 
 def _base(scenario: Scenario) -> Plan:

@@ -120,7 +120,7 @@ def test_the_first_look_shows_arm_path_and_labels(show: Any, name: str) -> None:
     names = {waypoint.name for waypoint in plan.scenario.waypoints} | set(plan.scenario.frames)
     texts = {text for text, _ in shown}
     objects = {one.name for one in plan.scenario.scene.objects}
-    of_pair = re.compile(r"[^:]+, [^:]+: [\d.]+ mm at [\d.]+ s")
+    of_pair = re.compile(r"[^:]+, [^:]+: [\d.]+ (?:mm|m) at [\d.]+ s")
     nearest = {text for text in texts if of_pair.fullmatch(text)}
     waypoints = {waypoint.name for waypoint in plan.scenario.waypoints}
     assert waypoints <= texts <= names | objects | nearest  # others wait until they are hovered
@@ -227,8 +227,8 @@ def test_turning_asked_for_is_shown_and_explained(show: Any) -> None:
     assert gone.sum() > 30
     red, green, blue = np.moveaxis(whole[gone], 1, 0)
     assert ((blue > green + 40) & (red > green + 40)).mean() > 0.5
-    assert "as far as it turns in 5 s" in tab.inner_text("#legend")
-    assert "turning at 42.97 deg/s" in tab.get_attribute(".label:text-is('three four')", "title")
+    assert "its turn in 5 s" in tab.inner_text("#legend")
+    assert "turning at 0.75 rad/s" in tab.get_attribute(".label:text-is('three four')", "title")
 
 
 def test_the_motion_is_the_trajectory(show: Any) -> None:

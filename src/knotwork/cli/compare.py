@@ -25,7 +25,7 @@ _SHOWN = {
     "peak_velocity": "peak\nvel.",
     "peak_acceleration": "peak\naccel.",
     "peak_jerk": "peak\njerk",
-    "tool_path_deviation": "off path\n[mm]",
+    "tool_path_deviation": "off path\n[{length}]",
 }
 _MORE = (
     {
@@ -36,20 +36,16 @@ _MORE = (
     },
     {
         "tool_path_speed_error": "speed off\nthe path's [%]",
-        "path_deviation": "off the\nline [mm]",
-        "path_turn": "turned off\nthe line [deg]",
-        "clearance": "clearance\n[mm]",
+        "path_deviation": "off the\nline [{length}]",
+        "path_turn": "turned off\nthe line [{angle}]",
+        "clearance": "clearance\n[{length}]",
         "time_to_plan": "time to\nplan [ms]",
     },
 )
-_FACTORS = {
-    "path_deviation": 1e3,
-    "clearance": 1e3,
-    "path_turn": 57.29577951308232,
-    "tool_path_deviation": 1e3,
-    "tool_path_speed_error": 1e2,
-    "time_to_plan": 1e3,
-}
+# Units of figures of the tool; other figures are of joints.
+_TOOL = {"path_deviation": "m", "clearance": "m", "path_turn": "rad", "tool_path_deviation": "m"}
+_FACTORS = {"tool_path_speed_error": 1e2, "time_to_plan": 1e3}
+_SQUARED = ("squared_acceleration", "squared_jerk")
 # Left out where there are tool paths: what is between them is of no interest then.
 _STRAIGHT = ("path_deviation", "path_turn")
 
@@ -77,15 +73,15 @@ def compare(
 ) -> int:
     """Plan SCENARIO with several planners and show what each makes of it.
 
-    A planner passes if the check finds nothing that fails. Joint values are in rad or m, per
-    second. A peak is that of the joint nearest its limit, in percent of that, or the largest of
-    all where no joint has a limit. Where the acceleration jumps, no bound holds for the jerk. The
-    tool is compared with its paths; with --all also with straight lines between poses, where there
-    are no paths. The velocity fluctuation is the variation of velocity beyond the least that the
-    task forces, of the worst joint; misses of position are no part of it. The best of each column
-    among planners that pass is marked with a star, and so are those within 1 % of it. The exit
-    code is 1 if no planner passes. Times that the scenario leaves free are chosen once, and every
-    planner gets them.
+    A planner passes if the check finds nothing that fails. Joint values are in the units of the
+    scenario, per second; where both angles and lengths occur, in rad and m. A peak is that of the
+    joint nearest its limit, in percent of that, or the largest of all where no joint has a limit.
+    Where the acceleration jumps, no bound holds for the jerk. The tool is compared with its paths;
+    with --all also with straight lines between poses, where there are no paths. The velocity
+    fluctuation is the variation of velocity beyond the least that the task forces, of the worst
+    joint; misses of position are no part of it. The best of each column among planners that pass is
+    marked with a star, and so are those within 1 % of it. The exit code is 1 if no planner passes.
+    Times that the scenario leaves free are chosen once, and every planner gets them.
     """
     from knotwork.comparison import compare as compare_planners
 
@@ -140,11 +136,12 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
     scores = comparison.scores
     duration = f": {scores[0].duration:g} s" if scores else ""
     paths = any(score.tool_path_deviation is not None for score in scores)
+    units = comparison.units
     out = tables.console()
     blocks = [_SHOWN, *(_MORE if in_full else ())]
     for block in blocks:
         shown = {
-            column: heading
+            column: heading.format(length=units.length, angle=units.angle)
             for column, heading in block.items()
             if any(getattr(score, column) is not None for score in scores)
             and not (paths and column in _STRAIGHT)
@@ -152,7 +149,7 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
         out.print(_table(comparison, shown, f"{comparison.scenario}{duration}"))
         out.print()
     more = "" if in_full else "  --all: more columns"
-    out.print(f"rad or m, s; % of the limit; * best of those that pass{more}")
+    out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of those that pass{more}")
     if comparison.times_chosen:
         out.print("Times are free here: they were chosen once, and every planner got them.")
         out.print("modified-hermite without a rule is the chosen motion.")
@@ -168,13 +165,16 @@ def _table(comparison: Comparison, shown: dict[str, str], title: str) -> Table:
     table = tables.plain_table(title, ["planner", "verdict", *shown.values()], 2)
     table.padding = (0, 0, 0, 0)  # cells end in a star or a space
     winners = best(comparison.scores)
+    factors = {column: _factor(column, comparison) for column in shown}
     labels = _labels([row.planner for row in comparison.rows])
     for label, row in zip(labels, comparison.rows, strict=True):
         if isinstance(row, Refusal):
             table.add_row(label, "refused: see below")
         else:
             verdict = "passed" if row.passed else f"{row.failed} fail"
-            table.add_row(label, verdict, *(_cell(row, column, winners) for column in shown))
+            table.add_row(
+                label, verdict, *(_cell(row, column, winners, factors[column]) for column in shown)
+            )
     return table
 
 
@@ -189,7 +189,24 @@ def _labels(planners: Sequence[str]) -> list[str]:
     return labels
 
 
-def _cell(score: Score, column: str, winners: dict[str, set[str]]) -> str:
+def _joint_unit(comparison: Comparison) -> tuple[float, str]:
+    """Unit that figures of joints are shown in, after what one SI unit is in it."""
+    kinds = {unit for one in comparison.trajectories.values() for unit in one.joint_units}
+    if len(kinds) != 1:
+        return 1.0, "rad or m"
+    return comparison.units.shown(1.0, kinds.pop())
+
+
+def _factor(column: str, comparison: Comparison) -> float:
+    """What a figure in SI is multiplied by to be shown."""
+    if column in _FACTORS:
+        return _FACTORS[column]
+    if column in _TOOL:
+        return comparison.units.shown(1.0, _TOOL[column])[0]
+    return _joint_unit(comparison)[0] ** (2 if column in _SQUARED else 1)
+
+
+def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float) -> str:
     from knotwork.metrics import Peak
 
     value = getattr(score, column)
@@ -200,8 +217,8 @@ def _cell(score: Score, column: str, winners: dict[str, set[str]]) -> str:
         if value.use is not None:
             percent = 100 * value.use
             return f"{percent:.0f} %{star}" if percent >= 10 else f"{percent:.2g} %{star}"
-        return f"{_short(value.value)}{star}"
-    return f"{_short(value * _FACTORS.get(column, 1.0))}{star}"
+        return f"{_short(factor * value.value)}{star}"
+    return f"{_short(factor * value)}{star}"
 
 
 def _short(value: float) -> str:

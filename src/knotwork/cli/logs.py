@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,16 +11,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.parameters import Command
-from knotwork.errors import InputError
+from knotwork.errors import DocumentError, InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from knotwork.joint_space import JointSpace
     from knotwork.recording import Alignment, Smoothed
     from knotwork.scenario import Scenario
     from knotwork.trajectory import JointTrajectory
     from knotwork.verification import Report
+
+RECORDING = "if this is the recording of a robot, with noise, check it with --log"
+# Plans have fewer points, recordings at 100 Hz and more have more.
+MANY_POINTS = 200
 
 
 @dataclass(frozen=True)
@@ -79,6 +84,28 @@ def log_options(function: Command) -> Command:
     ):  # fmt: skip
         bundled = option(bundled)
     return bundled  # type: ignore[return-value]
+
+
+def looks_recorded(path: Path, pieces: int) -> bool:
+    """Whether a file that was taken for a plan may be a log: CSV with many points."""
+    return path.suffix.lower() == ".csv" and pieces >= MANY_POINTS
+
+
+@contextmanager
+def recording_hint(path: Path, log: LogOptions | None) -> Iterator[None]:
+    """Add to what is wrong with a CSV that it may be a log.
+
+    Raises:
+        InputError: What is within can't read it.
+    """
+    try:
+        yield
+    except DocumentError as error:
+        if log is not None or path.suffix.lower() != ".csv" or error.file is None:
+            raise
+        if Path(error.file).suffix.lower() != ".csv":
+            raise  # the scenario is wrong
+        raise InputError(f"{error}\n{RECORDING}") from error
 
 
 def smoothed_log(

@@ -16,7 +16,14 @@ from knotwork import __version__
 from knotwork.cli.compare import compare, planners
 from knotwork.cli.export import export
 from knotwork.cli.listing import robots, scenarios, schema
-from knotwork.cli.logs import LogOptions, compared_log, log_options
+from knotwork.cli.logs import (
+    RECORDING,
+    LogOptions,
+    compared_log,
+    log_options,
+    looks_recorded,
+    recording_hint,
+)
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
@@ -309,9 +316,12 @@ def check(
     the scenario may be left out.
     """
     scenario = None
+    pieces = 0
     if reference is not None:
-        checked = read_checked(trajectory, reference, log)
+        with recording_hint(trajectory, log):
+            checked = read_checked(trajectory, reference, log)
         report, scenario = checked.report, checked.scenario
+        pieces = len(checked.trajectory.polynomial.x) - 1
     elif log is not None:
         report = compared_log(trajectory, log)
     else:
@@ -328,6 +338,8 @@ def check(
             echo(f"the motion: {report.planner}")
             given = f"{trajectory}" + (f" -s {reference}" if reference is not None else "")
             tables.print_next(given)
+    if log is None and not report.ok and looks_recorded(trajectory, pieces):
+        echo(f"hint: {RECORDING}", err=True)
     return PASSED if report.ok else FAILED
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
-from knotwork.units import Units
+from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
 from knotwork.view.solids import rod, sphere, triad
@@ -53,13 +53,14 @@ def marks(
         straight arrows are long, `arrow_seconds`, and turns as far as round ones, `turn_seconds`.
     """
     axis = _axis_length(asked, size)
+    units = scenario.units if scenario is not None else SI
     meshes: dict[str, Mesh] = {}
     labels: list[dict[str, Any]] = []
     seconds: dict[str, float] = {}
     if asked:
         meshes["waypoints"] = _triads([target.pose for target in asked], axis, 0.045)
         missed = {found.name for found in report.failures} if report else ()
-        labels += [_waypoint_label(target) for target in asked if target.name not in missed]
+        labels += [_waypoint_label(target, units) for target in asked if target.name not in missed]
     straight, turning = straight_arrows(asked, size), round_arrows(asked, 0.75 * axis)
     if straight is not None:
         meshes["speeds asked for"], seconds["arrow_seconds"] = straight
@@ -98,12 +99,12 @@ def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
     return merged([axes.moved(pose.rotation, pose.translation) for pose in poses])
 
 
-def _waypoint_label(target: CartesianWaypoint) -> dict[str, Any]:
+def _waypoint_label(target: CartesianWaypoint, units: Units) -> dict[str, Any]:
     speed = float(np.linalg.norm(target.linear))
-    turning = float(np.degrees(np.linalg.norm(target.angular)))
-    detail = f"{target.name}: at {target.time:g} s, {1000 * speed:.4g} mm/s"
-    if turning > 1e-6:
-        detail += f", turning at {turning:.4g} deg/s"
+    turning = float(np.linalg.norm(target.angular))
+    detail = f"{target.name}: at {target.time:g} s, {units.text(speed, 'm/s', '.4g')}"
+    if turning > 1e-8:
+        detail += f", turning at {units.text(turning, 'rad/s', '.4g')}"
     return _label(target.name, "waypoint", target.pose.translation, detail)
 
 

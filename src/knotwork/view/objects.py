@@ -204,7 +204,8 @@ def _with_closest(
         dots = [sphere(0.006 * size, NEAREST).moved(np.eye(3), end) for end in (first, second)]
         mesh = merged([rod(first, second, 0.003 * size, NEAREST), *dots])
         things = [*things, _thing(CLOSEST, mesh, lit=False)]
-    apart = f"{1e3 * (nearest.value or 0.0):.3g} mm at {nearest.time or 0.0:.2f} s"
+    distance = report.units.text(nearest.value or 0.0, "m", ".3g")
+    apart = f"{distance} at {nearest.time or 0.0:.2f} s"
     said = f"{nearest.name}: {apart}"
     label = _label(said, (first + second) / 2, nearest.message, kind="closest")
     return things, [*labels, label]

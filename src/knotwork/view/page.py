@@ -139,7 +139,7 @@ def environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
     )
-    made.filters["mm"] = lambda metres: f"{1e3 * metres:.3g}"
+    made.filters["short"] = lambda value: f"{float(f'{value:.3g}'):g}"
     return made
 
 

@@ -17,6 +17,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
+from knotwork.units import SI, Units
 from knotwork.verification import Report, check
 from knotwork.verification.brief import summary
 from knotwork.view.animation import frame_times, joint_tree
@@ -66,6 +67,11 @@ class _Shown:
     stops: Stops
     asked: Sequence[CartesianWaypoint]
     path: ToolTrace | None
+
+    @property
+    def units(self) -> Units:
+        """Those of the scenario, and SI without one, as in plots."""
+        return self.scenario.units if self.scenario is not None else SI
 
     def points(self) -> FloatArray:
         """Everything that must be in view [m], shape (n, 3)."""
@@ -188,7 +194,8 @@ def _arm_data(
         "labels": labels,
         "waypoints": _stops(shown, trajectory.waypoint_times),
         "strip": strip(robot, shown.curve, shown.scenario, shown.space, shown.report),
-        "joint_panel": joint_panel(robot),
+        "joint_panel": joint_panel(robot, shown.units),
+        "units": {"length": shown.units.length, "per_metre": shown.units.shown(1.0, "m")[0]},
         "legend": legend,
         "size": size,
         "floor": float(min(stops.outlines[..., 2].min(), 0.0)),

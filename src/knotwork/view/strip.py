@@ -19,8 +19,6 @@ from knotwork.view.tool_curves import stretches
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 800
-# Values of joints are written without digits for what can't be seen.
-PICTURED = Units("mm", "deg")
 # A break at one time is shown this wide, in parts of the motion.
 LEAST_WIDTH = 0.003
 
@@ -78,12 +76,12 @@ def _use(
     return np.asarray(np.concatenate(shares, axis=1).max(axis=1))
 
 
-def joint_panel(robot: Robot) -> list[dict[str, Any]]:
+def joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:
     """Names, units and limits of the joints; `None` for a limit that there is not."""
     panel = []
     limits = zip(robot.lower_position_limit, robot.upper_position_limit, strict=True)
     for name, unit, bounds in zip(robot.joint_names, robot.joint_units, limits, strict=True):
-        factor, shown = PICTURED.shown(1.0, unit)
+        factor, shown = units.shown(1.0, unit)
         low, high = (factor * float(bound) if np.isfinite(bound) else None for bound in bounds)
         panel.append({"name": name, "unit": shown, "factor": factor, "low": low, "high": high})
     return panel

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MILLIMETRES, PERCENT = 1e3, 1e2
+PERCENT = 1e2
 # Room above and below the curves, and above them where words are, in parts of their range.
 ROOM, NOTE_ROOM = 0.07, 0.3
 # With more rows the units are below their titles.
@@ -104,7 +104,7 @@ def plot_tool(
 
     >>> figure = plot_tool(kw.plan("planar2_closed_form"))
     >>> [axis.get_ylabel() for axis in figure.axes]
-    ['tool speed [mm/s]', 'turning speed [rad/s]', ...]
+    ['tool speed [m/s]', 'turning speed [rad/s]', ...]
 
     Raises:
         InputError: There is no robot with a tool, there are too many motions for one picture, they
@@ -148,12 +148,14 @@ def _rows(motions: list[Motion], degrees: bool | None) -> list[_Row]:
         robot_of(motion)  # that there is one is said before anything is drawn
     scenario = motions[0].scenario
     allowed = scenario.tolerances if scenario is not None else ToleranceSet()
-    factor, angle = motions[0].units(degrees).shown(1.0, "rad")
+    units = motions[0].units(degrees)
+    factor, angle = units.shown(1.0, "rad")
+    metres, length = units.shown(1.0, "m")
     return [
-        _Row("tool speed", "mm/s", MILLIMETRES, speeds, 0, "linear"),
+        _Row("tool speed", f"{length}/s", metres, speeds, 0, "linear"),
         _Row("turning speed", f"{angle}/s", factor, speeds, 1, "angular"),
         _Row("speed error", "%", PERCENT, speed_errors, 0, tolerance=allowed.path_speed),
-        _Row("off tool path", "mm", MILLIMETRES, path_deviations, 0, tolerance=allowed.path),
+        _Row("off tool path", length, metres, path_deviations, 0, tolerance=allowed.path),
         _Row(
             "turned from it",
             angle,
@@ -162,7 +164,7 @@ def _rows(motions: list[Motion], degrees: bool | None) -> list[_Row]:
             1,
             tolerance=allowed.path_orientation,
         ),
-        _Row("off straight path", "mm", MILLIMETRES, straight_deviations, 0),
+        _Row("off straight path", length, metres, straight_deviations, 0),
         _Row("turned from it", angle, factor, straight_deviations, 1),
     ]
 

@@ -1,5 +1,8 @@
 // The panel of joints: where each is between its limits.
 
+// Digits behind the point
+const DIGITS = { deg: 1, mm: 1, rad: 3, m: 4 };
+
 class Joints {
   constructor(player) {
     this.player = player;
@@ -12,7 +15,7 @@ class Joints {
     this.rows = data.joint_panel.map(({ name, unit, factor, low, high }) => {
       const [row, word, bar, mark, value] = ["div", "span", "span", "i", "span"].map((kind) => document.createElement(kind));
       Object.assign(word, { className: "name", textContent: name, title: name });
-      const said = (limit) => (limit === null ? "no limit" : `${limit.toFixed(0)} ${unit}`);
+      const said = (limit) => (limit === null ? "no limit" : `${limit.toFixed(DIGITS[unit] ?? 3)} ${unit}`);
       Object.assign(bar, { className: "bar", title: `${said(low)} to ${said(high)}` });
       value.className = "value";
       bar.append(mark);
@@ -30,7 +33,7 @@ class Joints {
     this.frame = frame;
     this.rows.forEach(({ row, mark, value, unit, factor, low, high }, i) => {
       const now = factor * this.positions[frame * this.rows.length + i];
-      value.textContent = `${now.toFixed(1)} ${unit === "deg" ? "°" : unit}`;
+      value.textContent = `${now.toFixed(DIGITS[unit] ?? 3)} ${unit === "deg" ? "°" : unit}`;
       const bounded = low !== null && high !== null && high > low;
       row.classList.toggle("unbounded", !bounded);
       if (!bounded) return;

@@ -29,6 +29,7 @@ class Player {
     const shown = this.start + this.time;
     this.start = arm.start;
     this.times = floats(arm.time);
+    this.units = data.units;
     this.speeds = arm.speed ? floats(arm.speed) : null;
     this.stops = data.waypoints.map((stop) => stop.time - arm.start);
     this.slider.max = this.animator.duration || 1;
@@ -36,6 +37,12 @@ class Player {
     if (Number.isNaN(shown)) return;
     this.seek(shown - this.start);
     if (running) this.animator.play();
+  }
+
+  // A speed in the units of the task, and its unit
+  speedText(speed, digits) {
+    const { length, per_metre: factor } = this.units;
+    return `${(factor * speed).toFixed(factor > 1 ? digits : digits + 3)} ${length}/s`;
   }
 
   setRate() {
@@ -149,7 +156,7 @@ class Player {
     // Only what has changed is written: a scene at rest costs no drawing.
     const write = (element, name, value) => { if (element[name] !== value) element[name] = value; };
     if (Math.abs(slider.value - this.time) > 1e-6) slider.value = this.time;
-    const speed = this.speeds ? `  ${(1000 * this.speeds[this.frame()]).toFixed(0)} mm/s` : "";
+    const speed = this.speeds ? `  ${this.speedText(this.speeds[this.frame()], 0)}` : "";
     write(byId("clock"), "textContent", `${(this.start + this.time).toFixed(2)} s${speed}`);
     write(byId("play"), "textContent", this.running ? "❚❚" : "▶");
     write(byId("play"), "ariaLabel", this.running ? "pause" : "play");

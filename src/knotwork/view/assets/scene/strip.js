@@ -44,8 +44,8 @@ class Strip {
     const parts = [`${(player.start + time).toFixed(2)} s`];
     const asked = data.asked.find(([start, end]) => time >= start && time <= end);
     if (player.speeds) {
-      const speed = (1000 * player.speeds[player.frame(time)]).toFixed(1);
-      parts.push(asked ? `${speed} of ${(1000 * asked[2]).toPrecision(3)} mm/s` : `${speed} mm/s`);
+      const speed = player.speedText(player.speeds[player.frame(time)], 1);
+      parts.push(asked ? `${speed} of ${player.speedText(asked[2], 1)}` : speed);
     }
     if (data.use.some((use) => use > 0)) parts.push(`${(100 * this.useAt(time)).toFixed(0)} % of a limit`);
     const near = data.waypoints.filter((stop) => Math.abs(stop.time - player.start - time) < 0.012 * player.animator.duration);
