@@ -285,14 +285,6 @@ def test_a_missed_waypoint_breaks_no_limit_on_the_path() -> None:
     assert '"broken": false' in page or '"broken":false' in page
 
 
-def test_no_shipped_scenario_has_warnings() -> None:
-    from knotwork import resources
-
-    for name in resources.names("scenarios"):
-        report = kw.plan(name).report
-        assert not report.warnings, (name, report.warnings)
-
-
 def test_what_fails_over_an_interval_is_marked_where_it_begins_and_on_the_path() -> None:
     def noisy(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding]:
         yield Finding(

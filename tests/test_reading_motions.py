@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from command_line import Command
+from sweeps import mostly_exhaustive
 
 SCENARIO = "planar2_closed_form"
 EXPORTS = {
@@ -45,7 +46,9 @@ def written(name: str, run: Command) -> str:
     return name
 
 
-@pytest.mark.parametrize("name", [*EXPORTS, "planned", "other.txt"])
+@pytest.mark.parametrize(
+    "name", mostly_exhaustive([*EXPORTS, "planned", "other.txt"], "ros2.yaml", "other.txt")
+)
 def test_every_command_reads_every_kind_of_file(name: str, run: Command) -> None:
     source = written(name, run)
     checked = run("check", source, "-s", SCENARIO)

@@ -208,7 +208,7 @@ def _point(made: Plan, factor: float, objective: str, failure: str = "") -> Trad
 def squared_effort(robot: Robot, motion: JointTrajectory) -> float:
     """Integral of the sum of the joints' torques squared [N² m² s], by Gauss and Legendre.
 
-    >>> made = kw.plan("panda_pick_place_fastest")
+    >>> made = kw.plan("ur5_deburring")
     >>> squared_effort(made.space.robot, made.trajectory) > 0
     True
     """

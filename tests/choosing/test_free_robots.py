@@ -134,6 +134,8 @@ def test_a_speed_that_is_chosen_keeps_the_direction_of_a_given_one() -> None:
 
 @pytest.mark.exhaustive
 def test_jerk_counts_where_the_arm_of_least_torque_meets_itself() -> None:
+    from knotwork.view.tradeoff_plot import plot_tradeoff
+
     curve = kw.tradeoff("panda_pick_place_fastest", factors=[1.0, 2.5])
     assert curve.objective == "effort"
     fast, slow = curve.points
@@ -145,6 +147,8 @@ def test_jerk_counts_where_the_arm_of_least_torque_meets_itself() -> None:
     assert (fast.objective, fast.failure) == ("time", "")
     assert "jerk" in slow.objective
     assert "deep in" in slow.failure
+    labels = [axis.get_ylabel() for axis in plot_tradeoff(curve).axes]
+    assert labels == ["∫τ² [N² m² s]", "peak torque [%]", "peak jerk [%]"]
 
 
 @pytest.mark.parametrize("speed", ["fastest", {"at_most": 300}])

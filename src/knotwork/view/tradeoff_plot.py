@@ -33,9 +33,11 @@ def plot_tradeoff(curve: Curve) -> Figure:
 
     Peaks are shown as parts of the limit where there is one.
 
-    >>> figure = plot_tradeoff(kw.tradeoff("panda_pick_place_fastest", factors=[1, 2]))
-    >>> [axis.get_ylabel() for axis in figure.axes]
-    ['∫τ² [N² m² s]', 'peak torque [%]', 'peak jerk [%]']
+    >>> swing = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
+    >>> limits = {"velocity": 2, "acceleration": 4, "jerk": 40}
+    >>> curve = kw.tradeoff({"limits": limits, "waypoints": swing}, factors=[1, 2])
+    >>> [axis.get_ylabel() for axis in plot_tradeoff(curve).axes]
+    ['peak jerk [%]']
 
     Args:
         curve: What `knotwork.tradeoff` returns.
