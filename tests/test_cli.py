@@ -428,6 +428,7 @@ def test_the_help_names_every_command(knotwork: Command) -> None:
         ["plan", "paper_case", "--wrong"],
         ["plan", "nowhere.yaml"],
         ["plan", ""],
+        ["check", "a.csv", "--against", ""],
         ["check", "x"],
         ["check", "nowhere.json", "--scenario", "paper_case"],
         ["robots", "a", "b"],

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import Command
+from knotwork.cli.parameters import Command, GivenPath
 from knotwork.errors import DocumentError, InputError
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def log_options(function: Command) -> Command:
         click.option("--noise", type=float, metavar="SIGMA",
                      help="For a log: standard deviation of its positions [rad or m]; by default "
                      "it is estimated from the samples."),
-        click.option("--against", metavar="PLAN",
+        click.option("--against", metavar="PLAN", type=GivenPath(),
                      help="TRAJECTORY is a log; say how far it is off this plan, a trajectory.json "
                      "or the folder with one."),
         click.option("--log", "is_log", is_flag=True,

@@ -120,8 +120,9 @@ class PathReader:
                 f"the path turns sharply by {np.degrees(error.angle):.6g} deg at {name!r}",
                 "blend: a length, or stop: true" if lines and not back else "stop: true",
             ) from error
-        except PathError as error:
-            raise self.curves.document.error(("waypoints", last, "along"), str(error)) from error
+        except PathError:
+            with self.curves.errors(last):
+                raise
         timing, speeds = self._timing(first, lengths, given, start)
         # a rounded corner is passed in its middle
         self.curves.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})

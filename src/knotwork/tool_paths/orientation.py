@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import PathError
 from knotwork.tool_paths.bernstein import basis
-from knotwork.tool_paths.curve import checked_order, unit
+from knotwork.tool_paths.curve import checked_order, unit, unplaced
 from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm
 from knotwork.tool_paths.turn_bounds import TurnBounds
 from knotwork.waypoints import FloatArray, read_only
@@ -125,10 +125,12 @@ class OrientationCurve:
         E = exponentials(v)
         v[2] = logarithm((E[0] @ E[1]).T @ (R0.T @ R1) @ (E[3] @ E[4]).T)
         if max(angle, float(np.linalg.norm(v[2]))) > HALF_TURN:
-            raise PathError(
-                f"the tool turns by {math.degrees(angle):.6g} deg between arc lengths "
-                f"{self.s[i]:.6g} m and {self.s[i + 1]:.6g} m; it must be less than 180 deg from "
-                "one given rotation to the next: give one between"
+            raise unplaced(
+                f"the tool turns by {math.degrees(angle):.6g} deg between arc lengths {{start}} "
+                "and {end}; it must be less than 180 deg from one given rotation to the next: give "
+                "one between",
+                start=float(self.s[i]),
+                end=float(self.s[i + 1]),
             )
         return v
 

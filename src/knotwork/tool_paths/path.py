@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import CornerError, PathError
-from knotwork.tool_paths.curve import Curve, shown
+from knotwork.tool_paths.curve import Curve, shown, unplaced
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.waypoints import FloatArray
 
@@ -80,9 +80,10 @@ class ToolPath:
         self._stops_at: FloatArray = stops_at
         for s in orientation.jumps:
             if not (np.abs(stops_at - s) <= LENGTHS * self.length).any():
-                raise PathError(
-                    f"the rate at which the tool turns jumps at arc length {s:.9g} m, where it "
-                    "does not stop; join the stretches with OrientationCurve.joined, or stop there"
+                raise unplaced(
+                    "the rate at which the tool turns jumps at arc length {s}, where it does not "
+                    "stop; join the stretches with OrientationCurve.joined, or stop there",
+                    s=float(s),
                 )
         self.breaks = self._merged(np.concatenate((self.starts, ends[-1:], orientation.breaks)))
 
@@ -92,9 +93,12 @@ class ToolPath:
             one, other = before.position(ends[0])[0], after.position(ends[1])[0]
             gap = float(np.linalg.norm(other - one))
             if gap > GAP:
-                raise PathError(
-                    f"curve {i} ends at {shown(one)} and curve {i + 1} starts {gap:.6g} m away, at "
-                    f"{shown(other)}; each must start where the one before ends"
+                raise unplaced(
+                    f"curve {i} ends at {{one}} and curve {i + 1} starts {{gap}} away, at "
+                    "{other}; each must start where the one before ends",
+                    one=one,
+                    gap=gap,
+                    other=other,
                 )
             u, v = before.position(ends[0], 1)[0], after.position(ends[1], 1)[0]
             angle = math.atan2(float(np.linalg.norm(np.cross(u, v))), float(u @ v))

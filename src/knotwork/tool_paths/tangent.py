@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import PathError
 from knotwork.tool_paths.arc import Arc
-from knotwork.tool_paths.curve import Curve
+from knotwork.tool_paths.curve import Curve, unplaced
 from knotwork.tool_paths.orientation import OrientationCurve
 from knotwork.tool_paths.polynomial_curve import PolynomialCurve
 from knotwork.tool_paths.rotations import checked_rotations, exponentials
@@ -69,8 +68,9 @@ def tangent_orientation(curve: Curve, rotation: ArrayLike) -> OrientationCurve:
             if not coarse.any():
                 return found
         s = np.sort(np.concatenate((s, middle[coarse])))
-    raise PathError(
-        f"the curve of {curve.length:.6g} m turns too sharply for a tool that turns with it"
+    raise unplaced(
+        "the curve, {length} long, turns too sharply for a tool that turns with it",
+        length=curve.length,
     )
 
 
