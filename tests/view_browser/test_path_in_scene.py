@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from functools import cache
 from pathlib import Path
@@ -153,5 +152,10 @@ def test_the_report_lists_paths_and_draws_their_deviation(monkeypatch: pytest.Mo
     text = re.sub(r"<[^>]+>", " ", page.html)
     assert "Tool paths" in text
     assert re.search(r"on to turn\s", text)
-    png = re.findall(r"data:image/png;base64,([A-Za-z0-9+/=]+)", page.html)
-    assert any(base64.b64decode(one).startswith(b"\x89PNG") for one in png)
+    joints, tool = re.findall(
+        r"<svg .*?</svg>", re.sub(r"<iframe.*?</iframe>", "", page.html, flags=re.DOTALL), re.DOTALL
+    )
+    for drawing in (joints, tool):
+        assert "var(--plot-0072b2, #0072b2)" in drawing
+        assert "#15181c" not in drawing  # it is dark by the page's colours alone
+    assert "--plot-0072b2: #4aa3e8;" in page.html

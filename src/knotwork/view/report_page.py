@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,11 +11,11 @@ from knotwork.documents import read_text
 from knotwork.units import Units
 from knotwork.verification import Finding
 from knotwork.verification.brief import NOTABLE, summary
+from knotwork.view.inline_picture import inline_svg, night_colours
 from knotwork.view.motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
 from knotwork.view.plots import plot_joints
 from knotwork.view.show import view_plan
-from knotwork.view.style import settings
 from knotwork.view.tool_plots import plot_tool
 
 if TYPE_CHECKING:
@@ -73,6 +71,7 @@ def report_page(plan: PlanLike) -> Page:
             warnings=warnings,
             source=read_text(scenario.source) if scenario.source is not None else None,
             style=Markup(asset("report.css")),
+            night=Markup(night_colours()),
             version=version(),
         )
     )
@@ -100,22 +99,21 @@ def _shown(found: Finding, units: Units) -> Finding:
 
 
 def _picture(figure: Figure) -> dict[str, str]:
-    """A figure as an image that is part of the page, and where its panels are, with their times.
+    """A figure as a part of the page, and where its panels are, with their times.
 
     Returns:
-        `address` of the image, and `axes`, JSON: places of panels in parts of the image, from its
-        upper left corner, and from when to when they show [s].
+        `drawing`, and `axes`, JSON: places of panels in parts of the drawing, from its upper left
+        corner, and from when to when they show [s].
     """
-    file = io.BytesIO()
-    with settings():
-        figure.savefig(file, format="png", dpi=130)
+    from markupsafe import Markup
+
+    drawing = inline_svg(figure)
     axes = []
     for axis in figure.axes:
         box, (start, end) = axis.get_position(), axis.get_xlim()
         place = {"left": box.x0, "top": 1.0 - box.y1, "width": box.width, "height": box.height}
         axes.append({**place, "start": float(start), "end": float(end)})
-    address = "data:image/png;base64," + base64.b64encode(file.getvalue()).decode("ascii")
-    return {"address": address, "axes": json.dumps(axes)}
+    return {"drawing": Markup(drawing), "axes": json.dumps(axes)}
 
 
 def _group(title: str, findings: Sequence[Finding]) -> dict[str, Any]:

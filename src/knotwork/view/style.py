@@ -19,6 +19,21 @@ COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#8
 WRONG = "#D55E00"
 FAINT = "#B8B8B8"
 DARK = "#404040"
+# What each colour is where a page is dark: lighter, as far from each other as by day.
+NIGHT = {
+    "#ffffff": "#15181c",
+    "#000000": "#e4e9ef",
+    DARK: "#b9c3ce",
+    "#e4e4e4": "#2b323a",
+    "#b8b8b8": "#66717d",
+    "#0072b2": "#4aa3e8",
+    "#e69f00": "#f2b233",
+    "#009e73": "#2cc69b",
+    "#cc79a7": "#ec9fcb",
+    "#56b4e9": "#a5dcff",
+    "#8c8c8c": "#9aa0a6",
+    "#d55e00": "#ff7f3f",
+}
 # Told apart without colour, too: planners lie over each other in one panel.
 DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
     "solid",

@@ -255,7 +255,7 @@ def _set_range(axis: Axes, row: _Row) -> None:
     values = values[np.isfinite(values)]
     high = max(float(values.max()), 0.0) if values.size else 0.0
     low = min(float(values.min()), 0.0) if values.size else 0.0
-    if high - low <= 1e-9:
+    if high - low <= 1e-8 * row.factor:  # rounding
         high = low + 1.0
     above = NOTE_ROOM if row.tolerance is not None else ROOM
     axis.set_ylim(low - ROOM * (high - low), high + above * (high - low))
