@@ -20,7 +20,10 @@ import knotwork as kw
 from command_line import Command
 from knotwork import documents, resources
 from knotwork.errors import FollowingError, InputError
+from knotwork.joint_space import joint_space
 from knotwork.verification import Finding
+from knotwork.view.scene import make_scene
+from knotwork.view.tool_trace import tool_trace
 
 Array = NDArray[np.float64]
 ARMS = ("ur3", "ur5", "ur10", "panda", "xarm7", "z1")
@@ -149,6 +152,18 @@ def test_a_million_distances_are_not_below_the_proved_clearances(tmp_path: Path)
                 continue  # a box stands where the arm starts
 
 
+def robot_of(plan: kw.Plan) -> kw.Robot:
+    robot = joint_space(plan.scenario).robot
+    assert robot is not None
+    return robot
+
+
+def scene_of(plan: kw.Plan) -> dict[str, Any]:
+    """What the 3D scene shows of a plan."""
+    robot, scenario, report = robot_of(plan), plan.scenario, plan.report
+    return make_scene(robot, plan.trajectory, scenario=scenario, report=report)
+
+
 def swing(objects: dict[str, Any], margin: float = 0.0, resolution: float = 1e-4) -> kw.Plan:
     """A planar arm swings a thin blade at its tip by 150 degrees; all else may touch."""
     allow = {"allow": ["base", "upper_arm", "forearm"]}
@@ -216,8 +231,15 @@ def test_rods_that_are_just_out_of_the_way_are_clear_and_how_far_is_known() -> N
 
 def test_a_clearance_within_the_resolution_of_the_margin_is_undecided_and_fails() -> None:
     objects = {"rod": rod(1.3, 1.0 + 2e-3 + 2e-4 + 1e-6)}
-    (one,) = swing(objects, margin=2e-3).report.select(quantity="clearance")
+    plan = swing(objects, margin=2e-3)
+    (one,) = plan.report.select(quantity="clearance")
     assert not one.ok
+    assert not plan.report.ok
+    assert "not decided whether tool comes too near to rod" in " ".join(str(plan.report).split())
+    assert "not decided" in plan.report.to_dict()["failures"][0]
+    scene = scene_of(plan)
+    assert any("tool, rod" in label["text"] for label in scene["labels"] if label["kind"] == "miss")
+    assert len(scene["strip"]["broken"]) == 1
     assert "not decided" in one.message
     assert one.interval is not None
     finer = swing(objects, margin=2e-3, resolution=1e-8)
@@ -436,11 +458,20 @@ def test_the_tool_keeps_clear_of_what_it_has_left() -> None:
 
 def test_what_is_allowed_or_ignored_is_not_checked() -> None:
     wall = REACH_OVER["scene"]["objects"]["wall"]
-    free = {**wall, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link"]}
-    allowed = {**REACH_OVER, "scene": {"objects": {"wall": free}}}
-    assert "tool, wall" not in pairs(kw.plan(allowed).report)
-    ignored = {**REACH_OVER, "collisions": {"ignore": [["tool", "wall"]]}}
-    assert "tool, wall" not in pairs(kw.plan(ignored).report)
+    free = {**wall, "allow": ["tool", "wrist_3_link", "wrist_2_link", "ee_link", "tool0"]}
+    allowed = kw.plan({**REACH_OVER, "scene": {"objects": {"wall": free}}}).report
+    assert "tool, wall" not in pairs(allowed)
+    told = [one.message for one in allowed.select(quantity="pairs_not_checked")]
+    listed = "wrist_2_link and wall; wrist_3_link and wall; ee_link and wall; tool and wall"
+    assert f"not checked, as the scenario allows it: {listed}" in told
+    (warned,) = allowed.warnings
+    assert "objects.wall.allow: 'tool0' has no collision shapes" in warned.message
+    ignored = kw.plan({**REACH_OVER, "collisions": {"ignore": [["tool", "wall"]]}}).report
+    assert "tool, wall" not in pairs(ignored)
+    told = [one.message for one in ignored.select(quantity="pairs_not_checked")]
+    assert "not checked, as the scenario ignores it: tool and wall" in told
+    assert any("as a joint joins them: base_link and" in one for one in told)
+    assert not any("move as one" in one for one in told)
     visual = {**REACH_OVER, "scene": {"objects": {"wall": {**wall, "visual": True}}}}
     assert not any("wall" in name for name in pairs(kw.plan(visual).report))
     alone = {**REACH_OVER, "collisions": {"self": False}, "scene": {"objects": {}}}
@@ -537,13 +568,24 @@ def test_a_contact_on_a_path_is_named_before_a_joint_limit_behind_it() -> None:
 
 
 def test_every_contact_of_a_pair_is_told() -> None:
-    said = pairs(kw.plan(REACH_OVER).report)["tool, wall"].message
+    plan = kw.plan(REACH_OVER)
+    contact = pairs(plan.report)["tool, wall"]
+    said = contact.message
     times = re.findall(r"from (\d+\.\d+) s to (\d+\.\d+) s", said)
     found = [(float(start), float(end)) for start, end in times]
     # by distances at 3001 times
     assert found[0] == pytest.approx((1.018, 1.324), abs=5e-3)
     assert found[1] == pytest.approx((4.512, 4.824), abs=5e-3)
     assert len(found) == 2
+    np.testing.assert_allclose(contact.intervals, found, rtol=0, atol=5e-4)
+    assert contact.interval in contact.intervals
+    trace = tool_trace(robot_of(plan), plan.trajectory.polynomial, None, plan.report)
+    inside = [(trace.time >= start) & (trace.time <= end) for start, end in contact.intervals]
+    np.testing.assert_array_equal(trace.broken, inside[0] | inside[1])
+    scene = scene_of(plan)
+    assert len(scene["strip"]["broken"]) == 2
+    (label,) = [one["text"] for one in scene["labels"] if one["kind"] == "miss"]
+    assert label.endswith(f"at {contact.time:.2f} s")
 
 
 def test_clearance_is_preferred_where_it_is_asked_for() -> None:

@@ -219,10 +219,10 @@ class _Builder:
 
     def _check_names(self, bodies: Sequence[Body]) -> None:
         names = list(dict.fromkeys([*(body.name for body in bodies), *self.robot.frame_names]))
-        scene = self.scene
+        scene, shaped = self.scene, {TOOL, *(body.name for body in bodies)}
         links = {link for link, *_ in placed_links(self.robot)}
         for i, pair in enumerate(scene.rules.ignore):
-            self._known(pair, names, ("collisions", "ignore", i))
+            self._known(pair, names, ("collisions", "ignore", i), shaped)
             if pair[0] == pair[1]:
                 self._wrong(("collisions", "ignore", i), f"names {pair[0]!r} twice", "two names")
         given: list[tuple[tuple[Any, ...], str, Sequence[str]]] = [
@@ -232,7 +232,7 @@ class _Builder:
         for place, name, allow in given:
             if name in links:
                 self._wrong(place, "is the name of a link of the robot", "any other name")
-            self._known(allow, list(dict.fromkeys([*names, TOOL])), (*place, "allow"))
+            self._known(allow, list(dict.fromkeys([*names, TOOL])), (*place, "allow"), shaped)
             if name in allow:
                 self._wrong((*place, "allow"), f"names {name!r} itself", "what may touch it")
 
@@ -241,8 +241,14 @@ class _Builder:
             raise self.document.error(place, fault, accepted)
         raise InputError(f"{'.'.join(map(str, place))}: {fault} ({accepted})")
 
-    def _known(self, given: Sequence[str], names: Sequence[str], place: tuple[Any, ...]) -> None:
+    def _known(
+        self, given: Sequence[str], names: Sequence[str], place: tuple[Any, ...], shaped: set[str]
+    ) -> None:
+        """Refuse names of nothing, and warn of those of frames and links without shapes."""
+        where = self.document.where(place) if self.document is not None else ""
         for name in given:
             if name not in names:
-                where = self.document.where(place) if self.document is not None else ""
                 raise UnknownNameError("link or object", name, names, where=where)
+            if name not in shaped:
+                fault = f"{name!r} has no collision shapes, so that naming it changes nothing"
+                self.notes.append(("warning", f"{where}: {fault}" if where else fault))

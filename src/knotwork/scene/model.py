@@ -14,6 +14,12 @@ NoteKind = Literal["warning", "information"]
 
 TOOL = "tool"
 
+MOVE_TOGETHER = "they move as one"
+NEITHER_MOVES = "neither moves"
+
+MOST_NAMED = 6
+"""So many pairs that are not checked for one reason are named; of more, the number."""
+
 
 @dataclass(frozen=True)
 class IgnoredPair:
@@ -77,6 +83,19 @@ class CollisionModel:
             return said if last else ""
         listed = f"{', '.join(others)} and {last}"
         return f"links {listed} have no collision shapes and are not checked for collisions"
+
+    @property
+    def said_of_ignored(self) -> list[str]:
+        """A sentence for each reason why pairs that move to one another are not checked."""
+        pairs: dict[str, list[str]] = {}
+        for one in self.ignored:
+            if one.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
+                pairs.setdefault(one.reason, []).append(f"{one.first} and {one.second}")
+        return [
+            f"not checked, as {reason}: {'; '.join(named[:MOST_NAMED])}"
+            + (f"; and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else "")
+            for reason, named in pairs.items()
+        ]
 
     @cached_property
     def meter(self) -> DistanceMeter:

@@ -7,14 +7,19 @@ from collections.abc import Sequence
 from knotwork.robot import Robot
 from knotwork.scenario import Scene
 from knotwork.scene.alone import RobotAlone, home_of, touching_pairs
-from knotwork.scene.bodies import Body
+from knotwork.scene.bodies import Body, placed_links
 from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
-from knotwork.scene.model import TOOL, IgnoredPair, NoteKind, Pair
+from knotwork.scene.model import (
+    MOVE_TOGETHER,
+    NEITHER_MOVES,
+    TOOL,
+    IgnoredPair,
+    NoteKind,
+    Pair,
+)
 from knotwork.scene.placements import place_joints
 from knotwork.scene.srdf import disabled_pairs
 
-MOVE_TOGETHER = "they move as one"
-NEITHER_MOVES = "neither moves"
 ADJACENT = "a joint joins them"
 AT_HOME = "they touch at home"
 CARRIED = "the tool carries it"
@@ -102,8 +107,15 @@ class Pairing:
         reasons: dict[frozenset[str], str] = {}
         robot = self.robot
         if robot.srdf is not None:
-            changed = robot.srdf.stat().st_mtime_ns
-            for first, second, why in disabled_pairs(robot.srdf, changed):
+            disabled = disabled_pairs(robot.srdf, robot.srdf.stat().st_mtime_ns)
+            links = {link for link, *_ in placed_links(robot)}
+            unknown = dict.fromkeys(
+                name for one in disabled for name in one[:2] if name not in links
+            )
+            if unknown:
+                fault = f"{robot.srdf} disables pairs of links that {robot.name!r} does not have"
+                self.notes.append(("warning", f"{fault}: {', '.join(map(repr, unknown))}"))
+            for first, second, why in disabled:
                 said = f" ({why})" if why else ""
                 reasons[frozenset((first, second))] = f"the SRDF disables it{said}"
         return reasons | {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}

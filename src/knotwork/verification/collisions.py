@@ -90,6 +90,15 @@ def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterato
             verdict=verdict,
             message=message,
         )
+    for message in model.said_of_ignored:
+        yield Finding(
+            group=GROUP,
+            subject="motion",
+            name="",
+            quantity="pairs_not_checked",
+            verdict="information",
+            message=message,
+        )
 
 
 def _nearest_of_each(found: Sequence[Clearance]) -> list[Clearance]:
@@ -121,6 +130,7 @@ def _finding(
         unit="m",
         time=found.time,
         interval=found.interval,
+        intervals=found.contacts,
         proof="bounded",
         excess=max(found.distance - found.bound, 0.0) if np.isfinite(found.bound) else 0.0,
         points=tuple(tuple(float(x) for x in point) for point in points),

@@ -40,6 +40,7 @@ class Finding:
         unit: SI unit of value, limit and margin.
         time: When it is worst [s], or `None`.
         interval: From when to when [s] it holds, or `None` where one time or all time is meant.
+        intervals: Each such interval where there are several; `interval` is the worst.
         proof: `"exact"` holds for all time; so does `"bounded"`, with value and excess together;
             `"sampled"` holds at the times looked at.
         excess: By how much the true worst value may lie beyond the one found.
@@ -64,6 +65,7 @@ class Finding:
     unit: str = ""
     time: float | None = None
     interval: tuple[float, float] | None = None
+    intervals: tuple[tuple[float, float], ...] = ()
     proof: Proof = "exact"
     excess: float = 0.0
     requested: tuple[float, ...] | None = None
@@ -92,6 +94,11 @@ class Finding:
     def at(self) -> float | None:
         """Time to look at [s]; the worst one, or the start of the interval; `None` for all time."""
         return self.interval[0] if self.time is None and self.interval else self.time
+
+    @property
+    def spans(self) -> tuple[tuple[float, float], ...]:
+        """From when to when [s] it holds, each time; none where one time or all time is meant."""
+        return self.intervals or ((self.interval,) if self.interval is not None else ())
 
     @property
     def when(self) -> str:

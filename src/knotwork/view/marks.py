@@ -144,6 +144,8 @@ def _add_failures(
                 wrong.append(rod(point, reached, 0.004 * size, RED))
         words = [_said(found, report.units) for found in findings]
         text = f"{name}: {', '.join(words)}" if name else words[0]
+        if findings[0].points:  # nothing else there tells the time
+            text += f" at {time:.2f} s"
         labels.append(_label(text, "miss", at, "\n".join(map(str, findings))))
     if wrong:
         meshes["failures"] = merged(wrong)

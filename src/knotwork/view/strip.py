@@ -48,8 +48,8 @@ def strip(
     broken = []
     for one in found:
         if one.at is not None:
-            low, high = one.interval or (one.at, one.at)
-            broken.append([max(low - least, start) - start, min(high + least, end) - start])
+            for low, high in one.spans or ((one.at, one.at),):
+                broken.append([max(low - least, start) - start, min(high + least, end) - start])
     asked = [
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(scenario, curve)

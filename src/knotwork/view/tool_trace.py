@@ -57,7 +57,7 @@ def tool_trace(
         if one.subject == "joint" and one.quantity in JOINT_QUANTITIES and one.time is not None
     }
     start, end = float(curve.x[0]), float(curve.x[-1])
-    ends = [end for one in found if one.interval is not None for end in one.interval]
+    ends = [end for one in found for span in one.spans for end in span]
     inner = [at for at in (*also, *ends, *(at for _, at in failed)) if start <= at <= end]
     breaks = curve.x if len(curve.x) <= SAMPLES else curve.x[:: len(curve.x) // SAMPLES + 1]
     time = np.unique(np.concatenate([np.linspace(start, end, SAMPLES), breaks, inner]))
@@ -68,9 +68,8 @@ def tool_trace(
     broken = np.zeros(len(time), dtype=bool)
     for _, at in failed:
         broken |= np.isclose(time, at, rtol=0.0, atol=1e-12 * max(1.0, end - start))
-    for one in found:
-        if one.interval is not None:
-            broken |= (time >= one.interval[0]) & (time <= one.interval[1])
+    for begin, end in (span for one in found for span in one.spans):
+        broken |= (time >= begin) & (time <= end)
     if space is not None:
         for quantity in {quantity for quantity, _ in failed}:
             broken |= _beyond(quantity, space, robot, curve, time)
