@@ -28,7 +28,7 @@ def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -
         plan.report.select(subject="waypoint", group="Tool at the waypoints")
     )
     assert "three four" in tab.inner_text("[data-group='Tool at the waypoints']")
-    assert tab.locator("#plots img").count() == 2
+    assert tab.locator("#plots svg").count() == 2
     assert tab.evaluate("[...document.images].every((i) => !i.src || i.naturalWidth > 300)")
     assert "Planar two-link arm through points" in tab.inner_text("#appendix pre")
     the_still_shows_labels_and_legend(tab)
@@ -95,7 +95,7 @@ def test_without_javascript_the_report_says_so(tabs: Any, tmp_path: Path) -> Non
     assert "switched off" in tab.inner_text("#view")
     assert not tab.locator("iframe").is_visible()
     assert not tab.locator("#still").is_visible()
-    assert all(picture.is_visible() for picture in tab.locator("#plots img").all())
+    assert all(picture.is_visible() for picture in tab.locator("#plots svg").all())
 
 
 def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
@@ -108,4 +108,4 @@ def test_without_a_robot_the_report_says_so(tabs: Any, tmp_path: Path) -> None:
     assert "names no robot" in page.warnings[0]
     assert tab.locator("iframe").count() == 0
     assert tab.locator("#still").count() == 0
-    assert tab.locator("#plots img").count() == 1
+    assert tab.locator("#plots svg").count() == 1
