@@ -20,9 +20,9 @@ image. For n = 2 both hold, and what is left is the plain cubic.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 
@@ -30,10 +30,7 @@ from knotwork.interpolation.knots import PlacedKnots
 from knotwork.interpolation.tridiagonal import solve_tridiagonal
 from knotwork.waypoints import FloatArray
 
-Terms: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
-"""y1 - y0, v0 and v1 of consecutive intervals, shape (d, intervals) each."""
-
-BLOCK = 49152
+BLOCK = 24576
 """Values that are worked on together, so that the temporaries stay in the nearer caches."""
 
 
@@ -53,94 +50,93 @@ class Waypoints:
     dydx: FloatArray
     knots: PlacedKnots
 
-    @property
-    def block(self) -> int:
-        """Number of waypoints to work on together."""
+    def blocks(self) -> Iterator[Intervals]:
+        """All intervals, in blocks to work on together; one is kept, of more none."""
         # odd, as rows a power of two apart would compete for the same lines of the cache
-        return max(16, BLOCK // max(1, int(self.y.shape[0]))) | 1
-
-    def weights(self, low: int, high: int) -> IntervalWeights:
-        """Weights of the intervals low … high - 1; of few intervals all are kept."""
-        if self.x.size > self.block:
-            return _interval_weights(self, low, high)
-        return self._all_weights.part(low, high)
-
-    def terms(self, low: int, high: int) -> Terms:
-        """Terms of the intervals low … high - 1 that are given; of few intervals all are kept."""
-        if self.x.size > self.block:
-            return _given_terms(self, low, high)
-        change, start, end = self._all_terms
-        return change[:, low:high], start[:, low:high], end[:, low:high]
+        size, last = max(16, BLOCK // max(1, int(self.y.shape[0]))) | 1, self.x.size - 1
+        if last <= size:
+            return iter([self._whole])
+        return (_intervals(self, i, min(i + size, last)) for i in range(0, last, size))
 
     @cached_property
-    def _all_weights(self) -> IntervalWeights:
-        return _interval_weights(self, 0, self.x.size - 1)
-
-    @cached_property
-    def _all_terms(self) -> Terms:
-        return _given_terms(self, 0, self.x.size - 1)
+    def _whole(self) -> Intervals:
+        return _intervals(self, 0, self.x.size - 1)
 
 
 @dataclass(frozen=True, eq=False)
-class IntervalWeights:
+class Intervals:
     """Accelerations at the two knots of consecutive intervals as sums of what is at their ends.
 
+    The first of the two is A, the acceleration at the knot after the first waypoint, the second is
+    B, that at the knot before the second waypoint.
+
     Attributes:
-        after: Weights of a0, a1, y1 - y0, v0, v1 in A, shape (5, intervals).
-        before: Weights of the same in B, shape (5, intervals).
-        after_time: From the first waypoint to its knot, p h [s], shape (intervals,).
-        before_time: From the second knot to its waypoint, b h [s], shape (intervals,).
+        low: Index of the first.
+        high: Index after that of the last.
+        start: Weights of a0 in A and B, shape (2, 1, intervals).
+        end: Weights of a1 in A and B, shape (2, 1, intervals).
+        given: What positions and velocities give of A and B, shape (2, d, intervals).
+        rate: One over the time from the first waypoint to its knot, p h, and over that from the
+            second knot to its waypoint, b h [1/s]; 0 where a waypoint has no knot on that side;
+            shape (2, 1, intervals).
     """
 
-    after: FloatArray
-    before: FloatArray
-    after_time: FloatArray
-    before_time: FloatArray
+    low: int
+    high: int
+    start: FloatArray
+    end: FloatArray
+    given: FloatArray
+    rate: FloatArray
 
-    def part(self, low: int, high: int) -> IntervalWeights:
-        """The weights of some of the intervals."""
-        if high - low == self.after_time.size:
-            return self
-        own = slice(low, high)
-        return IntervalWeights(
-            self.after[:, own], self.before[:, own], self.after_time[own], self.before_time[own]
-        )
+    def knot_accelerations(self, a: FloatArray, part: slice = slice(None)) -> FloatArray:
+        """A and B of some of the intervals, shape (2, d, k).
+
+        Args:
+            a: Accelerations at the waypoints beside them, shape (d, k + 1).
+            part: Which of the intervals.
+        """
+        sums = a[:, :-1] * self.start[..., part]
+        sums += a[:, 1:] * self.end[..., part]
+        sums += self.given[..., part]
+        return sums
 
 
-def _interval_weights(data: Waypoints, low: int, high: int) -> IntervalWeights:
+def _intervals(data: Waypoints, low: int, high: int) -> Intervals:
     """Set up the accelerations at the knots of the intervals low … high - 1."""
-    start, end = data.x[low:high], data.x[low + 1 : high + 1]
-    left, right = data.knots.left[low + 1 : high + 1], data.knots.right[low:high]
-    after_time, before_time = right - start, end - left
-    per_h = 1.0 / (end - start)
+    x = data.x[low : high + 1]
+    knots = np.stack((data.knots.right[low:high], data.knots.left[low + 1 : high + 1]))
     # differences of times rather than 1 - p and 1 - b: knots may be very near to a waypoint
-    p, p_rest = after_time * per_h, (end - right) * per_h
-    b, b_rest = before_time * per_h, (left - start) * per_h
+    from_start, to_end = knots - x[:-1], x[1:] - knots
+    per_h = 1.0 / (x[1:] - x[:-1])
+    (p, q), (p_rest, b) = from_start * per_h, to_end * per_h
+    rate = 1.0 / np.stack((from_start[0], to_end[1]))
+    if low == 0 and not data.knots.known[0]:
+        rate[0, 0] = 0.0
+    if high == data.x.size - 1 and not data.knots.known[-1]:
+        rate[1, -1] = 0.0
 
-    after, before = np.empty((2, 5, high - low))
-    after[0] = -p * (1.0 + b_rest)
-    after[1] = p_rest * b
-    after[2] = 6.0 * per_h * per_h
-    after[3] = (1.0 + p + b_rest) * (-2.0 * per_h)
-    after[4] = (p_rest + b) * (-2.0 * per_h)
-    before[0] = p * b_rest
-    before[1] = -b * (1.0 + p_rest)
-    before[2] = -after[2]
-    before[3] = (p + b_rest) * (2.0 * per_h)
-    before[4] = (1.0 + p_rest + b) * (2.0 * per_h)
-    after *= 1.0 / b_rest
-    before *= 1.0 / p_rest
-    return IntervalWeights(after, before, after_time, before_time)
+    weights = np.empty((5, 2, 1, high - low))
+    (start, end, change, first, last), twice = weights[:, :, 0], 2.0 * per_h
+    start[0], start[1] = -p * (1.0 + q), p * q
+    end[0], end[1] = p_rest * b, -b * (1.0 + p_rest)
+    change[0] = 3.0 * per_h * twice
+    first[0] = (1.0 + p + q) * twice
+    last[0] = (p_rest + b) * twice
+    first[1], last[1] = (p + q) * twice, (1.0 + p_rest + b) * twice
+    np.negative(change[0], out=change[1])
+    np.negative(weights[3:, 0], out=weights[3:, 0])
+    weights[:, 0] *= 1.0 / q
+    weights[:, 1] *= 1.0 / p_rest
 
-
-def _weighted_sum(
-    weights: FloatArray, terms: tuple[FloatArray, ...], out: FloatArray, scratch: FloatArray
-) -> None:
-    """Sum terms of shape (d, k) with weights of shape (terms, k) into `out`, shape (d, k)."""
-    np.multiply(terms[0], weights[0], out=out)
-    for weight, term in zip(weights[1:], terms[1:], strict=True):
-        np.multiply(term, weight, out=scratch)
-        np.add(out, scratch, out=out)
+    # the data may be a transposed view, and NumPy would keep its order in what is made from it
+    velocity = np.ascontiguousarray(data.dydx[:, low : high + 1])
+    position = data.y[:, low : high + 1]
+    moves = np.empty((position.shape[0], high - low))
+    np.subtract(position[:, 1:], position[:, :-1], out=moves)
+    given = moves * weights[2]
+    given += velocity[:, :-1] * weights[3]
+    given += velocity[:, 1:] * weights[4]
+    return Intervals(low, high, weights[0], weights[1], given, rate[:, None])
 
 
 def waypoint_accelerations(data: Waypoints, given: FloatArray) -> FloatArray:
@@ -148,84 +144,43 @@ def waypoint_accelerations(data: Waypoints, given: FloatArray) -> FloatArray:
 
     Args:
         data: Times, positions, velocities and knots.
-        given: Accelerations as rows, shape (d, n); those at waypoints where the knots say that
-            they are known are kept.
+        given: Accelerations as rows at the waypoints where the knots say that they are known,
+            shape (d, known).
 
     Returns:
         Accelerations as rows, shape (d, n).
     """
     n = data.x.size
-    # the jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads
-    #     -before[0]/(b h) a[i-1] + ((1 - before[1])/(b h) + (1 - after[0])/(p h)) a[i]
-    #         - after[1]/(p h) a[i+1] = the other terms of A/(p h) and B/(b h)
+    # the jerks (A - a)/(p h) after and (a - B)/(b h) before waypoint i are equal, so row i reads,
+    # with the weights of a0 and a1 in A and B,
+    #     -B0/(b h) a[i-1] + ((1 - B1)/(b h) + (1 - A0)/(p h)) a[i] - A1/(p h) a[i+1]
+    #         = what is given of A/(p h) and B/(b h)
     # and where it is known a = what is given; at an end where it isn't, a is found afterwards
     lower, diagonal, upper = np.zeros(n - 1), np.zeros(n), np.zeros(n - 1)
     rhs = np.empty((data.y.shape[0], n))
     rhs[:, 0] = 0.0
-    for low in range(0, n - 1, data.block):
-        high = min(low + data.block, n - 1)
-        own, following = slice(low, high), slice(low + 1, high + 1)
-        weights = data.weights(low, high)
-        per_after, per_before = inverse(weights.after_time), inverse(weights.before_time)
-        after, before = weights.after * per_after, weights.before * per_before
-        np.negative(before[0], out=lower[own])
-        np.negative(after[1], out=upper[own])
-        np.subtract(per_before, before[1], out=diagonal[following])
-        per_after -= after[0]
-        diagonal[own] += per_after
-        terms = data.terms(low, high)
-        scratch, total = np.empty((2, *terms[0].shape))
-        _weighted_sum(before[2:], terms, rhs[:, following], scratch)
-        _weighted_sum(after[2:], terms, total, scratch)
-        rhs[:, own] += total
+    for part in data.blocks():
+        own, following = slice(part.low, part.high), slice(part.low + 1, part.high + 1)
+        (after,), (before,) = part.rate
+        np.multiply(part.start[1, 0], -before, out=lower[own])
+        np.multiply(part.end[0, 0], -after, out=upper[own])
+        np.multiply(1.0 - part.end[1, 0], before, out=diagonal[following])
+        diagonal[own] += (1.0 - part.start[0, 0]) * after
+        np.multiply(part.given[1], before, out=rhs[:, following])
+        rhs[:, own] += part.given[0] * after
+        if part.low == 0:
+            first = part
     known = data.knots.known
     ends = known.copy()
     ends[0] = ends[-1] = True
     fixed = np.flatnonzero(ends)
     diagonal[fixed] = 1.0
     upper[fixed[:-1]] = lower[fixed[1:] - 1] = 0.0
-    rhs[:, fixed] = np.where(known[fixed], given[:, fixed], 0.0)
+    rhs[:, fixed] = 0.0
+    rhs[:, known] = given
     a = solve_tridiagonal(lower, diagonal, upper, rhs)
-    for end, (low, side) in ((0, (0, 0)), (-1, (n - 2, 1))):
-        if not known[end]:
-            found = np.empty((2, data.y.shape[0], 1))
-            knot_accelerations(data, a, low, low + 1, *found)
-            a[:, end] = found[side, :, 0]
+    if not known[0]:
+        a[:, 0] = first.knot_accelerations(a[:, :2], slice(1))[0, :, 0]
+    if not known[-1]:
+        a[:, -1] = part.knot_accelerations(a[:, -2:], slice(-1, None))[1, :, 0]
     return a
-
-
-def knot_accelerations(
-    data: Waypoints, a: FloatArray, low: int, high: int, after: FloatArray, before: FloatArray
-) -> None:
-    """Find the accelerations A and B at the knots of the intervals low … high - 1.
-
-    Args:
-        data: Times, positions, velocities and knots.
-        a: Accelerations at the waypoints as rows, shape (d, n).
-        low: First interval.
-        high: The one after the last.
-        after: Takes A, shape (d, high - low).
-        before: Takes B, shape (d, high - low).
-    """
-    weights = data.weights(low, high)
-    terms = (a[:, low:high], a[:, low + 1 : high + 1], *data.terms(low, high))
-    scratch = np.empty(terms[2].shape)
-    _weighted_sum(weights.after, terms, after, scratch)
-    _weighted_sum(weights.before, terms, before, scratch)
-
-
-def _given_terms(data: Waypoints, low: int, high: int) -> Terms:
-    """The terms of the intervals low … high - 1 that are given."""
-    position, velocity = data.y[:, low : high + 1], data.dydx[:, low : high + 1]
-    # the data may be a transposed view, and NumPy would keep its order in what is made from it
-    change = np.empty((position.shape[0], high - low))
-    np.subtract(position[:, 1:], position[:, :-1], out=change)
-    velocity = np.ascontiguousarray(velocity)
-    return change, velocity[:, :-1], velocity[:, 1:]
-
-
-def inverse(value: FloatArray) -> FloatArray:
-    """1 / value; 0 where the value is 0, at an end waypoint that has no knot on that side."""
-    if value.all():
-        return 1.0 / value
-    return np.divide(1.0, value, out=np.zeros_like(value), where=value > 0.0)

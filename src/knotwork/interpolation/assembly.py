@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.accelerations import Waypoints, inverse, knot_accelerations
+from knotwork.interpolation.accelerations import Intervals, Waypoints
 from knotwork.waypoints import FloatArray
 
 
@@ -27,9 +27,9 @@ def coefficients(data: Waypoints, a: FloatArray) -> FloatArray:
     # of the next one. Pieces that do not exist are cut off: the last, and at an end without an
     # acceleration given also the first or the last but one.
     c = np.empty((4, 2 * n, data.y.shape[0]))
-    for low in range(0, n, data.block):
-        high = min(low + data.block, n)
-        _assemble(data, a, low, high, c[:, 2 * low : 2 * high])
+    bend = a[:, 0]
+    for intervals in data.blocks():
+        bend = _assemble(data, a, intervals, bend, c)
     first, last = data.knots.range
     return _cut(data, a, c)[:, first : last + data.knots.cuts.size]
 
@@ -47,62 +47,60 @@ def _cut(data: Waypoints, a: FloatArray, c: FloatArray) -> FloatArray:
     return np.insert(c, 2 * cuts + 1, following, axis=1)
 
 
-def _assemble(data: Waypoints, a: FloatArray, low: int, high: int, c: FloatArray) -> None:
-    """Fill the coefficients c, shape (4, 2 k, d), of the pieces of waypoints low … high - 1."""
-    part, count = slice(low, high), high - low
-    # leading axis: left knot and right knot; both are computed at once
-    knot = np.stack((data.knots.left[part], data.knots.right[part]))[:, None]
-    u = knot - data.x[part]
-    bend = _beside_waypoints(data, a, low, high)
-    second = bend[..., 1 : count + 1]
-    y, v = (np.ascontiguousarray(rows[:, part]) for rows in (data.y, data.dydx))
-    # pieces alternate: those of left knots, those of right knots
-    pieces = c.reshape(4, count, 2, -1).transpose(0, 2, 3, 1)
+def _assemble(
+    data: Waypoints, a: FloatArray, intervals: Intervals, before_first: FloatArray, c: FloatArray
+) -> FloatArray:
+    """Fill the coefficients of the pieces of the waypoints where some intervals begin.
 
-    np.multiply(second, 0.5, out=pieces[1])
-    value = a[:, part] + second
-    value *= 0.5 * u
-    value += v
-    pieces[2] = value
-    np.multiply(a[:, part], 2.0, out=value)
-    value += second
-    value *= u / 6.0
-    value += v
-    value *= u
-    value += y
-    pieces[3] = value
-    np.subtract(second[1], second[0], out=value[0])
-    np.subtract(bend[0, :, 2:], second[1], out=value[1])
-    following = np.append(data.knots.left[low + 1 : high + 1], data.knots.right[high - 1 :][:1])
-    span = np.stack((knot[1, 0] - knot[0, 0], following[:count] - knot[1, 0]))[:, None]
-    value *= inverse(6.0 * span)
-    pieces[0] = value
+    The last waypoint comes with the last interval. It has no second piece, and where an
+    acceleration isn't given at an end the piece between its knots has no length: what stands there
+    means nothing and is cut off.
 
-
-def _beside_waypoints(data: Waypoints, a: FloatArray, low: int, high: int) -> FloatArray:
-    """Accelerations at the left and the right knots of the waypoints low - 1 … high.
-
-    The first waypoint is its own left knot, the last one its own right knot.
+    Args:
+        data: Times, positions, velocities and knots.
+        a: Accelerations at the waypoints as rows, shape (d, n).
+        intervals: Some intervals.
+        before_first: Acceleration at the left knot of the first of the waypoints, shape (d,).
+        c: Takes the coefficients, shape (4, 2 n, d).
 
     Returns:
-        Shape (2, d, high - low + 2); entries that no piece of the waypoints low … high - 1 needs
-        are left at 0.
+        The acceleration at the left knot of the waypoint after them, shape (d,).
     """
-    n = data.x.size
-    bend = np.empty((2, data.y.shape[0], high - low + 2))
-    bend[..., [0, -1]] = 0.0
-    start, stop = max(low - 1, 0), min(high, n - 1)
-    shift = 1 - low
-    knot_accelerations(
-        data,
-        a,
-        start,
-        stop,
-        bend[1, :, start + shift : stop + shift],
-        bend[0, :, start + 1 + shift : stop + 1 + shift],
-    )
-    if low == 0:
-        bend[0, :, 1] = a[:, 0]
-    if high == n:
-        bend[1, :, -2] = a[:, -1]
-    return bend
+    low, last = intervals.low, intervals.high == data.x.size - 1
+    part, count = slice(low, intervals.high + last), intervals.high + last - low
+    y, v = (np.ascontiguousarray(rows[:, part]) for rows in (data.y, data.dydx))
+    own, left, right = a[:, part], data.knots.left[part], data.knots.right[part]
+    # leading axis: left knot and right knot; both are computed at once
+    u = np.stack((left, right))[:, None] - data.x[part]
+    per_span = np.zeros((2, 1, count))
+    per_span[0] = 1.0 / (6.0 * (right - left))
+    following = data.knots.left[low + 1 : intervals.high + 1]
+    per_span[1, 0, : following.size] = 1.0 / (6.0 * (following - right[: following.size]))
+    after, before = intervals.knot_accelerations(a[:, low : intervals.high + 1])
+    # at the left knot of each waypoint, at its right one, and at the left one of the next; the
+    # first waypoint of all is its own left knot, the last its own right one
+    bend = np.empty((3, a.shape[0], count))
+    bend[0, :, 0], bend[1, :, -1], bend[2, :, -1] = before_first, own[:, -1], 0.0
+    bend[0, :, 1:] = before[:, : count - 1]
+    bend[1, :, : after.shape[1]] = after
+    bend[2, :, : after.shape[1]] = before
+    # pieces alternate: those of left knots, those of right knots
+    pieces = c[:, 2 * low : 2 * (low + count)].reshape(4, count, 2, -1).transpose(0, 2, 3, 1)
+
+    total = own + bend[:2]
+    value = total * (0.5 * u)
+    value += v
+    pieces[2] = value
+    total += own
+    total *= u / 6.0
+    total += v
+    total *= u
+    total += y
+    pieces[3] = total
+    np.multiply(bend[:2], 0.5, out=value)
+    pieces[1] = value
+    np.subtract(bend[1:], bend[:2], out=value)
+    value *= per_span
+    pieces[0] = value
+    following_bend: FloatArray = before[:, -1]
+    return following_bend

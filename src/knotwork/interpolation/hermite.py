@@ -65,6 +65,8 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         UnknownNameError: There is no knot rule of that name.
     """
 
+    # what overflows is reported with the reason, by the checks
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")
     def __init__(
         self,
         x: ArrayLike,
@@ -85,31 +87,26 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
                 f"{values.shape} and {derivatives.shape}"
             )
         trailing = values.shape[1:]
-        given: FloatArray = np.full(values.shape, np.nan)
+        flat = times.size, math.prod(trailing)
+        known, given = np.zeros(times.size, bool), np.empty((0, flat[1]))
         if acceleration is not None:
-            given, _ = _along_time(acceleration, times.size, axis, "acceleration", unknown=True)
-            if given.shape != values.shape:
+            array, _ = _along_time(acceleration, times.size, axis, "acceleration", unknown=True)
+            if array.shape != values.shape:
                 raise WaypointDataError(
                     f"acceleration must have the shape of y; with the time axis first they have "
-                    f"{given.shape} and {values.shape}"
+                    f"{array.shape} and {values.shape}"
                 )
-        positions, velocities, given = (
-            array.reshape(times.size, math.prod(trailing)).T
-            for array in (values, derivatives, given)
-        )
-        known = np.zeros(times.size, bool) if acceleration is None else _known(given)
+            known = _known(array.reshape(flat))
+            given = array.reshape(flat)[known]
         ends = end_accelerations(end_acceleration, trailing)
         if ends is not None:
-            given = given.copy()
-            for end, asked in zip((0, -1), ends, strict=True):
-                if not known[end]:
-                    given[:, end], known[end] = asked, True
+            given = given if known[0] else np.vstack((ends[0], given))
+            given = given if known[-1] else np.vstack((given, ends[1]))
+            known[0] = known[-1] = True
         placed = place_knots(times, knots, known)
-        data = Waypoints(times, positions, velocities, placed)
-        # what overflows is reported below, with the reason
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            a = waypoint_accelerations(data, given)
-            c = coefficients(data, a)
+        data = Waypoints(times, values.reshape(flat).T, derivatives.reshape(flat).T, placed)
+        a = waypoint_accelerations(data, given.T)
+        c = coefficients(data, a)
         _check_range(a, c)
         self._assign(c.reshape(*c.shape[:2], *trailing), placed.time, own_axis)
         self._waypoint_times = times
@@ -132,8 +129,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
 
 def _check_range(a: FloatArray, c: FloatArray) -> None:
     """Raise an InputError if accelerations or jerks are beyond the range of floats."""
-    jerk = c[0]
-    if np.isfinite(a).all() and (jerk.size == 0 or np.isfinite([jerk.min(), jerk.max()]).all()):
+    if _all_finite(a) and _all_finite(c[0]):
         return
     wrong = np.flatnonzero(~np.isfinite(a).all(axis=0))
     where = f"the acceleration at waypoint {wrong[0]}" if wrong.size else "the jerk"
@@ -156,20 +152,20 @@ def _real(values: ArrayLike, what: str) -> FloatArray:
 
 
 def _known(given: FloatArray) -> NDArray[np.bool_]:
-    """Waypoints where an acceleration is given, from rows of shape (d, n), NaN where it is not.
+    """Waypoints where an acceleration is given, from values of shape (n, d), NaN where it is not.
 
     Raises:
         WaypointDataError: It is given for some components only.
     """
     missing = np.isnan(given)
-    partly = np.flatnonzero(missing.any(axis=0) & ~missing.all(axis=0))
+    partly = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
     if partly.size:
         raise WaypointDataError(
             f"acceleration of waypoint {partly[0]} is given for some components only; give all of "
             "them, or NaN for all",
             waypoint=int(partly[0]),
         )
-    known: NDArray[np.bool_] = ~missing.any(axis=0) & (given.shape[0] > 0)
+    known: NDArray[np.bool_] = ~missing.any(axis=1) & (given.shape[1] > 0)
     return known
 
 
@@ -187,6 +183,8 @@ def _along_time(
         )
     if axis:
         array = np.moveaxis(array, axis, 0)
+    if _all_finite(array):
+        return array, axis
     wrong = np.isinf(array) if unknown else ~np.isfinite(array)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
@@ -198,6 +196,11 @@ def _along_time(
             value=float(array[index]),
         )
     return array, axis
+
+
+def _all_finite(values: FloatArray) -> bool:
+    """Whether all numbers are finite; a sum tells it in one pass, if it doesn't overflow itself."""
+    return math.isfinite(values.sum()) or bool(np.isfinite(values).all())
 
 
 def end_accelerations(

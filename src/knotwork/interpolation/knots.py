@@ -10,6 +10,7 @@ section of the curve and begins the next: it is a knot itself, between its left 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -103,7 +104,7 @@ class PlacedKnots:
         """The first and the last of the sides that are different knots."""
         return (0 if self.known[0] else 1), self.sides.size - (1 if self.known[-1] else 2)
 
-    @property
+    @cached_property
     def cuts(self) -> NDArray[np.intp]:
         """Inner waypoints that are knots themselves."""
         return np.flatnonzero(self.known[1:-1]) + 1

@@ -13,7 +13,8 @@ are scaled. Pivoting would mix rows of very different size, and lose that.
 
 The order here is cyclic reduction: every other unknown is eliminated at once, which leaves a
 tridiagonal system of half the size. That is linear in n, works on whole arrays and on all
-right-hand sides together, and needs no SciPy, the import of which takes longer than solving.
+right-hand sides together, and needs no SciPy, the import of which takes longer than solving. The
+last few unknowns are eliminated one after the other: arrays would take longer for them.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ from knotwork.waypoints import FloatArray
 
 BLOCK = 49152
 """Values of the right-hand sides that are worked on together."""
+
+FEW = 256
+"""Values of the right-hand sides that are worked on one after the other, in plain Python."""
 
 
 def solve_tridiagonal(
@@ -41,8 +45,9 @@ def solve_tridiagonal(
         The solutions as rows, shape (d, n): `rhs`.
     """
     n = diagonal.size
-    if n == 1:
-        rhs /= diagonal
+    if rhs.size <= FEW or n == 1:
+        rows = _one_by_one(lower.tolist(), diagonal.tolist(), upper.tolist(), rhs.tolist())
+        rhs[:] = np.reshape(rows, rhs.shape)
         return rhs
     # even rows are eliminated; odd row k lies between the even rows k and, if there is one, k + 1
     rights = (n - 1) // 2
@@ -81,3 +86,24 @@ def solve_tridiagonal(
     if n % 2:
         rhs[:, -1] /= diagonal[-1]
     return rhs
+
+
+def _one_by_one(
+    lower: list[float], diagonal: list[float], upper: list[float], rhs: list[list[float]]
+) -> list[list[float]]:
+    """Solve a small system by elimination from the top; the solutions are rows, as `rhs` is."""
+    pivots, factors = diagonal[:1], []
+    for below, above, entry in zip(lower, upper, diagonal[1:], strict=True):
+        factors.append(below / pivots[-1])
+        pivots.append(entry - factors[-1] * above)
+    back = list(zip(reversed(upper), reversed(pivots[:-1]), strict=True))
+    solutions = []
+    for row in rhs:
+        left = row[:1]
+        for factor, value in zip(factors, row[1:], strict=True):
+            left.append(value - factor * left[-1])
+        found = [left.pop() / pivots[-1]]
+        for (above, pivot), value in zip(back, reversed(left), strict=True):
+            found.append((value - above * found[-1]) / pivot)
+        solutions.append(found[::-1])
+    return solutions
