@@ -1,9 +1,9 @@
 """Fast evaluation of piecewise polynomials: in cache-sized blocks into one preallocated array.
 
-Where times are sorted and many fall in one piece, all of them use the same coefficients: a single
-component is evaluated by Horner's scheme in place, several by the product of the powers of time
-with the coefficients. Otherwise the coefficients of each time are gathered. All three ways agree to
-rounding.
+Few values are worked on all at once. Where times are sorted and many fall in one piece, all of them
+use the same coefficients: a single component is evaluated by Horner's scheme in place, several by
+the product of the powers of time with the coefficients. Otherwise the coefficients of each time are
+gathered. All ways agree to rounding.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ negligible beside them."""
 
 HORNER_THRESHOLD = 1024
 """Mean number of times in a piece from which Horner's scheme is faster than gathering."""
+
+FEW = 2048
+"""Values that are worked on without regard to how many fall in one piece."""
 
 GATHERED = 16384
 """Values whose coefficients are gathered together."""
@@ -67,9 +70,13 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
         TimeRangeError: A time lies outside [x[0], x[-1]] or is NaN.
     """
     start, end = float(x[0]), float(x[-1])
-    out = np.empty((t.size, c.shape[2]))
     size = c.shape[0] - nu
     factors = falling_factorials(size, nu) if nu and size > 0 else None
+    if 0 < t.size * c.shape[2] <= FEW and size > 0:
+        if not (t.min() >= start and t.max() <= end):
+            raise TimeRangeError(first_outside(t, start, end), start, end)
+        return _few(x, c[:size], t, factors)
+    out = np.empty((t.size, c.shape[2]))
     step = max(1, BLOCK // max(1, c.shape[2]))
     for low in range(0, t.size, step):
         block, target = t[low : low + step], out[low : low + step]
@@ -84,6 +91,20 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
         else:
             _by_gathering(x, c[:size], block, pieces_of(x, block), factors, target)
     return out
+
+
+def _few(x: FloatArray, c: FloatArray, t: FloatArray, factors: list[float] | None) -> FloatArray:
+    """Evaluate few times, in any order: as gathering does, all at once."""
+    piece = pieces_of(x, t)
+    gathered = c.take(piece, axis=1)
+    if factors is not None:
+        gathered *= np.array(factors)[:, None, None]
+    u = (t - x[piece])[:, None]
+    value: FloatArray = gathered[0]
+    for coefficients in gathered[1:]:
+        value *= u
+        value += coefficients
+    return value
 
 
 def pieces_of(x: FloatArray, t: FloatArray) -> NDArray[np.intp]:
