@@ -33,9 +33,9 @@ def feasible_durations(
     D, a, b = sign * move, sign * v0, sign * v1
     first = np.where(np.abs(move - direct) <= rounding, np.abs(v1 - v0) / A, _peaked(D, a, b, V, A))
     # braking first, it takes longer, up to where it would have to stop and go back
-    valley = 0.5 * (a * a + b * b) - A * D
-    blocked = (np.minimum(a, b) > 0.0) & (valley > 0.0)
-    last = (a + b - 2.0 * np.sqrt(np.maximum(valley, 0.0))) / A
+    lowest_squared = 0.5 * (a * a + b * b) - A * D
+    blocked = (np.minimum(a, b) > 0.0) & (lowest_squared > 0.0)
+    last = (a + b - 2.0 * np.sqrt(np.maximum(lowest_squared, 0.0))) / A
     later = _peaked(-D, -a, -b, V, A)
     return (
         np.where(unlimited, np.abs(move) / V, first),

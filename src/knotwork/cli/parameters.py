@@ -92,34 +92,24 @@ class Seconds(click.ParamType[Any]):
         return seconds
 
 
-class Numbers(click.ParamType[Any]):
-    """Numbers divided by commas."""
+class Listed(click.ParamType[Any]):
+    """Names or numbers divided by commas."""
 
-    name = "numbers"
+    def __init__(self, kind: type[str] | type[float]) -> None:
+        self.kind, self.name = kind, {str: "names", float: "numbers"}[kind]
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument."""
         if isinstance(value, list):
             return value
+        parts = [part.strip() for part in str(value).split(",")]
         try:
-            return [float(part) for part in str(value).split(",")]
+            listed = [self.kind(part) for part in parts if part]
         except ValueError:
-            self.fail(f"{value!r} is not accepted; give numbers divided by commas", param, ctx)
-
-
-class Names(click.ParamType[Any]):
-    """Names divided by commas."""
-
-    name = "names"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
-        """Read the argument."""
-        if isinstance(value, list):
-            return value
-        names = [part.strip() for part in str(value).split(",")]
-        if not all(names):
-            self.fail(f"{value!r} is not accepted; give names divided by commas", param, ctx)
-        return names
+            listed = []
+        if len(listed) < len(parts):
+            self.fail(f"{value!r} is not accepted; give {self.name} divided by commas", param, ctx)
+        return listed
 
 
 planner_option = click.option(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.logs import LogOptions, log_options
-from knotwork.cli.parameters import PASSED, Names, NewPath, motion_options, package_path_option
+from knotwork.cli.parameters import PASSED, Listed, NewPath, motion_options, package_path_option
 from knotwork.cli.sources import read_motions, tell_failures
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
@@ -45,16 +45,16 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     help="Picture to write: .png, .svg or .pdf. By default a .png named after what is drawn, in "
     "the current folder. An existing picture is replaced.",
 )
-@click.option("--joints", type=Names(), metavar="A,B,…", help="Joints to draw; all by default.")
+@click.option("--joints", type=Listed(str), metavar="A,B,…", help="Joints to draw; all by default.")
 @click.option(
     "--quantities",
-    type=Names(),
+    type=Listed(str),
     metavar="A,B,…",
     help="Of position, velocity, acceleration and jerk; all by default.",
 )
 @click.option(
     "--compare",
-    type=Names(),
+    type=Listed(str),
     metavar="A,B,…",
     help="Planners to draw beside it; a rule may follow after a colon: quintic:estimated.",
 )

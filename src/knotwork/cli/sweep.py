@@ -15,7 +15,7 @@ import click
 from knotwork.cli.parameters import (
     FAILED,
     PASSED,
-    Names,
+    Listed,
     NewPath,
     Seconds,
     json_option,
@@ -100,7 +100,7 @@ MOST_REASONS = 12
 @click.option(
     "--figures",
     metavar="A,B,…",
-    type=Names(),
+    type=Listed(str),
     help="Figures that are drawn beside the verdict.",
 )
 @click.option("--best", metavar="FIGURE", help="Figure of the best row, by default duration.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import FAILED, PASSED, NewPath, Numbers, json_option
+from knotwork.cli.parameters import FAILED, PASSED, Listed, NewPath, json_option
 from knotwork.cli.terminal import cell, echo
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.argument("scenario")
 @click.option(
     "--factors",
-    type=Numbers(),
+    type=Listed(float),
     metavar="A,B,…",
     help="Durations in least times, divided by commas, each at least 1.",
 )

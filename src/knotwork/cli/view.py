@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.logs import LogOptions, log_options
-from knotwork.cli.parameters import PASSED, Names, html_option, motion_options, package_path_option
+from knotwork.cli.parameters import PASSED, Listed, html_option, motion_options, package_path_option
 from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
@@ -31,7 +31,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 
 @click.command(epilog=_EPILOG)
 @html_option()
-@click.option("--compare", type=Names(), metavar="A,B,…", help="Planners to show over it.")
+@click.option("--compare", type=Listed(str), metavar="A,B,…", help="Planners to show over it.")
 @click.option("--no-ghosts", is_flag=True, help="No translucent copies of the arm at waypoints.")
 @click.option(
     "--watch",

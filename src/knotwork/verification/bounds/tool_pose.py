@@ -120,15 +120,7 @@ def tool_turning_bound(
 ) -> Bound:
     """Bound the angular speed of the tool, over all time [rad/s].
 
-    Args:
-        robot: The arm.
-        trajectory: The motion of its joints.
-        limit: Largest angular speed allowed [rad/s]; without one the bound is made tight to 0.1 %.
-        budget: How many evaluations may follow the first 500.
-
-    Raises:
-        RobotError: No tool frame has been chosen.
-        InputError: The trajectory is not of the robot's joints, or a value is not as it must be.
+    Arguments and errors are those of `tool_distance_bound` without its point, the limit in rad/s.
 
     >>> plan = kw.plan("ur5_deburring")
     >>> found = kw.verification.tool_turning_bound(plan.space.robot, plan.trajectory, limit=2)
