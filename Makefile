@@ -39,7 +39,7 @@ exhaustive: $(VENV)/dev
 # The tests build the documentation too; this puts it where it can be read: build/docs/index.html.
 docs: $(VENV)/dev
 	@$(BIN)/python -c 'import sphinx' || { echo "the documentation needs Python 3.11 or newer" >&2; exit 2; }
-	$(BIN)/python -m sphinx --fail-on-warning --nitpicky --keep-going --fresh-env --quiet docs build/docs
+	$(BIN)/python -m sphinx --fail-on-warning --nitpicky --keep-going --fresh-env --quiet -D live_pages=1 docs build/docs
 
 # Tables and figures of the pages on benchmarks, from benchmarks/results.
 figures: $(VENV)/dev

@@ -23,6 +23,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_click",
     "docstrings",
+    "gallery",
     "links",
     "mathml",
     "schema_tables",

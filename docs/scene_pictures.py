@@ -14,11 +14,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from extensions.gallery import at_home
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
 import knotwork as kw
 from knotwork import resources
+from knotwork.view import plot_joints
 
 DOCS = Path(__file__).parent
 GALLERY = DOCS / "gallery"
@@ -75,24 +77,35 @@ def draw_readme(tab: Any) -> None:
 
 
 def draw_gallery(tab: Any, names: list[str]) -> None:
-    """A small picture of each scenario with a robot, and of each robot at home."""
+    """A small picture of each scenario, and of each robot at home."""
     GALLERY.mkdir(exist_ok=True)
     for name in resources.names("scenarios"):
-        if kw.load_scenario(name).robot is None or (names and name not in names):
+        if names and name not in names:
             continue
         plan = kw.plan(name)
+        if plan.space.robot is None:
+            _keep(_drawn(plan), name)
+            continue
         with scene(tab, plan, CONTROLS + WORDS) as taken:
             start, end = plan.trajectory.start_time, plan.trajectory.end_time
-            _keep(taken(start + 0.55 * (end - start)), name)
+            _keep(taken(start + 0.72 * (end - start)), name)
     for name in kw.robot_names():
         if names and name not in names:
             continue
-        home = {"joints": "home"}
-        strong = {"effort": 1e6}  # nothing is to be red
-        task = {"robot": name, "limits": strong, "waypoints": [home, {**home, "after": 1}]}
-        plan = kw.plan(task)
-        with scene(tab, plan, CONTROLS + WORDS) as taken:
+        with scene(tab, at_home(name), CONTROLS + WORDS) as taken:
             _keep(taken(0.5), f"robot_{name}")
+
+
+def _drawn(plan: kw.Plan) -> Image.Image:
+    """The joints over time, where there is no arm, on white as wide as other pictures."""
+    file = io.BytesIO()
+    figure = plot_joints(plan, quantities=["position", "velocity"], size="slide")
+    figure.savefig(file, format="png", dpi=100)
+    plot = Image.open(file).convert("RGB")
+    plot.thumbnail(SIZE, Image.Resampling.LANCZOS)
+    picture = Image.new("RGB", SIZE, "white")
+    picture.paste(plot, ((SIZE[0] - plot.width) // 2, (SIZE[1] - plot.height) // 2))
+    return picture
 
 
 def _keep(picture: Image.Image, name: str) -> None:

@@ -13,21 +13,24 @@ pytestmark = pytest.mark.usefixtures("extensions")
 CONFIG = """
 import sys
 sys.path.insert(0, {extensions!r})
-extensions = ["myst_parser", "shown", "mathml"]
+extensions = ["myst_parser", "gallery", "shown", "mathml"]
 myst_enable_extensions = ["dollarmath"]
 html_math_renderer = "mathml"
 html_theme = "basic"
 """
 DOCS = Path(__file__).parents[2] / "docs"
 EXTENSIONS = str(DOCS / "extensions")
+PICTURE = DOCS / "gallery" / "paper_case.webp"
 
 
-def built(folder: Path, page: str) -> Site:
+def built(folder: Path, page: str, *options: str) -> Site:
     source = folder / "source"
     source.mkdir()
     (source / "conf.py").write_text(CONFIG.format(extensions=EXTENSIONS), encoding="utf-8")
     (source / "index.md").write_text(page, encoding="utf-8")
-    return build(source, folder / "built")
+    (source / "gallery").mkdir()
+    (source / "gallery" / "paper_case.webp").write_bytes(PICTURE.read_bytes())
+    return build(source, folder / "built", *options)
 
 
 def test_what_is_run_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -215,6 +218,14 @@ def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:
         assert f"### {name}\n" in page
         if name in robots:
             assert f"gallery/robot_{name}.webp" in pictures
-        elif kw.load_scenario(name).robot is not None:
+        else:
             assert f"gallery/{name}.webp" in pictures
     assert all((DOCS / name).stat().st_size < 50_000 for name in pictures)
+
+
+def test_a_picture_of_the_gallery_leads_to_its_live_page(tmp_path: Path) -> None:
+    site = built(tmp_path, "# P\n\n![a](gallery/paper_case.webp)\n", "-D", "live_pages=1")
+    assert site.code == 0, site.said
+    assert site.page("index").count('href="live/paper_case.html"') == 2
+    assert "Live page, 0." in site.page("index")
+    assert "paper_case" in (site.folder / "live" / "paper_case.html").read_text(encoding="utf-8")
