@@ -352,6 +352,11 @@ def test_scenarios_lists_all(knotwork: Command) -> None:
     assert ran.code == 0
     for name in resources.names("scenarios"):
         assert name in ran.out
+    assert "paper_case  no robot, 4 waypoints, 25 s\n" in ran.out
+    assert "paper_case_fastest  no robot, 4 waypoints, times are free\n" in ran.out
+    rows = {row["name"]: row for row in json.loads(knotwork("scenarios", "--json").out)}
+    assert rows["paper_case"]["duration"] == 25.0
+    assert rows["paper_case_fastest"]["duration"] is None
 
 
 @pytest.fixture(scope="module")

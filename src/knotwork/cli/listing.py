@@ -62,7 +62,12 @@ def _collisions(name: str | None, as_json: bool) -> int:
 @click.command()
 @json_option
 def scenarios(as_json: bool) -> int:
-    """List the shipped scenarios."""
+    """List the shipped scenarios.
+
+    With --json the duration is null where times are free: planning chooses it.
+    """
+    import numpy as np
+
     from knotwork import resources
     from knotwork.scenario import load_scenario
 
@@ -72,7 +77,7 @@ def scenarios(as_json: bool) -> int:
             "description": scenario.description.strip(),
             "robot": scenario.robot if isinstance(scenario.robot, str) else None,
             "waypoints": len(scenario.waypoints),
-            "duration": float(scenario.times[-1] - scenario.times[0]),
+            "duration": None if scenario.free else float(np.ptp(scenario.times)),
             "file": str(scenario.source),
         }
         for scenario in map(load_scenario, resources.names("scenarios"))
@@ -82,9 +87,12 @@ def scenarios(as_json: bool) -> int:
     else:
         from knotwork.cli import tables
 
-        columns = {"waypoints": "waypoints", "duration [s]": "duration"}
-        columns = {"name": "name", "robot": "robot", **columns, "description": "description"}
-        tables.print_rows("Scenarios", rows, columns)
+        for row in rows:
+            duration = row["duration"]
+            lasting = "times are free" if duration is None else f"{duration:.4g} s"
+            about = f"{row['robot'] or 'no robot'}, {row['waypoints']} waypoints, {lasting}"
+            tables.print_entry(str(row["name"]), about, {"": str(row["description"])})
+        echo("knotwork plan NAME plans one of them, knotwork view NAME shows it")
     return PASSED
 
 
