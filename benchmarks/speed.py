@@ -17,6 +17,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,8 @@ ROOT = Path(__file__).parents[1]
 WAYPOINTS = 10
 LONG = 300
 SPLINES = (4, 10, 100, 1_000, 1_000_000)
+# Times at which curves of so many waypoints are evaluated.
+SAMPLES = {100: (1, 10, 100, 1_000, 10_000, 100_000), 10_000: (1_000, 10_000, 100_000)}
 JOINTS = 6
 # What is measured: what it is called, and what it is to take at most [ms].
 CASES: dict[str, tuple[str, float | None]] = {
@@ -125,6 +128,13 @@ def cost(task: Callable[[], object], runs: int) -> float:
     return float(least)
 
 
+def waypoints(n: int) -> tuple[Any, Any, Any]:
+    """Times, positions and velocities of random waypoints."""
+    rng = np.random.default_rng(n)
+    x = np.concatenate(([0.0], np.cumsum(rng.uniform(0.5, 1.5, n - 1))))
+    return x, *rng.normal(size=(2, n, JOINTS))
+
+
 def splines() -> dict[str, list[float]]:
     """Time to build a spline, and that of SciPy's CubicSpline, by number of waypoints [s]."""
     from scipy.interpolate import CubicSpline
@@ -133,9 +143,7 @@ def splines() -> dict[str, list[float]]:
 
     found = {}
     for n in SPLINES:
-        rng = np.random.default_rng(n)
-        x = np.concatenate(([0.0], np.cumsum(rng.uniform(0.5, 1.5, n - 1))))
-        y, v = rng.normal(size=(2, n, JOINTS))
+        x, y, v = waypoints(n)
         repeats = max(1, 10_000 // n)
 
         def ours(x: Any = x, y: Any = y, v: Any = v, repeats: int = repeats) -> None:
@@ -150,12 +158,31 @@ def splines() -> dict[str, list[float]]:
     return found
 
 
+def evaluations() -> dict[str, list[float]]:
+    """Time to evaluate a curve at sorted times, and that of SciPy's PPoly of it [s]."""
+    from knotwork import ModifiedHermiteSpline
+
+    found = {}
+    for n, counts in SAMPLES.items():
+        ours = ModifiedHermiteSpline(*waypoints(n))
+        for count in counts:
+            t, repeats = np.linspace(ours.x[0], ours.x[-1], count), max(1, 10_000 // count)
+
+            def run(curve: Any, t: Any = t, repeats: int = repeats) -> None:
+                for _ in range(repeats):
+                    curve(t)
+
+            both = (ours, ours.to_ppoly())
+            found[f"{n}/{count}"] = [cost(partial(run, one), 3) / repeats for one in both]
+    return found
+
+
 def measured() -> None:
     """Measure one checkout, and print what was found."""
     found = {}
     for name, task in tasks().items():
         found[name] = cost(task, 1 if name == "long" else 5) / (20 if "all" in name else 1)
-    print(json.dumps({"cases": found, "splines": splines()}))
+    print(json.dumps({"cases": found, "splines": splines(), "evaluations": evaluations()}))
 
 
 def started(checkout: Path, arguments: list[str]) -> float:
@@ -187,7 +214,7 @@ def compared(checkouts: dict[str, Path], rounds: int) -> dict[str, Any]:
             found = json.loads(run(checkout, [__file__, "--measure"]))
             for name, seconds in found["cases"].items():
                 keep(name, which, seconds)
-            for n, (ours, theirs) in found["splines"].items():
+            for n, (ours, theirs) in {**found["splines"], **found["evaluations"]}.items():
                 keep(n, which, ours)
                 keep(n, "scipy", theirs)
             for _ in range(3):
@@ -201,6 +228,11 @@ def compared(checkouts: dict[str, Path], rounds: int) -> dict[str, Any]:
     return {
         "plans": [{"case": name, **row(name)} for name in CASES],
         "splines": [{"waypoints": n, **row(str(n), "scipy")} for n in SPLINES],
+        "evaluations": [
+            {"waypoints": n, "samples": count, **row(f"{n}/{count}", "scipy")}
+            for n, counts in SAMPLES.items()
+            for count in counts
+        ],
         "starts": [row("start", "pinocchio")],
     }
 
@@ -223,6 +255,11 @@ def tables(data: dict[str, Any]) -> list[Table]:
         most = "1.0" if one["waypoints"] >= 1_000_000 else "2.0"
         cells = [f"{one['waypoints']:,}", *(f"{ratio:.2f}" for ratio in ratios)]
         lines.append([*cells, f"{ratios[1] / ratios[0]:.2f}", most])
+    evaluated = []
+    for one in data["evaluations"]:
+        ratios = [one[which] / one["scipy"] for which in ("before", "after")]
+        cells = [f"{one['waypoints']:,}", f"{one['samples']:,}", *(f"{r:.2f}" for r in ratios)]
+        evaluated.append([*cells, f"{ratios[1] / ratios[0]:.2f}", "1.0"])
     columns = ("before", "after", "after / before", "aim")
     return [
         Table("Warm, in one process [ms]", ("", *columns), plans),
@@ -231,6 +268,11 @@ def tables(data: dict[str, Any]) -> list[Table]:
             f"Building a spline of {JOINTS} joints, over SciPy's `CubicSpline`",
             ("waypoints", *columns),
             lines,
+        ),
+        Table(
+            f"Evaluating a curve of {JOINTS} joints at sorted times, over SciPy's `PPoly` of it",
+            ("waypoints", "times", *columns),
+            evaluated,
         ),
     ]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_axes import joint_axes
@@ -122,7 +123,7 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
         free = np.flatnonzero(slope)
         if not free.size:
             break
-        values, vectors = np.linalg.eigh(_hessian(search, q)[np.ix_(free, free)])
+        values, vectors = np.linalg.eigh(_hessian(search, q, free))
         along = vectors.T @ slope[free]
         before = least
         while damping <= MOST_DAMPING:
@@ -142,12 +143,12 @@ def come_close(search: PoseSearch, q: FloatArray, limits: Limits) -> LocalSoluti
     return LocalSolution(q, *errors, found.iterations, search.within(*errors))
 
 
-def _hessian(search: PoseSearch, q: FloatArray) -> FloatArray:
-    """Second derivatives of |e|²/2 by differences of its gradient, shape (d, d)."""
+def _hessian(search: PoseSearch, q: FloatArray, free: NDArray[np.intp]) -> FloatArray:
+    """Second derivatives of |e|²/2 in k free joints, by differences of its gradient: (k, k)."""
     columns = []
-    for i in range(len(q)):
+    for i in free:
         step = np.zeros_like(q)
         step[i] = DIFFERENCE
-        columns.append(search.gradient(q - step) - search.gradient(q + step))
+        columns.append((search.gradient(q - step) - search.gradient(q + step))[free])
     H = np.array(columns) / (2.0 * DIFFERENCE)
     return np.asarray(0.5 * (H + H.T))
