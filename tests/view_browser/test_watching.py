@@ -20,6 +20,14 @@ from knotwork.view.live_server import LiveServer
 STATE = "[knotwork.time(), ...viewer.camera.position.toArray()]"
 
 
+FETCHED = "performance.getEntriesByType('resource').map((one) => one.name.split('/').pop())"
+ANOTHER_ROBOT = """
+description: Another robot
+robot: z1
+waypoints: [{joints: home}, {joints: home, after: 1}]
+"""
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
 def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
     tabs: Any, tmp_path: Path
@@ -62,6 +70,13 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             assert not tab.locator("#live").is_visible()
             assert tab.evaluate(STATE) == pytest.approx(seen, abs=1e-6)
             assert tab.inner_text("#head .verdict") == "passed"
+            assert "changing" in tab.evaluate(FETCHED)
+            assert "still" not in tab.evaluate(FETCHED)  # the robot is the same
+
+            task.write_text(ANOTHER_ROBOT, encoding="utf-8")
+            tab.wait_for_selector("#head .description:text('Another')", state="attached")
+            assert "still" in tab.evaluate(FETCHED)
+            assert tab.locator("#joint-rows > div").count() == 6
         finally:
             process.send_signal(signal.SIGINT)
             out, err = process.communicate(timeout=60)
@@ -69,7 +84,7 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
         tabs.complaints.clear()  # of the connection that has ended
         tab.context.close()
     assert process.returncode == 0
-    assert out.count(" passed: ") == 2
+    assert out.count(" passed: ") == 3
     assert err.count(" error: task.yaml") == 2
 
 

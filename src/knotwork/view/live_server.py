@@ -7,7 +7,7 @@ import threading
 from http import HTTPStatus
 from typing import cast
 
-from knotwork.view.page import Page, waiting_page
+from knotwork.view.page import Page, Renewal, waiting_page
 from knotwork.view.server import PageHandler, PageServer
 
 # A browser that has gone away is noticed when it is written to [s].
@@ -19,6 +19,7 @@ class LiveServer(PageServer):
 
     Attributes:
         version: Number of the page; 0 before there is one.
+        renewal: What pages that are open need of it.
     """
 
     def __init__(self, title: str, port: int = 0) -> None:
@@ -29,6 +30,7 @@ class LiveServer(PageServer):
         """
         super().__init__(waiting_page(title).html, port, _LiveHandler)
         self.version = 0
+        self.renewal: Renewal | None = None
         self._error = ""
         self._busy = False
         self._changed = threading.Condition()
@@ -37,6 +39,7 @@ class LiveServer(PageServer):
     def show(self, page: Page) -> None:
         """Serve another page, made as version `version + 1`."""
         self.page = page.html.encode("utf-8")
+        self.renewal = page.renewal
         self._tell(version=self.version + 1)
 
     def refuse(self, error: str) -> None:
@@ -65,11 +68,18 @@ class LiveServer(PageServer):
 
 class _LiveHandler(PageHandler):
     def answer_other(self) -> None:
-        """Send each state as a server-sent event."""
-        if self.path != "/changes":
-            super().answer_other()
-            return
+        """Send parts of the newest page, or each state as a server-sent event."""
         server = cast(LiveServer, self.server)
+        if self.path == "/changes":
+            self._tell_changes(server)
+        elif self.path == "/changing" and server.renewal is not None:
+            self.send_text(server.renewal.changing.encode("utf-8"), "text/html")
+        elif self.path == "/still" and server.renewal is not None:
+            self.send_text(server.renewal.still.encode("utf-8"), "application/json")
+        else:
+            super().answer_other()
+
+    def _tell_changes(self, server: LiveServer) -> None:
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", "text/event-stream")
         self.send_header("Cache-Control", "no-store")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import html
 import importlib.metadata
 import importlib.util
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +27,22 @@ SCRIPTS = (
     *("joints", "live", "scene"),
 )
 
+# The greater part of a scene; it changes with the robot alone.
+STILL = ("shapes", "coarse", "images")
+
+
+@dataclass(frozen=True)
+class Renewal:
+    """What an open page needs of another version of its scene.
+
+    Attributes:
+        changing: The page without scripts and without what is still.
+        still: The rest of the scene, JSON; its name `still` is in `changing`, too.
+    """
+
+    changing: str
+    still: str
+
 
 class Page:
     """A page of HTML; a notebook shows it inline.
@@ -33,10 +51,12 @@ class Page:
         title: What it shows.
         html: All of it, with everything it needs.
         warnings: What could not be drawn as described.
+        renewal: For a `LiveServer`: what pages that are open need of it, or `None`.
     """
 
     def __init__(self, title: str, text: str, warnings: tuple[str, ...] = ()) -> None:
         self.title, self.html, self.warnings = title, text, warnings
+        self.renewal: Renewal | None = None
 
     def save(self, path: str | Path) -> Path:
         """Write the page to a file, whole or not at all; an existing one is replaced.
@@ -89,21 +109,27 @@ def scene_page(
     from markupsafe import Markup
 
     options = {"embedded": embedded, "autoplay": autoplay, "ghosts": ghosts, "live": live}
-    text = (
-        environment()
-        .get_template("scene.html")
-        .render(
-            data=scene,
-            options=options,
-            options_json=Markup(json_in_html(options)),
-            json=Markup(json_in_html(scene)),
-            meshcat=Markup(meshcat_viewer()),
-            script=Markup("\n".join(asset(f"scene/{name}.js") for name in SCRIPTS)),
-            style=Markup(asset("scene.css")),
-            version=version(),
-        )
-    )
-    return Page(scene["title"], text, tuple(scene["warnings"]))
+    template = environment().get_template("scene.html")
+    script = "\n".join(asset(f"scene/{name}.js") for name in SCRIPTS)
+    fixed = {"options": options, "options_json": Markup(json_in_html(options))}
+    fixed["version"] = version()
+
+    def render(shown: Mapping[str, Any], **parts: str) -> str:
+        marked = {name: Markup(part) for name, part in parts.items()}
+        return template.render(data=shown, json=Markup(json_in_html(shown)), **fixed, **marked)
+
+    renewal = None
+    if live is not None:
+        still = {name: scene[name] for name in STILL}
+        name = hashlib.sha256(json_in_html(still).encode()).hexdigest()[:16]
+        scene = {**scene, "still": name}
+        rest = {key: value for key, value in scene.items() if key not in STILL}
+        changing = render(rest, meshcat="", script="", style="")
+        renewal = Renewal(changing, json_in_html({**still, "still": name}))
+    text = render(scene, meshcat=meshcat_viewer(), script=script, style=asset("scene.css"))
+    page = Page(scene["title"], text, tuple(scene["warnings"]))
+    page.renewal = renewal
+    return page
 
 
 def waiting_page(title: str) -> Page:

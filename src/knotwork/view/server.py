@@ -76,19 +76,19 @@ class PageHandler(BaseHTTPRequestHandler):
                 self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
                 return
             if self.path.partition("?")[0] == "/":
-                self._send_page(with_page=with_page)
+                self.send_text(self.server.page, "text/html", whole=with_page)
             else:
                 self.answer_other()
 
-    def _send_page(self, *, with_page: bool) -> None:
-        page = self.server.page
+    def send_text(self, text: bytes, kind: str, *, whole: bool = True) -> None:
+        """Send text in UTF-8, or only what is said of it."""
         self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Type", "text/html; charset=utf-8")
-        self.send_header("Content-Length", str(len(page)))
+        self.send_header("Content-Type", f"{kind}; charset=utf-8")
+        self.send_header("Content-Length", str(len(text)))
         self.send_header("Cache-Control", "no-store")
         self.end_headers()
-        if with_page:
-            self.wfile.write(page)
+        if whole:
+            self.wfile.write(text)
 
     def answer_other(self) -> None:
         """Answer to a path that is not the page's."""

@@ -8,9 +8,14 @@ function followChanges(stage, version) {
     tell(state);
     if (state.version === shown) return;
     shown = state.version;
-    const answer = await fetch("./", { cache: "no-store" });
-    const page = new DOMParser().parseFromString(await answer.text(), "text/html");
-    renew(stage, page);
+    const fetched = (name) => fetch(name, { cache: "no-store" });
+    const page = new DOMParser().parseFromString(await (await fetched("changing")).text(), "text/html");
+    const data = JSON.parse(page.getElementById("data").textContent);
+    // The robot's shapes are most of a scene: they are sent again only if they are others.
+    const known = data.still === stage.data.still;
+    const { shapes, coarse, images, still } = known ? stage.data : await (await fetched("still")).json();
+    if (still !== data.still) return; // there is another version already, of which it will be told
+    renew(stage, page, { ...data, shapes, coarse, images });
     document.documentElement.dataset.version = state.version;
   };
   changes.onerror = () => tell({ error: "", busy: false, gone: true });
@@ -26,7 +31,7 @@ function tell({ error, busy, gone = false }) {
 }
 
 // What the page says of the motion, and the motion
-function renew(stage, page) {
+function renew(stage, page, data) {
   document.title = page.title;
   for (const id of ["head", "legend"]) {
     const [old, made] = [byId(id), page.getElementById(id)];
@@ -34,7 +39,7 @@ function renew(stage, page) {
     else if (old) old.remove();
     else if (made) byId("shown").before(made);
   }
-  stage.show(JSON.parse(page.getElementById("data").textContent));
+  stage.show(data);
 }
 
 // Before there is a motion: the page is loaded again when there is one.
