@@ -15,9 +15,8 @@ three, and the middle part has its distance already.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +43,7 @@ PARTS = 24
 """The motion is first divided into about so many intervals, and at every break."""
 
 DIGITS = 12
-"""Digits of lengths [m] after the point. What Coal measures may differ beyond them from process to
-process, so they choose no times and are not told."""
+"""Lengths [m] that agree to so many digits after the point are equal when times are chosen."""
 
 PRECISION = 1e-3
 AROUND_PRECISION = 0.2
@@ -301,7 +299,6 @@ class _Search:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             distance, time = float(self.distance[worst[k]]), float(self.time[worst[k]])
             nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
-            nearest = replace(nearest, points=np.round(nearest.points, DIGITS))
             verdict, interval = "clear", None
             contacts: tuple[tuple[float, float], ...] = ()
             left = [one for one in self.undecided if one[0] in combos[k]]
@@ -316,8 +313,8 @@ class _Search:
                 Clearance(
                     first,
                     second,
-                    round(distance, DIGITS),
-                    _rounded_down(float(self.bound[combos[k]].min())),
+                    distance,
+                    float(self.bound[combos[k]].min()),
                     pair.margin,
                     pair.around,
                     time,
@@ -347,10 +344,3 @@ def _divided(
     known = np.full((len(place), 3), np.nan)
     known[:, 1] = distance
     return parts, items, np.repeat(combo, 3), known.ravel()
-
-
-def _rounded_down(bound: float) -> float:
-    """A bound to `DIGITS`, never above what it was."""
-    scale = 10.0**DIGITS
-    # Less a quarter of a digit: the rounding of a bound like 5 mm must not decide either.
-    return math.floor(bound * scale - 0.25) / scale if math.isfinite(bound) else bound
