@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +82,33 @@ def test_the_distance_of_a_mesh_is_that_of_its_nearest_triangle(name: str, tmp_p
             assert found >= min(right, most) - ROUNDING
             cut += found < right - ROUNDING
     assert cut > 10
+
+
+BOX_AFTER_BOXES = """
+import sys
+import numpy as np
+from knotwork.scenario import Shape
+from knotwork.scene.distances import DistanceMeter
+from knotwork.scene.solids import Placed, solid
+import pinocchio as pin
+
+def placed(kind, size, turn, origin):
+    shape = Shape(kind, size, pin.SE3.Identity(), None, (1.0, 1.0, 1.0))
+    return Placed(solid(shape, pin.SE3.Identity()), turn, np.array(origin))
+
+meter, turn, box = DistanceMeter(), pin.rpy.rpyToMatrix(0.3, 0.5, 0.7), ("box", (0.2, 0.3, 0.4))
+capsule = placed("capsule", (0.1, 0.2), np.eye(3), [-0.9, -0.2, -0.1])
+if "box" in sys.argv:
+    meter.distance(placed(*box, np.eye(3), [0.9, 0.0, 0.0]), capsule)
+print(meter.distance(capsule, placed(*box, turn, [0.0, 0.0, 0.0])).hex())
+"""
+
+
+def test_what_was_measured_before_does_not_change_a_distance() -> None:
+    runs = [[sys.executable, "-c", BOX_AFTER_BOXES, word] for word in ("", "box")]
+    alone, after = (subprocess.run(run, capture_output=True, check=True) for run in runs)
+    assert alone.stdout == after.stdout
+    assert alone.stdout.startswith(b"0x1.")
 
 
 def support(one: Solid, direction: Any) -> float:

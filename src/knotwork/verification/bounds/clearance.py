@@ -43,7 +43,8 @@ PARTS = 24
 """The motion is first divided into about so many intervals, and at every break."""
 
 DIGITS = 12
-"""Lengths [m] that agree to so many digits after the point are equal when times are chosen."""
+"""Lengths [m] that agree to so many digits after the point are equal when times are chosen: what
+rounds differently on another machine must not choose them."""
 
 PRECISION = 1e-3
 AROUND_PRECISION = 0.2
@@ -230,7 +231,6 @@ class _Search:
         waiting = np.flatnonzero(np.isnan(distance) & (lower < first_goal[combo]))
         goal: dict[int, float] = {}
         turn, shift = self.table.axes(rotation, origin)
-        # Rounding, which may differ from run to run, must not decide what is measured first.
         order = np.argsort(np.round(lower[waiting], DIGITS), kind="stable")
         for i in waiting[order].tolist():
             c = int(combo[i])
