@@ -165,7 +165,14 @@ SCENARIOS: dict[str, dict[str, Any]] = {
         "robot": "ur5",
         "times": "fastest",
         "duration": 5.0,
-        "objective": {"time": 0, "jerk": 1, "effort": 1, "acceleration": 0.5},
+        "objective": {
+            "time": 0,
+            "jerk": 1,
+            "effort": 1,
+            "acceleration": 0.5,
+            "peak_jerk": 0,
+            "peak_acceleration": 0,
+        },
         "limits": {"acceleration": 5.0, "margin": 0.9},
         "waypoints": [
             {"pose": POSE, "near": "home"},

@@ -429,8 +429,8 @@ class TimingError(InputError):
             `None` if it is none in particular.
         interval: Whether the interval from that waypoint to the next one is meant.
         joint: Name of the joint at fault; empty if it is none in particular.
-        limit: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"` or
-            `"duration"`; empty if it is none in particular.
+        limit: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"`,
+            `"duration"` or `"budget"`; empty if it is none in particular.
         value: What was asked for, in SI units, or `None`.
         bound: The nearest value that would be feasible, in SI units, or `None` if it is not known.
     """

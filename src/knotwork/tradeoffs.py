@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -10,19 +11,24 @@ from typing import Any
 import numpy as np
 
 from knotwork import metrics, storage
+from knotwork.arguments import finite_number
 from knotwork.documents import REMOVED, Document, Edits, edited
-from knotwork.errors import InputError
+from knotwork.errors import InputError, TimingError
 from knotwork.pipeline import Plan, plan
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, load_scenario, scenario_of
+from knotwork.timing import Progress
 from knotwork.trajectory import JointTrajectory
 
-FACTORS = (1.0, 1.05, 1.1, 1.2, 1.4, 1.7, 2.0, 2.5)
+FACTORS = (1.0, 1.05, 1.1, 1.2, 1.4, 1.8)
 """Durations that are tried by default, in least times."""
 
-JERK_PARTS = (3.0, 10.0, 30.0, 100.0)
+JERK_PARTS = (10.0, 100.0)
 """Where the motion of least torque fails its check, the integral of jerk squared is weighed so many
 times as heavily as that of torque, by turns."""
+
+LEAST_SHARE = 0.05
+"""When a budget has ended, each plan that is left still has so much [s]."""
 
 NODES = 6
 """Points of Gauss and Legendre in each piece, for integrals of torque."""
@@ -47,6 +53,7 @@ class TradeoffPoint:
         objective: What is made least: `"time"`, `"effort"`, `"effort and jerk"` or `"jerk"`.
         failure: What fails first, of this motion or of that of least torque in whose place it
             stands; empty if nothing does.
+        stopped: The budget ended before the motion was the best.
     """
 
     factor: float
@@ -61,6 +68,7 @@ class TradeoffPoint:
     ok: bool
     objective: str = "time"
     failure: str = ""
+    stopped: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,6 +79,7 @@ class Tradeoff:
         scenario: Name of the scenario.
         objective: What is made least at each duration: `"effort"` or, without a robot, `"jerk"`.
         points: From the least time on.
+        left_out: Factors of durations for which the budget ended before a motion was found.
 
     >>> swing = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> limits = {"velocity": 2, "acceleration": 4}
@@ -82,6 +91,7 @@ class Tradeoff:
     scenario: str
     objective: str
     points: tuple[TradeoffPoint, ...]
+    left_out: tuple[float, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Give the curve as plain data, ready for JSON."""
@@ -89,6 +99,7 @@ class Tradeoff:
             "scenario": self.scenario,
             "objective": self.objective,
             "points": [asdict(point) for point in self.points],
+            "left_out": list(self.left_out),
         }
 
     def to_csv(self) -> str:
@@ -109,7 +120,11 @@ class Tradeoff:
 
 
 def tradeoff(
-    scenario: str | Path | Mapping[str, Any] | Scenario, factors: Sequence[float] = FACTORS
+    scenario: str | Path | Mapping[str, Any] | Scenario,
+    factors: Sequence[float] = FACTORS,
+    *,
+    budget: float | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> Tradeoff:
     """Plan a scenario with free times for several durations, from the least one on.
 
@@ -122,9 +137,15 @@ def tradeoff(
         scenario: As for `knotwork.plan`; with times that are free. Its own objective and duration
             are left out.
         factors: Durations, in least times, each at least 1.
+        budget: Time that the solver has for all of them [s]: the least time comes first, and each
+            other gets an equal part of what is left; the best motion found in it is taken. By
+            default it is not limited.
+        progress: Called as the solver goes on.
 
     Raises:
-        InputError: No time is free, a factor is less than 1, or a duration can't be planned.
+        InputError: No time is free, a factor is less than 1, a duration can't be planned, or no
+            motion of the least duration was found within the budget. A longer duration for which
+            none was found in time is left out.
 
     >>> swing = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> limits = {"velocity": 2, "acceleration": 4, "jerk": 40}
@@ -146,41 +167,87 @@ def tradeoff(
     objective = "effort" if scenario.robot is not None else "jerk"
     document = scenario.free.document
     bare: Edits = {(key,): REMOVED for key in ("duration", "objective") if key in document.data}
-    fastest = plan(scenario_of(edited(document, bare)))
+    tried = sorted(set(factors))
+    share = _Shares(budget, 1 + sum(factor != 1.0 for factor in tried), progress)
+    fastest = share.plan(scenario_of(edited(document, bare)))
     least = fastest.trajectory.duration
-    points = []
-    for factor in sorted(set(factors)):
+    points: list[TradeoffPoint] = []
+    left_out: list[float] = []
+    for factor in tried:
         if factor == 1.0:
             points.append(_point(fastest, factor, "time"))
             continue
         wanted = {**bare, ("duration",): factor * least}
-        points.append(_smoothest(document, wanted, factor, objective, fastest))
-    return Tradeoff(scenario.name, objective, tuple(points))
+        try:
+            points.append(_smoothest(document, wanted, factor, objective, share, fastest))
+        except TimingError as error:
+            if error.limit != "budget":
+                raise
+            left_out.append(factor)
+    return Tradeoff(scenario.name, objective, tuple(points), tuple(left_out))
+
+
+@dataclass
+class _Shares:
+    """Plans, and gives each of several plans its part of a budget.
+
+    Attributes:
+        budget: For all of them [s], or `None`.
+        left: How many are to come.
+        progress: Called as the solver goes on.
+    """
+
+    budget: float | None
+    left: int
+    progress: Callable[[Progress], None] | None
+
+    def __post_init__(self) -> None:
+        if self.budget is not None:
+            self.budget = finite_number(self.budget, "budget", "s", positive=True)
+        self._begun = clock.perf_counter()
+
+    @property
+    def over(self) -> bool:
+        """Whether the budget has ended."""
+        return self.budget is not None and clock.perf_counter() > self._begun + self.budget
+
+    def plan(self, scenario: Scenario, *, warm: Plan | None = None, again: bool = False) -> Plan:
+        """Plan, from a start; `again` if it is in the place of one that failed its check."""
+        share = None
+        if self.budget is not None:
+            rest = self._begun + self.budget - clock.perf_counter()
+            # what all others are measured by comes first, and may take all there is
+            parts = 1 if warm is None else max(self.left + again, 1)
+            share = max(rest / parts, LEAST_SHARE)
+        self.left -= not again
+        return plan(scenario, budget=share, progress=self.progress, warm=warm)
 
 
 def _smoothest(
-    document: Document, wanted: Edits, factor: float, objective: str, fastest: Plan
+    document: Document, wanted: Edits, factor: float, objective: str, share: _Shares, fastest: Plan
 ) -> TradeoffPoint:
     """The motion of least torque that passes its check; else one in which jerk counts as well."""
 
-    def made(weights: str | dict[str, float]) -> Plan:
-        return plan(
-            scenario_of(edited(document, {**wanted, ("objective",): weights})), warm=fastest
-        )
+    def made(weights: str | dict[str, float], again: bool = True) -> Plan:
+        asked = edited(document, {**wanted, ("objective",): weights})
+        return share.plan(scenario_of(asked), warm=fastest, again=again)
 
-    first = made(objective)
+    first = made(objective, again=False)
     if first.report.ok or objective == "jerk" or first.space.robot is None:
         return _point(first, factor, objective)
     jerk = metrics.integral_of_square(first.trajectory, 3)
     heavy = squared_effort(first.space.robot, first.trajectory) / jerk
     failure = str(first.report.failures[0])
     for part in JERK_PARTS:
+        if share.over:
+            break
         other = made({"effort": 1.0, "jerk": part * heavy})
         if other.report.ok:
             return _point(other, factor, "effort and jerk", failure)
-    other = made("jerk")
-    if other.report.ok:
-        return _point(other, factor, "jerk", failure)
+    if not share.over:
+        other = made("jerk")
+        if other.report.ok:
+            return _point(other, factor, "jerk", failure)
     return _point(first, factor, objective)
 
 
@@ -202,6 +269,7 @@ def _point(made: Plan, factor: float, objective: str, failure: str = "") -> Trad
         factor, motion.duration, squared, torque, use, joint,
         jerk.value, jerk.use, jerk.joint, made.report.ok, objective,
         failure or next((str(one) for one in made.report.failures), ""),
+        made.chosen is not None and made.chosen.status == "stopped",
     )  # fmt: skip
 
 

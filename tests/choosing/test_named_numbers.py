@@ -50,6 +50,30 @@ def test_a_time_that_is_named_can_be_taken_and_its_joint_and_limit_are_said() ->
         made.report.raise_if_failed()
 
 
+def test_the_least_peaks_are_those_of_the_closed_form() -> None:
+    """From stop to stop in T by D: jerk up, down and up again, or acceleration up and down."""
+    end = {"name": "b", "joints": {"q": 1}, "after": 2}
+    limits = {"velocity": 9, "acceleration": 90, "jerk": 9000}
+    given = {"knots": "optimal", "times": None, "limits": limits, "end_acceleration": "zero"}
+    for kind, least in (("jerk", 32 / 2**3), ("acceleration", 4 / 2**2)):
+        wanted = task(end, **given, objective=f"peak_{kind}")
+        made = kw.plan({key: value for key, value in wanted.items() if value is not None})
+        made.report.raise_if_failed()
+        peak = made.trajectory.extrema(kind).peak[0]
+        assert least <= peak < 1.01 * least
+        assert made.chosen.objective[f"peak_{kind}"] == peak
+
+
+def test_a_peak_is_traded_for_time() -> None:
+    end, limits = (
+        {"name": "b", "joints": {"q": 1}},
+        {"velocity": 9, "acceleration": 90, "jerk": 900},
+    )
+    calm = kw.plan(task(end, limits=limits, objective={"time": 1, "peak_jerk": 0.1}))
+    # T + w 32 / T³ is least where T⁴ = 96 w
+    assert calm.trajectory.duration == pytest.approx((96 * 0.1) ** 0.25, rel=0.01)
+
+
 def through(**keys: Any) -> dict[str, Any]:
     ends = [{"joints": {"q": q}, "velocity": {"q": 1}, "name": n} for q, n in ((0, "a"), (1, "b"))]
     return {"limits": {"velocity": 3, "acceleration": 0.1}, **keys, "waypoints": ends}

@@ -19,6 +19,7 @@ from knotwork.joint_space import joint_space
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
+from knotwork.timing.problem import PEAKS
 from knotwork.timing.safe_numbers import rounded_up, with_room
 from knotwork.timing.slower import given_errors
 from knotwork.timing.solving import solved
@@ -136,7 +137,8 @@ def choose_times(
     objective: dict[str, float] = {}
     for _, motion in found:
         for name, value in motion.objective.items():
-            objective[name] = objective.get(name, 0.0) + value
+            before = objective.get(name, 0.0)
+            objective[name] = max(before, value) if name in PEAKS else before + value
     return ChosenTimes(
         document=asked,
         scenario=scenario,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import FAILED, PASSED, Listed, NewPath, json_option
+from knotwork.cli.parameters import FAILED, PASSED, Listed, NewPath, Seconds, json_option
+from knotwork.cli.progress import shown_progress
 from knotwork.cli.terminal import cell, echo
 
 if TYPE_CHECKING:
@@ -37,12 +38,19 @@ if TYPE_CHECKING:
     type=NewPath(),
     help="Draw the curve: PNG, SVG or PDF, by the suffix.",
 )
+@click.option(
+    "--budget",
+    metavar="TIME",
+    type=Seconds(),
+    help="Time that choosing has for all durations together, for example 20s.",
+)
 @json_option
 def tradeoff(
     scenario: str,
     factors: list[float] | None,
     out: Path | None,
     picture: Path | None,
+    budget: float | None,
     as_json: bool,
 ) -> int:
     """Show what the least time of SCENARIO is traded for.
@@ -59,7 +67,9 @@ def tradeoff(
         from knotwork.view.files import checked_picture_path
 
         checked_picture_path(picture)
-    curve = curves.tradeoff(scenario, factors if factors is not None else curves.FACTORS)
+    tried = factors if factors is not None else curves.FACTORS
+    with shown_progress(scenario, as_json) as progress:
+        curve = curves.tradeoff(scenario, tried, budget=budget, progress=progress)
     written = curve.save(out) if out is not None else []
     if picture is not None:
         from knotwork.view.files import save_figure
@@ -92,11 +102,15 @@ def print_tradeoff(curve: Tradeoff) -> None:
             cells += [_percent(point.effort_use), cell(point.effort_joint)]
         cells += [_short(point.peak_jerk), _percent(point.jerk_use), cell(point.jerk_joint)]
         marks = "ok" if point.ok else "[bold red]FAIL[/]"
+        marks += ", best so far" if point.stopped else ""
         table.add_row(*cells, f"{marks} *" if point.failure and point.ok else marks)
     tables.console().print(table)
     for point in curve.points:
         if point.failure:
             echo(f"{point.duration:.4g} s: {_why(point)}{point.failure.split(' (', maxsplit=1)[0]}")
+    if curve.left_out:
+        factors = ", ".join(f"{factor:g}" for factor in curve.left_out)
+        echo(f"the budget ended before a motion was found at {factors} of the least time")
     tables.console().print("rad or m, s, N m or N; peaks are those of the joint nearest its limit")
 
 

@@ -179,7 +179,7 @@ def _check_use(file: ScenarioFile, document: Document, free: FreeTimes) -> None:
         raise document.error(
             ("objective",),
             "the time is given, so it can't be made less",
-            "jerk, effort or acceleration",
+            "jerk, effort, acceleration, peak_jerk or peak_acceleration",
         )
     if timed and file.duration is None and not weighs_time:
         raise document.error(

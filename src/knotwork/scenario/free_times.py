@@ -38,7 +38,8 @@ class FreeTimes:
         at_most: The greatest speed of the tool there [m/s], shape (n,), infinite without one.
         path_speed: Greatest speed [m/s] by the index in the file of those ends of path stretches
             whose constant speed is chosen, infinite without one.
-        objective: Weights of `"time"`, `"jerk"`, `"effort"` and `"acceleration"`.
+        objective: Weights of `"time"`, `"jerk"`, `"effort"`, `"acceleration"`, `"peak_jerk"` and
+            `"peak_acceleration"`.
         total: Duration of the whole motion that is given [s], or `None`.
         optimal_knots: Knots are chosen where times are given, too.
 

@@ -249,19 +249,23 @@ class ScenarioFile(StrictModel):
     )
     objective: (
         Annotated[
-            Annotated[Literal["time", "jerk", "effort", "acceleration"], Tag("text")]
+            Annotated[
+                Literal["time", "jerk", "effort", "acceleration", "peak_jerk", "peak_acceleration"],
+                Tag("text"),
+            ]
             | Annotated[ObjectiveFile, Tag("mapping")],
             by_kind(
-                "time, jerk, effort, acceleration, or a mapping of these to weights",
-                ["time", "jerk", "effort", "acceleration"],
+                "time, jerk, effort, acceleration, peak_jerk, peak_acceleration, or a mapping of "
+                "these to weights",
+                ["time", "jerk", "effort", "acceleration", "peak_jerk", "peak_acceleration"],
             ),
         ]
         | None
     ) = Field(
         None,
         description="What is made least where times or knots are chosen: the duration, or the "
-        "integral of jerk, effort or acceleration squared; left out: the duration, or jerk where "
-        "that is given",
+        "integral of jerk, effort or acceleration squared, or the greatest jerk or acceleration; "
+        "left out: the duration, or jerk where that is given",
     )
     chosen: Annotated[list[ChosenRunFile], Field(min_length=1)] | None = Field(
         None,

@@ -53,11 +53,17 @@ class ObjectiveFile(StrictModel):
     acceleration: Weight = Field(
         0.0, description="Weight of the integral of acceleration squared [s³/rad²]"
     )
+    peak_jerk: Weight = Field(
+        0.0, description="Weight of the greatest jerk of any joint [s³/rad or s³/m]"
+    )
+    peak_acceleration: Weight = Field(
+        0.0, description="Weight of the greatest acceleration of any joint [s²/rad or s²/m]"
+    )
 
     @model_validator(mode="after")
     def _one_at_least(self) -> ObjectiveFile:
-        if not (self.time or self.jerk or self.effort or self.acceleration):
-            raise ValueError("weighs nothing; give one of time, jerk, effort, acceleration")
+        if not any(weight for _, weight in self):
+            raise ValueError(f"weighs nothing; give one of {', '.join(type(self).model_fields)}")
         return self
 
 

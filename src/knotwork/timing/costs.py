@@ -8,11 +8,11 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import effort_integral
-from knotwork.timing.problem import TimingProblem
+from knotwork.timing.problem import PEAKS, TimingProblem
 
 
 def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
-    """Value of each term by name, before it is weighted; of the integrals those with a weight.
+    """Value of each term by name, before it is weighted; of the others those with a weight.
 
     The integrals run over the motion and are summed over the joints.
     """
@@ -28,6 +28,8 @@ def terms(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float
         )
     if objective.effort:
         found["effort"] = effort_integral(problem, curve)
+    for name in objective.peaks:
+        found[name] = float(curve.extrema(PEAKS[name]).peak.max())
     return found
 
 

@@ -79,7 +79,7 @@ def _too_short(
         duration=np.full(problem.duration.shape, np.nan),
         at_least=np.where(problem.free, problem.at_least, problem.duration),
         total=None,
-        objective=replace(problem.objective, time=1.0, jerk=0.0, acceleration=0.0, effort=0.0),
+        objective=Objective(),
     )
     found = search.solved(longer)
     if found is None:

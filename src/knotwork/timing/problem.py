@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,6 +84,10 @@ class TimingLimits(ReadOnlyArrays):
         return f"{said}, {self.margin:g} of {units.text(limit / self.margin, unit)} (margin)"
 
 
+PEAKS = {"peak_jerk": 3, "peak_acceleration": 2}
+"""Peaks that an objective may weigh, and which derivative of the position each is of."""
+
+
 @dataclass(frozen=True)
 class Objective:
     """What the durations and the curve minimise: a weighted sum.
@@ -95,6 +99,8 @@ class Objective:
         jerk: Weight of the integral of jerk squared [1/(rad²/s⁵)].
         acceleration: Weight of the integral of acceleration squared [1/(rad²/s³)].
         effort: Weight of the integral of effort squared [1/(N² m² s)]. It needs dynamics.
+        peak_jerk: Weight of the greatest jerk of any joint [s³/rad or s³/m].
+        peak_acceleration: Weight of the greatest acceleration of any joint [s²/rad or s²/m].
 
     Raises:
         InputError: A weight is negative or not finite, or all are zero.
@@ -107,20 +113,28 @@ class Objective:
     jerk: float = 0.0
     acceleration: float = 0.0
     effort: float = 0.0
+    peak_jerk: float = 0.0
+    peak_acceleration: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("time", "jerk", "acceleration", "effort"):
+        names = [one.name for one in fields(self)]
+        for name in names:
             value = finite_number(getattr(self, name), f"weight of {name}")
             if value < 0.0:
                 raise InputError(f"weight of {name} is {value:g}; it must not be negative")
             object.__setattr__(self, name, value)
-        if not any((self.time, self.jerk, self.acceleration, self.effort)):
+        if not any(getattr(self, name) for name in names):
             raise InputError("all weights of the objective are zero; give one that is positive")
 
     @property
     def only_time(self) -> bool:
         """Whether nothing but the duration counts."""
-        return not (self.jerk or self.acceleration or self.effort)
+        return not any(getattr(self, one.name) for one in fields(self) if one.name != "time")
+
+    @property
+    def peaks(self) -> tuple[str, ...]:
+        """Which peaks count."""
+        return tuple(name for name in PEAKS if getattr(self, name))
 
 
 @dataclass(frozen=True, eq=False)

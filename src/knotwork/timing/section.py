@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import TOOL_PARTS, likely_accelerations
 from knotwork.timing.motion import TimedMotion
-from knotwork.timing.problem import BoolArray, TimingProblem
+from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
 from knotwork.timing.rebuild import Knots, rebuilt
 from knotwork.timing.spline import Form, Scale, blocks, layout, pieces_each, unpacked
@@ -115,7 +115,8 @@ def form_of(
         total=problem.total is not None,
         jerk=bool(np.isfinite(problem.limits.jerk).any()),
         position=position,
-        smooth=problem.objective.jerk > 0.0,
+        smooth=bool(problem.objective.jerk or problem.objective.peak_jerk),
+        peaks=problem.objective.peaks,
         dynamics=problem.dynamics if effort or tool or problem.objective.effort else None,
         effort=effort,
         tool=tool,
@@ -247,6 +248,9 @@ class Section:
             direction = self.problem.velocity[i]
             length = float(direction @ direction)
             x[place] = float(guess.velocity[i] @ direction) / length if length else 0.0
+        for place, name in zip(at.peak, self.form.peaks, strict=True):
+            order = PEAKS[name]
+            x[place] = guess.curve.extrema(order).peak.max() / scale.unit(order).max()
         return x
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
@@ -276,6 +280,7 @@ class Section:
         low[steady] = high[steady] = 0.0
         low[at.factor] = 0.0
         high[at.factor] = problem.most[list(self.form.along)]
+        low[at.peak] = 0.0
         return low, high
 
     def _room(self) -> tuple[FloatArray, FloatArray]:
@@ -311,6 +316,12 @@ class Section:
         if form.work:
             weight = problem.objective.effort * scale.time / self.typical_cost()
             found.append(np.repeat(np.vstack((units, [[weight]])), form.pieces, axis=1))
+        for name in form.peaks:
+            unit = scale.unit(PEAKS[name])
+            times = form.pieces + (name == "peak_acceleration")
+            found.append(np.repeat((unit / unit.max())[:, None], times, axis=1))
+            weight = getattr(problem.objective, name) * unit.max() / self.typical_cost()
+            found.append(np.array([[weight]]))
         return found
 
     def _weights(self) -> FloatArray:
@@ -321,7 +332,10 @@ class Section:
         weights = [np.array([objective.time * scale.time, 0.0])]
         weights.append((objective.acceleration + calm) * scale.unit(2) ** 2 * scale.time)
         if self.form.smooth:
-            weights.append(objective.jerk * scale.unit(3) ** 2 * scale.time)
+            unit = scale.unit(3)
+            even = CALM * cost / (unit.max() ** 2 * self.guess.duration.sum() * len(unit))
+            even *= bool(objective.peak_jerk)
+            weights.append((objective.jerk + even) * unit**2 * scale.time)
         return np.asarray(np.concatenate(weights) / cost)
 
     def typical_cost(self) -> float:
@@ -331,6 +345,8 @@ class Section:
         cost = objective.time * float(h.sum())
         for weight, order in ((objective.jerk, 3), (objective.acceleration, 2)):
             cost += weight * float(np.sum((scale.unit(order)) ** 2) * h.sum())
+        for name in self.form.peaks:
+            cost += getattr(objective, name) * float(scale.unit(PEAKS[name]).max())
         if self.form.work:
             q = self.problem.position
             still = np.zeros_like(q)
@@ -370,6 +386,9 @@ class Section:
                 found.append((-most, most))
         if form.work:
             found.append((np.zeros((0, count)), np.zeros((0, count))))
+        for name in form.peaks:
+            most = np.zeros((2 * d, count + (name == "peak_acceleration")))
+            found += [(np.full(most.shape, -np.inf), most), (np.zeros((0, 1)), np.zeros((0, 1)))]
         return found
 
     def _held(self) -> list[tuple[FloatArray, Any]]:
@@ -440,7 +459,8 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     span = np.ptp(problem.position, axis=0)
     largest = float(span.max()) or 1.0
     typical = np.maximum(span, 1e-3 * largest)
-    if problem.objective.jerk and not problem.free.any():
+    smooth = problem.objective.jerk or problem.objective.peaks
+    if smooth and not problem.free.any():
         # given times set the size of the motion, however loose the limits are
         peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
         room = np.minimum(room, np.maximum(typical, peak * time**2))

@@ -56,6 +56,7 @@ class Form:
         effort: Whether efforts are limited.
         tool: Whether the tool's speed is limited.
         work: Whether efforts count in the objective.
+        peaks: Names of peaks that count in the objective.
     """
 
     intervals: int
@@ -70,6 +71,7 @@ class Form:
     effort: bool = False
     tool: bool = False
     work: bool = False
+    peaks: tuple[str, ...] = ()
 
     @property
     def each(self) -> int:
@@ -90,6 +92,7 @@ class Layout:
         tau: Durations of the pieces, shape (pieces,).
         q, v, a: States at the breaks, shape (pieces + 1, joints) each.
         factor: Factors of the velocities along directions, shape (len(along),).
+        peak: Peaks that are made least, shape (len(peaks),).
         size: Number of variables.
     """
 
@@ -98,6 +101,7 @@ class Layout:
     v: IndexArray
     a: IndexArray
     factor: IndexArray
+    peak: IndexArray
     size: int
 
 
@@ -115,7 +119,8 @@ def layout(form: Form) -> Layout:
         state[:, d : 2 * d],
         state[:, 2 * d :],
         factors,
-        int(start[-1]) + 3 * d + len(form.along),
+        start[-1] + 3 * d + len(form.along) + np.arange(len(form.peaks)),
+        int(start[-1]) + 3 * d + len(form.along) + len(form.peaks),
     )
 
 
@@ -126,7 +131,7 @@ def blocks(form: Form) -> tuple[Block, ...]:
     They are, in this order: one for each piece; one for each interval in `timed`; one for each
     waypoint in `along`; the total, if it is given; one for each break and one for each piece
     where efforts are limited, and where the tool's speed is; one for each piece if efforts count in
-    the objective.
+    the objective; for each peak that counts one for each piece or break, and its cost.
     """
     at, d = layout(form), form.joints
     left = np.concatenate((at.q[:-1], at.v[:-1], at.a[:-1]), axis=1)
@@ -155,6 +160,14 @@ def blocks(form: Form) -> tuple[Block, ...]:
             found.append(Block(tool_kernel(form.dynamics, middle=True), piece))
         if form.work:
             found.append(Block(work_kernel(form.dynamics), piece))
+    for name, place in zip(form.peaks, at.peak, strict=True):
+        if name == "peak_jerk":
+            below = np.concatenate((at.tau[:, None], at.a[:-1], at.a[1:]), axis=1).T
+        else:
+            below = at.a.T
+        below = np.vstack((below, np.full((1, below.shape[1]), place)))
+        found.append(Block(_below_kernel(d, name == "peak_jerk"), below))
+        found.append(Block(_weight_kernel(), np.array([[place]])))
     return tuple(found)
 
 
@@ -192,6 +205,30 @@ def _piece_kernel(d: int, jerk: bool, position: bool, smooth: bool) -> Kernel:
     return Kernel(
         ca.vertcat(tau, state), ca.vertcat(scale, inverse_jerk, weight), ca.vertcat(*rows), cost
     )
+
+
+@lru_cache(maxsize=64)
+def _below_kernel(d: int, jerk: bool) -> Kernel:
+    """Jerks of a piece, or accelerations at a break, below a peak. Parameters: relative units."""
+    import casadi as ca
+
+    peak, units = ca.SX.sym("peak"), ca.SX.sym("units", d)
+    if not jerk:
+        a = ca.SX.sym("a", d)
+        return Kernel(ca.vertcat(a, peak), units, ca.vertcat(a * units - peak, -a * units - peak))
+    tau, a = ca.SX.sym("tau"), ca.SX.sym("a", 2 * d)
+    change = (a[d:] - a[:d]) * units
+    rows = ca.vertcat(change - tau * peak, -change - tau * peak)
+    return Kernel(ca.vertcat(tau, a, peak), units, rows)
+
+
+@lru_cache(maxsize=1)
+def _weight_kernel() -> Kernel:
+    """A variable with a weight, which is its parameter."""
+    import casadi as ca
+
+    value, weight = ca.SX.sym("value"), ca.SX.sym("weight")
+    return Kernel(value, weight, ca.SX(0, 1), weight * value)
 
 
 @lru_cache(maxsize=64)

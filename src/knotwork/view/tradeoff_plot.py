@@ -59,8 +59,10 @@ def plot_tradeoff(curve: Curve) -> Figure:
             axis.plot(durations, values, marker="o", color=colour(i))
             _mark(axis, curve.points, values)
             axis.set_ylabel(label)
-            axis.set_ylim(bottom=0.0)
+            axis.set_ylim(0.0, 1.1 * max(values) or 1.0)
+            axis.margins(x=0.04)
             dress(axis)
+        _legend(figure, list(axes))
         axes[-1].set_xlabel("duration [s]")
         what = {"effort": "torque", "jerk": "jerk"}[curve.objective]
         figure.suptitle(f"{printable(curve.scenario)}: duration against {what}")
@@ -78,7 +80,19 @@ def _mark(axis: Axes, points: Sequence[Any], values: Sequence[float]) -> None:
         if here:
             look: dict[str, Any] = {"markerfacecolor": "white" if ok else "red", "markersize": 9.0}
             axis.plot(*zip(*here, strict=True), marker, color="black", label=label, **look)
-            axis.legend(loc="best")
+
+
+def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
+    """Say once, below the panels, what the marks mean."""
+    found = {
+        label: handle
+        for axis in axes
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)
+    }
+    if found:
+        figure.legend(
+            list(found.values()), list(found), loc="outside lower center", ncols=len(found)
+        )
 
 
 def _shown(
