@@ -56,7 +56,7 @@ def plot_tradeoff(curve: Curve) -> Figure:
         figure = new_figure(len(drawn), 1)
         axes = figure.subplots(len(drawn), 1, sharex=True, squeeze=False)[:, 0]
         for i, (axis, (label, values)) in enumerate(zip(axes, drawn, strict=True)):
-            axis.plot(durations, values, marker="o", color=colour(i))
+            axis.plot(durations, values, marker="o", color=colour(i), clip_on=False)
             _mark(axis, curve.points, values)
             axis.set_ylabel(label)
             axis.set_ylim(0.0, 1.1 * max(values) or 1.0)
@@ -79,7 +79,9 @@ def _mark(axis: Axes, points: Sequence[Any], values: Sequence[float]) -> None:
         here = [(p.duration, v) for p, v in pairs if p.failure and p.ok == ok]
         if here:
             look: dict[str, Any] = {"markerfacecolor": "white" if ok else "red", "markersize": 9.0}
-            axis.plot(*zip(*here, strict=True), marker, color="black", label=label, **look)
+            axis.plot(
+                *zip(*here, strict=True), marker, color="black", label=label, clip_on=False, **look
+            )
 
 
 def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
