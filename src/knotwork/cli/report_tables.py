@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -109,7 +110,10 @@ def print_report(
             console(wrap=True).print(alternative_table(solution.choices))
             out.print()
     silent = [found for found in report.findings if found.value is None]
-    _print_lines(out, [one for one in silent if one.verdict == "information"], "  ")
+    for found in silent:
+        if found.verdict == "information":
+            for i, line in enumerate(textwrap.wrap(str(found), WIDEST, break_long_words=False)):
+                out.print(f"{'    ' if i else '   '}{cell(line)}", soft_wrap=True)
     _print_lines(out, report.warnings, "[yellow]warning[/]")
     _print_lines(out, report.failures, "[bold red]FAIL[/]")
     met, required = report.counts
