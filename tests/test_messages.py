@@ -9,10 +9,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+import yaml
 
 from command_line import Command
 from knotwork import resources
-from knotwork.errors import DocumentError, KnotworkError
+from knotwork.errors import DocumentError, KnotworkError, OutOfReachError
 from knotwork.pipeline import plan
 from knotwork.robot import load_robot
 from knotwork.robot.file import RobotFile
@@ -495,6 +496,35 @@ def test_lengths_in_the_wrong_unit_are_suspected_where_the_arm_does_not_reach(
         assert "units" not in ran.err
     else:
         assert hint in ran.err
+
+
+@pytest.mark.parametrize(
+    ("position", "angle", "says"),
+    [
+        ("[950, 0, 0]", 0, r"the nearest point found is 50 mm away .* pose 50 mm"),
+        (
+            "[103.69241831521295, 784.454463134221, 0]",  # shoulder 1 rad, elbow 1 rad
+            math.degrees(2.0),
+            r"shoulder at 57.2958 deg, outside \[-15, 15\]",
+        ),
+        ("[900, 0, 0]", 60, r"the nearest found is off by 60 deg"),
+    ],
+)
+def test_poses_out_of_reach_are_told_in_the_units_of_the_file(
+    position: str, angle: float, says: str
+) -> None:
+    task = {
+        "robot": "planar2",
+        "units": {"length": "mm", "angle": "deg"},
+        "limits": {"position": {"shoulder": [-15, 15]}},
+        "waypoints": [
+            {"joints": {"shoulder": 0, "elbow": 90}},
+            {"after": 1, "pose": {"position": yaml.safe_load(position), "rpy": [0, 0, angle]}},
+        ],
+    }
+    with pytest.raises(OutOfReachError, match=says) as caught:
+        plan(task)
+    assert not re.search(r"\d (m|rad)\b|°", str(caught.value))
 
 
 @pytest.mark.parametrize(

@@ -202,15 +202,15 @@ class Search:
 
     def _candidates(self) -> list[Candidates | None]:
         result: list[Candidates | None] = [None] * len(self.given)
-        poses = []
+        poses, units = [], self.scenario.units
         for i in self.ties.free:
             target = self.scenario.waypoints[i]
             if isinstance(target, CartesianWaypoint) and i in self.space.solutions:
-                result[i] = nearest_candidate(self.robot, target, self.space.solutions[i])
+                result[i] = nearest_candidate(self.robot, target, self.space.solutions[i], units)
             elif isinstance(target, CartesianWaypoint):
                 poses.append((i, target))
         references = [self._reference(i) for i, _ in poses]
-        found = find_candidates(self.robot, [target for _, target in poses], references)
+        found = find_candidates(self.robot, [target for _, target in poses], references, units)
         for (i, _), candidates in zip(poses, found, strict=True):
             result[i] = (
                 replace(
@@ -333,6 +333,7 @@ class Search:
                 preferred=preferred,
                 waypoint=target.name,
                 where=target.where,
+                units=self.scenario.units,
             )
 
         v, rate = solved(None), self.scenario.pull_to_middle

@@ -189,7 +189,7 @@ class Ties:
             f"{words},",
             remedy,
             since=begin.time,
-            shown_length=self.scenario.shown_length,
+            units=self.scenario.units,
             waypoint=end.name,
             where=end.where,
         )

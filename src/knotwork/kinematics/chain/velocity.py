@@ -13,6 +13,7 @@ from knotwork.kinematics.arguments import check_tolerance
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, middle
 from knotwork.robot import Robot
+from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
 # Below this singular value a joint at 3 rad/s moves the tool by less than 3 mm/s in the lost
@@ -69,6 +70,7 @@ def solve_velocity_ik(
     where: str = "",
     linear_tolerance: float = 1e-9,
     angular_tolerance: float = 1e-9,
+    units: Units = SI,
 ) -> FloatArray:
     """Find the joint velocities that give the TCP a twist: v = J(q)⁺ twist (eq 4).
 
@@ -88,6 +90,7 @@ def solve_velocity_ik(
         where: Where it is defined, for errors.
         linear_tolerance: Residual allowed [m/s], for speeds above 1 m/s in proportion.
         angular_tolerance: Residual allowed [rad/s], for speeds above 1 rad/s in proportion.
+        units: What errors say speeds in.
 
     Returns:
         Joint velocities [rad/s or m/s], shape (d,).
@@ -115,9 +118,9 @@ def solve_velocity_ik(
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > linear_tolerance * scale or angular > angular_tolerance * scale:
-        message = _unattainable(robot, smallest, wanted, residual, v)
+        message = _unattainable(robot, smallest, wanted, residual, v, units)
     elif smallest < NEAR_SINGULAR and (np.abs(v) > _plausible_speeds(robot)).any():
-        message = _too_fast(robot, J, smallest, v)
+        message = _too_fast(robot, J, smallest, v, units)
     else:
         return np.asarray(v)
     raise SingularityError(
@@ -215,7 +218,12 @@ def joint_scales(robot: Robot) -> FloatArray:
 
 
 def _unattainable(
-    robot: Robot, smallest: float, wanted: FloatArray, residual: FloatArray, v: FloatArray
+    robot: Robot,
+    smallest: float,
+    wanted: FloatArray,
+    residual: FloatArray,
+    v: FloatArray,
+    units: Units,
 ) -> str:
     """Message for a twist outside the Jacobian's range, with the part of it that is."""
     # What the joints can follow of the part in the range.
@@ -223,11 +231,11 @@ def _unattainable(
     possible = slower * (wanted - residual)
     linear, angular = np.linalg.norm(residual[:3]), np.linalg.norm(residual[3:])
     amounts = [
-        f"{amount:.3g} {unit}"
+        units.text(float(amount), unit, ".3g")
         for amount, unit in ((linear, "m/s"), (angular, "rad/s"))
         if amount > 1e-12
     ]
-    nearest = f"the nearest it can do is {_twist(possible)}"
+    nearest = f"the nearest it can do is {_twist(possible, units)}"
     if np.linalg.norm(possible) <= 1e-9 * np.linalg.norm(wanted):
         nearest = "it can do no part of it"
     left = (
@@ -249,13 +257,18 @@ def _plausible_speeds(robot: Robot) -> FloatArray:
     return np.minimum(robot.velocity_limit, FASTEST_JOINT)
 
 
-def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray) -> str:
+def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units: Units) -> str:
     direction = np.linalg.svd(J, full_matrices=False)[0][:, -1]
     use = np.abs(v) / _plausible_speeds(robot)
+    kinds = [f"{unit}/s" for unit in robot.joint_units]
     said = ", ".join(
-        f"{robot.joint_names[i]} at {abs(v[i]):.4g} {robot.joint_units[i]}/s "
-        + (f"(limit {limit:.4g})" if np.isfinite(limit) else "(no limit given)")
-        for i, limit in enumerate(robot.velocity_limit)
+        f"{robot.joint_names[i]} at {units.text(abs(float(v[i])), kinds[i], '.4g')} "
+        + (
+            f"(limit {units.shown(limit, kinds[i])[0]:.4g})"
+            if np.isfinite(limit)
+            else "(no limit given)"
+        )
+        for i, limit in enumerate(robot.velocity_limit.tolist())
         if use[i] > 1.0
     )
     return (
@@ -265,12 +278,13 @@ def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray) -> st
     )
 
 
-def _twist(twist: FloatArray) -> str:
+def _twist(twist: FloatArray, units: Units) -> str:
     """A twist in numbers, rounding left out."""
     parts = []
     for vector, unit in ((twist[:3], "m/s"), (twist[3:], "rad/s")):
-        values = ", ".join(f"{value if abs(value) > 1e-9 else 0.0:.3g}" for value in vector)
-        parts.append(f"({values}) {unit}")
+        kept = [float(value) if abs(value) > 1e-9 else 0.0 for value in vector]
+        values = ", ".join(f"{units.shown(value, unit)[0]:.3g}" for value in kept)
+        parts.append(f"({values}) {units.shown(0.0, unit)[1]}")
     return " and ".join(parts)
 
 

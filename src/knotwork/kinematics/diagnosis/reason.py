@@ -28,6 +28,7 @@ from knotwork.kinematics.diagnosis.closest import (
     square,
     starts_from,
 )
+from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray
 
 # How much more a metre counts than a radian when the point is to be kept and the tool turned.
@@ -50,6 +51,7 @@ def solution_or_reason(
     tolerances: tuple[float, float],
     waypoint: str,
     where: str,
+    units: Units = SI,
 ) -> LocalSolution:
     """Search for a pose from all over joint space, and find out why there is no solution.
 
@@ -59,6 +61,7 @@ def solution_or_reason(
         tolerances: As they were asked for [m, rad].
         waypoint: Name of the waypoint.
         where: Where it is defined.
+        units: Of the message.
 
     Returns:
         A solution inside the limits, if one turns up after all.
@@ -80,14 +83,14 @@ def solution_or_reason(
         return min(solutions, key=lambda s: float(np.linalg.norm(s.q - near)))
     closest = min(inside, key=square)
     if reached(closest):
-        _refuse_tolerance(search, closest, tolerances)
+        _refuse_tolerance(search, closest, tolerances, units)
     at_pose = [s for s in beyond if reached(s)]
     if at_pose:
-        raise _outside_limits(search, at_pose, closest, near, waypoint, where)
+        raise _outside_limits(search, at_pose, closest, near, (waypoint, where), units)
     # The limits may hide a minimum from the searches that ignore them.
     least = min([*beyond, come_close(search, closest.q, no_limits(robot))], key=square)
     every = beyond if found is beyond else [*beyond, *inside]
-    raise _unreachable(search, least, closest, every, near, waypoint, where)
+    raise _unreachable(search, least, closest, every, near, (waypoint, where), units)
 
 
 def _turned(search: PoseSearch, found: LocalSolution, near: FloatArray) -> LocalSolution:
@@ -103,7 +106,7 @@ def _turned(search: PoseSearch, found: LocalSolution, near: FloatArray) -> Local
 
 
 def _refuse_tolerance(
-    search: PoseSearch, closest: LocalSolution, tolerances: tuple[float, float]
+    search: PoseSearch, closest: LocalSolution, tolerances: tuple[float, float], units: Units
 ) -> NoReturn:
     """Refuse a tolerance that only rounding keeps the arm from.
 
@@ -117,8 +120,9 @@ def _refuse_tolerance(
         else ("orientation_tolerance", tolerances[1], "rad", closest.orientation_error)
     )
     raise WaypointDataError(
-        f"{name} {value:g} {unit} is finer than rounding: the pose is reached to {left:.3g} {unit} "
-        f"and no nearer; {FINEST_TOLERANCE:g} {unit} or more is accepted",
+        f"{name} {units.text(value, unit, 'g')} is finer than rounding: the pose is reached to "
+        f"{units.text(left, unit, '.3g')} and no nearer; "
+        f"{units.text(FINEST_TOLERANCE, unit, '.3g')} or more is accepted",
         value=value,
     )
 
@@ -128,8 +132,8 @@ def _outside_limits(
     solutions: list[LocalSolution],
     closest: LocalSolution,
     near: FloatArray,
-    waypoint: str,
-    where: str,
+    place: tuple[str, str],
+    units: Units,
 ) -> OutsideLimitsError:
     robot = search.robot
     lower, upper = limits_of(robot)
@@ -146,24 +150,27 @@ def _outside_limits(
         (robot.joint_names[i], float(best[i]), float(lower[i]), float(upper[i]))
         for i in np.flatnonzero(over > min(AT_LIMIT, 0.5 * over.max()))
     ]
-    units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
-    said = "; ".join(
-        f"{name} at {value:.6g} {units[name]}, outside [{low:.6g}, {high:.6g}]"
+    kinds = dict(zip(robot.joint_names, robot.joint_units, strict=True))
+
+    def beyond(name: str, value: float, low: float, high: float) -> str:
+        kind, by = kinds[name], max(low - value, value - high)
+        range_ = ", ".join(f"{units.shown(limit, kind)[0]:.6g}" for limit in (low, high))
         # so little would not be seen in the digits
-        + (f" by {by:.3g} {units[name]}" if (by := max(low - value, value - high)) < 1e-4 else "")
-        for name, value, low, high in joints
-    )
+        excess = f" by {units.text(by, kind, '.3g')}" if by < 1e-4 else ""
+        return f"{name} at {units.text(value, kind)}, outside [{range_}]{excess}"
+
+    said = "; ".join(beyond(*joint) for joint in joints)
     held = _held(search, closest)
     return OutsideLimitsError(
-        waypoint,
+        place[0],
         f"the pose is reachable only outside the joint limits: the solution found that is least "
-        f"outside has {said}{_inside(closest, held)}",
+        f"outside has {said}{_inside(closest, held, units)}",
         joints=joints,
         closest=closest.q.tolist(),
         closest_distance=closest.position_error,
         closest_angle=closest.orientation_error,
         held=held,
-        where=where,
+        where=place[1],
     )
 
 
@@ -173,29 +180,29 @@ def _unreachable(
     closest: LocalSolution,
     found: list[LocalSolution],
     near: FloatArray,
-    waypoint: str,
-    where: str,
+    place: tuple[str, str],
+    units: Units,
 ) -> UnreachablePoseError:
     point = _on_point(search, found, near)
-    there = f"{_length(least.position_error)} and {_angle(least.orientation_error)}"
+    there = f"{_length(least.position_error, units)} and {_angle(least.orientation_error, units)}"
     if point.angle is None:
         said = (
-            f"the pose is out of reach: the nearest point found is {_length(point.distance)} away "
-            f"in any orientation, the closest pose {there}"
+            "the pose is out of reach: the nearest point found is "
+            f"{_length(point.distance, units)} away in any orientation, the closest pose {there}"
         )
     else:
         but = ", but" if point.inside else " only outside the joint limits, and"
         said = (
             f"the point is reachable{but} not in this orientation: on the point the nearest found "
-            f"is off by {_angle(point.angle)}"
+            f"is off by {_angle(point.angle, units)}"
         )
         if not search.within(least.position_error, 0.0):
             said += f"; the closest pose found is {there} away"
     worse = hypot(*closest[1:3]) > (1.0 + AS_NEAR) * hypot(*least[1:3])
     held = _held(search, closest) if worse else ()
-    said += _inside(closest, held) if worse else "; no joint limit makes it worse"
+    said += _inside(closest, held, units) if worse else "; no joint limit makes it worse"
     return UnreachablePoseError(
-        waypoint,
+        place[0],
         said,
         position_shortfall=least.position_error,
         orientation_shortfall=least.orientation_error,
@@ -205,7 +212,7 @@ def _unreachable(
         closest_distance=closest.position_error,
         closest_angle=closest.orientation_error,
         held=held,
-        where=where,
+        where=place[1],
     )
 
 
@@ -252,21 +259,22 @@ def _held(search: PoseSearch, closest: LocalSolution) -> tuple[str, ...]:
     return tuple(robot.joint_names[i] for i in np.flatnonzero(held))
 
 
-def _inside(closest: LocalSolution, held: tuple[str, ...]) -> str:
-    said = (
-        f"; at the closest pose found inside the limits {_length(closest.position_error)} and "
-        f"{_angle(closest.orientation_error)} are left"
+def _inside(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
+    left = (
+        f"{_length(closest.position_error, units)} and {_angle(closest.orientation_error, units)}"
     )
+    said = f"; at the closest pose found inside the limits {left} are left"
     return f"{said}, held back by the limits of {', '.join(held)}" if held else said
 
 
-def _length(value: float) -> str:
-    return f"{_rounded(value):.4g} m"
+def _length(value: float, units: Units) -> str:
+    return units.text(_rounded(value), "m", ".4g")
 
 
-def _angle(value: float) -> str:
+def _angle(value: float, units: Units) -> str:
     value = _rounded(value)
-    return f"{value:.4g} rad ({np.degrees(value):.3g}°)"
+    in_degrees = f" ({np.degrees(value):.3g}°)" if units.angle == "rad" else ""
+    return f"{units.text(value, 'rad', '.4g')}{in_degrees}"
 
 
 def _rounded(value: float) -> float:

@@ -15,6 +15,7 @@ from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.within_limits import AT_LIMIT, fastest, mean_velocities
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
+from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray
 
 # Where a path ends with a smallest singular value below this, the arm is singular; above it, the
@@ -49,7 +50,7 @@ class Hindrance:
     part: float | None = None
     contact: str = ""
 
-    def described(self, robot: Robot) -> str:
+    def described(self, robot: Robot, units: Units) -> str:
         """Say what is in the way, and by how much."""
         if self.kind == "singularity":
             return (
@@ -61,8 +62,8 @@ class Hindrance:
         joint, kind = robot.joint_names[self.joint], robot.joint_units[self.joint]
         if self.kind == "joint limit":
             return (
-                f"{joint} comes to its limit {self.limit:.4g} {kind}; it would have to go to "
-                f"{self.value:.4g} {kind}"
+                f"{joint} comes to its limit {units.text(self.limit, kind, '.4g')}; it would have "
+                f"to go to {units.text(self.value, kind, '.4g')}"
             )
         singular = (
             f" (close to a singularity, smallest singular value {self.smallest_singular_value:.3g})"
@@ -71,8 +72,8 @@ class Hindrance:
         )
         slower = "" if self.part is None else f"; at {self.part:g} of the speed it could be done"
         return (
-            f"{joint} would have to turn at {self.value:.4g} {kind}/s, and its limit is "
-            f"{self.limit:.4g}{singular}{slower}"
+            f"{joint} would have to turn at {units.text(self.value, f'{kind}/s', '.4g')}, and its "
+            f"limit is {units.shown(self.limit, kind)[0]:.4g}{singular}{slower}"
         )
 
 
@@ -237,7 +238,7 @@ def following_error(
     *,
     starts: FloatArray | None = None,
     since: float | None = None,
-    shown_length: tuple[float, str] = (1.0, "m"),
+    units: Units = SI,
     waypoint: str = "",
     where: str = "",
 ) -> FollowingError:
@@ -251,16 +252,16 @@ def following_error(
         remedy: What would do, as a sentence.
         starts: Joint positions where the path begins that lead along it, shape (k, d).
         since: From when on the way is told [s]; by default from the start of the path.
-        shown_length: What a metre is in the unit of the message, and its name.
+        units: Of the message.
         waypoint: The waypoint that can't be reached.
         where: Where that is given.
     """
     begin = path.start_time if since is None else since
     first, reached = path.arc_length(np.array([begin, one.time]))
-    scale, unit = shown_length
+    along = units.text(float(reached - first), "m", ".4g")
     return FollowingError(
         waypoint,
-        f"{what} {scale * (reached - first):.4g} {unit} along it {one.described(robot)}. {remedy}",
+        f"{what} {along} along it {one.described(robot, units)}. {remedy}",
         where=where,
         arc_length=float(reached),
         cause=one.kind,

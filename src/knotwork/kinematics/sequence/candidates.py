@@ -21,6 +21,7 @@ from knotwork.kinematics.solutions.inside import brought_inside, in_order
 from knotwork.kinematics.solutions.pose import solve_pose_ik
 from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
 from knotwork.robot import Robot
+from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Every so many waypoints the search for branches starts afresh; between, it starts from those of
@@ -64,7 +65,10 @@ class Candidates:
 
 
 def find_candidates(
-    robot: Robot, waypoints: Sequence[CartesianWaypoint], references: Sequence[FloatArray]
+    robot: Robot,
+    waypoints: Sequence[CartesianWaypoint],
+    references: Sequence[FloatArray],
+    units: Units = SI,
 ) -> list[Candidates]:
     """Find the candidates at waypoints in order of time.
 
@@ -72,6 +76,7 @@ def find_candidates(
         robot: The robot.
         waypoints: Poses and twists.
         references: For each waypoint a configuration that its solution may be wanted near.
+        units: What errors say lengths and angles in.
 
     Raises:
         OutsideLimitsError, UnreachablePoseError: A pose has no solution inside the limits.
@@ -81,7 +86,8 @@ def find_candidates(
     targets = Targets.of([waypoint.pose for waypoint in waypoints])
     missed = joint_axes(robot).certain_miss(targets.position) > TOLERANCE
     for i in np.flatnonzero(missed).tolist():
-        nearest_candidate(robot, waypoints[i], references[i])  # says so before others are solved
+        # says so before others are solved
+        nearest_candidate(robot, waypoints[i], references[i], units)
     redundant = robot.dof > 6
     found = _tracked(robot, targets) if redundant else _branches(robot, targets)
     copied: list[tuple[list[FloatArray], bool]] = []
@@ -114,20 +120,23 @@ def find_candidates(
                 nearest=not free,
                 waypoint=waypoint.name,
                 where=waypoint.where,
+                units=units,
             ).q
             copies.insert(0, all_turns(robot, before))
         copied.append((copies, free))
     return _valued(robot, waypoints, copied)
 
 
-def nearest_candidate(robot: Robot, waypoint: CartesianWaypoint, near: FloatArray) -> Candidates:
+def nearest_candidate(
+    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units = SI
+) -> Candidates:
     """The one candidate at a waypoint whose solution is to be near a configuration.
 
     Raises:
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
     """
     q = solve_pose_ik(
-        robot, waypoint.pose, near, nearest=True, waypoint=waypoint.name, where=waypoint.where
+        robot, waypoint.pose, near, waypoint=waypoint.name, where=waypoint.where, units=units
     ).q
     return _valued(robot, [waypoint], [([q[None]], False)])[0]
 

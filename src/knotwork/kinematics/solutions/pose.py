@@ -28,6 +28,7 @@ from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.solutions.inside import solutions_inside
 from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
 from knotwork.robot import Robot
+from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
 
 # Restarts until a first solution is found. The hardest of the shipped arms needs some tens; ten
@@ -98,6 +99,7 @@ def solve_pose_ik(
     nearest: bool = True,
     waypoint: str = "",
     where: str = "",
+    units: Units = SI,
 ) -> IKSolution:
     """Find the joint positions nearest a start that bring the TCP to a pose (eq 3).
 
@@ -120,6 +122,7 @@ def solve_pose_ik(
             other solvers do it: from a start close by that is the nearest all the same.
         waypoint: Name of the waypoint, for errors.
         where: Where it is defined, for errors.
+        units: What errors say lengths and angles in.
 
     Raises:
         OutsideLimitsError: The pose is reachable only with joints outside their limits.
@@ -146,7 +149,7 @@ def solve_pose_ik(
     asked = position_tolerance, orientation_tolerance
     kept = _Nearest(search, goal, nearest)
     if joint_axes(robot).certain_miss(pose.translation) > position_tolerance:
-        kept.take(solution_or_reason(search, goal, asked, waypoint, where).q)
+        kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
     kept.search_from(first, HASTY)
     if nearest and kept.is_nearest():
         return kept.answer("nearest solution")
@@ -155,7 +158,7 @@ def solve_pose_ik(
     every = solutions_inside(search)
     kept.take_all(every)
     if kept.best is None:
-        kept.take(solution_or_reason(search, goal, asked, waypoint, where).q)
+        kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
     return kept.answer(f"nearest of {max(len(every), 1)} solutions")
 
 
