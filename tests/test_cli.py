@@ -330,7 +330,7 @@ def test_robots_lists_all_and_shows_one(knotwork: Command) -> None:
         assert name in ran.out
     ran = knotwork("robots", "ur5")
     assert ran.code == 0
-    for word in ("shoulder_pan_joint", "tool0", "home", "base_link", "3.15", "none"):
+    for word in ("shoulder_pan_joint", "tool0", "home", "base_link", "180.5", "none", "-90"):
         assert word in ran.out
     data = json.loads(knotwork("robots", "ur5", "--json").out)
     assert data["limits"]["velocity_limit"]["elbow_joint"] == pytest.approx(3.15)
@@ -497,11 +497,14 @@ def test_errors_keep_to_standard_error_in_a_process_too(tmp_path: Path) -> None:
     assert ran.stderr.startswith("error: ")
 
 
-@pytest.mark.parametrize("arguments", [("planners",), ("robots",), ("robots", "kinova")])
+@pytest.mark.parametrize(
+    "arguments",
+    [("planners",), ("robots",), *(("robots", one) for one in ("bravo7", "kinova", "panda"))],
+)
 def test_lists_fit_80_columns_and_cut_no_name(
     arguments: tuple[str, ...], knotwork: Command
 ) -> None:
     ran = knotwork(*arguments)
-    lines = [line for line in ran.out.splitlines() if not line.startswith(("model", "kinova "))]
+    lines = ran.out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert "…" not in ran.out
+    assert all("…" not in line for line in lines if not line.startswith("model …/"))

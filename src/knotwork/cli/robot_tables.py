@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.cli.tables import console, plain_table
 from knotwork.cli.terminal import cell
+from knotwork.units import Units
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -16,40 +18,63 @@ if TYPE_CHECKING:
     from knotwork.waypoints import FloatArray
 
 
+SHOWN = Units("mm", "deg")
+
+
 def print_robot(robot: Robot) -> None:
     """Print a robot's joints, limits, frames and configurations."""
-    out = console()
-    out.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
-    out.print(f"model {cell(str(robot.urdf))}", soft_wrap=True)
+    out, wrapping = console(), console(wrap=True)
+    wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
+    out.print(f"model {cell(_end_of(robot.urdf, wrapping.width - len('model ')))}")
     out.print(f"base frame {cell(robot.base_frame)}, tool frame {cell(str(robot.tool_frame))}")
     limits = {
         "lower": robot.lower_position_limit,
         "upper": robot.upper_position_limit,
         **robot.limits,
     }
-    table = plain_table("Joint limits [SI]", ["joint", "unit", *limits], 2)
-    for i, name in enumerate(robot.joint_names):
+    table = plain_table("Joint limits", ["joint", "unit", *limits], 2)
+    for i, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
         cells = [
-            f"{limit[i]:.4g}" if np.isfinite(limit[i]) else "none" for limit in limits.values()
+            _number(float(limit[i]), "" if kind == "effort" else unit)
+            for kind, limit in limits.items()
         ]
-        table.add_row(cell(name), robot.joint_units[i], *cells)
+        table.add_row(cell(name), SHOWN.shown(0.0, unit)[1], *cells)
     out.print(table)
     for shown in _fitting(robot):
-        table = plain_table("Configurations [SI]", ["joint", *shown])
-        for i, name in enumerate(robot.joint_names):
-            values = (f"{positions[i]:.4f}" for positions in shown.values())
-            table.add_row(cell(name), *values)
+        table = plain_table("Configurations", ["joint", "unit", *shown], 2)
+        for i, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
+            values = (_number(float(positions[i]), unit) for positions in shown.values())
+            table.add_row(cell(name), SHOWN.shown(0.0, unit)[1], *values)
         out.print(table)
     if robot.locked:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
-        out.print(f"locked joints: {cell(locked)}")
-    console(wrap=True).print(f"frames: {cell(', '.join(robot.frame_names))}")
+        wrapping.print(f"locked joints (rad or m): {cell(locked)}")
+    wrapping.print(f"frames: {cell(', '.join(robot.frame_names))}")
+    out.print("times in s, efforts in N m or N; --json: SI, and the whole path of the model")
+
+
+def _number(value: float, unit: str) -> str:
+    """A value in the units shown; none where there is no limit."""
+    if not np.isfinite(value):
+        return "none"
+    shown = SHOWN.shown(value, unit)[0] + 0.0
+    return f"{shown:.4g}" if abs(shown) < 1000.0 else f"{shown:.0f}"
+
+
+def _end_of(path: Path, width: int) -> str:
+    """A path, or as many of its last parts as fit."""
+    kept = str(path)
+    for part in range(1, len(path.parts)):
+        if len(kept) <= width:
+            break
+        kept = f"…/{Path(*path.parts[part:])}"
+    return kept
 
 
 def _fitting(robot: Robot) -> Iterator[dict[str, FloatArray]]:
     """Configurations, as many at a time as fit the width of the terminal."""
     width = console(wrap=True).width
-    taken = start = 2 + max(map(len, robot.joint_names))
+    taken = start = 2 + max(map(len, robot.joint_names)) + len("  unit")
     shown: dict[str, FloatArray] = {}
     for name, positions in robot.configurations.items():
         column = 2 + max(8, len(name))
@@ -64,8 +89,8 @@ def _fitting(robot: Robot) -> Iterator[dict[str, FloatArray]]:
 
 def print_collisions(robot: Robot, model: CollisionModel) -> None:
     """Print which pairs of links are checked for collisions, and why others are not."""
-    out = console()
-    out.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
+    out, wrapping = console(), console(wrap=True)
+    wrapping.print(f"[bold]{cell(robot.name)}[/]  {cell(robot.description.strip(), lines=True)}")
     data = collisions_to_dict(robot, model)
     shapes = plain_table("Collision shapes", ["link", "shapes"])
     for link, count in data["links"].items():
