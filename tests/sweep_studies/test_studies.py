@@ -10,17 +10,18 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 from tasks import LIFT
 
 import knotwork as kw
-from knotwork.documents import Document
-from knotwork.errors import OutOfReachError
+from knotwork.documents import Document, edited
 from knotwork.scenario import scenario_of
 from knotwork.sweeps import work
-from knotwork.sweeps.bench import Block
-from knotwork.sweeps.reach import out_of_reach
+from knotwork.sweeps.bench import Bench, Block
+from knotwork.sweeps.outcome import outcome_of
+from knotwork.sweeps.placing import Placing, poses_of
 from knotwork.sweeps.spec import StudySpec, scenario_document
 from knotwork.sweeps.variations import make_axes
 
@@ -190,17 +191,75 @@ def test_out_of_reach_is_found_without_planning(monkeypatch: pytest.MonkeyPatch)
     assert study["clearance"][1:] == [None, None]
 
 
+PLACES = tuple(("frames", "block", key, i) for key in ("position", "rpy") for i in range(3))
+"""Six numbers that place the block of ur5_deburring."""
+
+
+def random_places(count: int) -> Block:
+    """Rows that place the block anywhere around the robot."""
+    most = [800, 800, 300, 30, 30, 180]
+    values = np.random.default_rng(5).uniform(-1, 1, (count, 6)) * most
+    document = scenario_document("ur5_deburring")
+    return Block(document, PLACES, {i: tuple(row) for i, row in enumerate(values.tolist())})
+
+
+def test_moved_frames_move_the_poses_that_reading_gives() -> None:
+    block = random_places(5)
+    placing = Placing(block.document)
+    for row in block.values:
+        read = poses_of(scenario_of(edited(block.document, block.edits(row))))
+        moved = placing.poses(block.edits(row))
+        assert moved is not None
+        assert [name for name, _ in moved] == [name for name, _ in read]
+        for (_, one), (_, other) in zip(moved, read, strict=True):
+            assert np.abs(one.homogeneous - other.homogeneous).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("edits", "changes"),
+    [
+        ({("rate",): 100}, {}),  # not a frame
+        ({("frames", "block", "rpy", 2): "much"}, {}),
+        ({("frames", "block", "in"): "nowhere"}, {}),
+        ({("frames", "block", "position", 0): 1e9}, {}),
+        # one waypoint stays where it is
+        ({("frames", "block", "position", 0): 400}, {("waypoints", 0, "frame"): "base"}),
+    ],
+)
+def test_rows_that_have_to_be_read(edits: dict[Any, Any], changes: dict[Any, Any]) -> None:
+    document = edited(scenario_document("ur5_deburring"), changes)
+    assert Placing(document).poses(edits) is None
+
+
+@pytest.mark.parametrize("count", [12, pytest.param(120, marks=pytest.mark.exhaustive)])
+def test_what_the_test_of_poses_refuses_planning_refuses_for_the_same_reason(count: int) -> None:
+    block = random_places(count)
+    known = Bench().begin(block, True)
+    assert 0.2 * count < len(known) < 0.9 * count
+    for row in list(known) if count > 12 else list(known)[:3]:
+        alone = outcome_of(scenario_of(edited(block.document, block.edits(row))))
+        assert (alone.verdict, alone.reason) == (known[row].verdict, known[row].reason)
+
+
+def test_rows_that_are_wrong_and_out_of_reach_are_wrong() -> None:
+    block = random_places(8)
+    locations = (*PLACES, ("planner",))
+    values = {row: (*given, "nonsense") for row, given in block.values.items()}
+    assert Bench().begin(Block(block.document, locations, values), True) == {}
+    wrong = edited(block.document, {("planner",): "nonsense"})
+    assert Bench().begin(Block(wrong, PLACES, block.values), True) == {}
+
+
 @pytest.mark.exhaustive
-def test_what_the_test_of_poses_refuses_planning_refuses_too() -> None:
-    vary = {"frames.block.position[0]": "250:650:5", "frames.block.rpy[2]": "0:315:8"}
-    axes = make_axes(vary)
-    spec = StudySpec(scenario_document("ur5_deburring"), axes, 60.0)
-    scenarios = {row: scenario_of(spec.document_of(row)) for row in range(len(spec))}
-    refused = out_of_reach(scenarios)
-    assert 5 < len(refused) < 30
-    for row in refused:
-        with pytest.raises(OutOfReachError):
-            kw.plan(scenarios[row])
+def test_an_arm_without_a_closed_form_is_searched_for() -> None:
+    vary = {"frames.bench.position[0]": "0.3:0.9:7", "frames.bench.rpy[2]": "0:4.5:4"}
+    spec = StudySpec(scenario_document("panda_pick_place"), make_axes(vary), 60.0)
+    block = Block(spec.document, spec.locations, {i: spec.values(i) for i in range(len(spec))})
+    known = Bench().begin(block, True)
+    assert 4 < len(known) < 28
+    for row in known:
+        alone = outcome_of(scenario_of(spec.document_of(row)))
+        assert (alone.verdict, alone.reason) == (known[row].verdict, known[row].reason)
 
 
 class Unpickled:

@@ -118,9 +118,26 @@ class Search:
         self.layers: list[Layer] = []
         self.rows: list[Any] = []
 
+    def find(self) -> None:
+        """Find the candidates at all waypoints.
+
+        Raises:
+            OutOfReachError: A pose has none.
+        """
+        self.candidates = self._candidates()
+
+    def check_start(self) -> None:
+        """Check that nothing that stands around touches the robot where it starts.
+
+        Raises:
+            CollisionError: An object does.
+        """
+        if self.obstacles is not None and self.given[0] is not None and self.scenario.scene.asks():
+            self.obstacles.check_start(self.given[0])
+
     def solve(self) -> Found:
-        """Positions and velocities at all waypoints."""
-        chosen = self.choose(self.candidates or self._candidates())
+        """Positions and velocities at all waypoints, of which the candidates are found."""
+        chosen = self.choose(self.candidates)
         if chosen.blocked is not None:
             raise no_branch(
                 self.scenario, self.robot, chosen.blocked, self.candidates[chosen.blocked]

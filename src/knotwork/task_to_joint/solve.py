@@ -65,11 +65,11 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
     given = [state.position if state is not None else None for state in space.targets]
     speeds = [state.velocity if state is not None else None for state in space.targets]
     _check_pull(scenario, space)
-    if space.robot is not None and given[0] is not None and scenario.scene.asks():
-        from knotwork.task_to_joint.obstacles import Obstacles
-
-        Obstacles(scenario, space, space.robot).check_start(given[0])
     if all(q is not None for q in given):
+        if space.robot is not None and scenario.scene.asks():
+            from knotwork.task_to_joint.obstacles import Obstacles
+
+            Obstacles(scenario, space, space.robot).check_start(np.array(given[0]))
         positions, velocities = np.array(given, float), np.array(speeds, float)
         return TaskSolution(_completed(scenario, space, positions, velocities, knots))
     if space.robot is None:
@@ -80,6 +80,8 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
 
     search = Search(scenario, space, space.robot, given, speeds, space.near)
     try:
+        search.find()
+        search.check_start()
         return _solution(search, knots)
     except OutOfReachError as error:
         suggest_unit(error, scenario, space.robot)
