@@ -1,10 +1,10 @@
-"""The next best sequences of solutions, tried where a motion collides between its waypoints."""
+"""The next best sequences of solutions, tried where a motion collides, or for more clearance."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -12,20 +12,25 @@ from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint import TaskSolution
 from knotwork.verification import Finding
-from knotwork.verification.collisions import GROUP, failed_pairs
+from knotwork.verification.collisions import GROUP, ROOM_PRECISION, failed_pairs, room
 
 PlanT = TypeVar("PlanT", bound=Any)
-"""A plan, of which scenario, report and solution are looked at."""
+"""A plan, of which scenario, space, trajectory, report and solution are looked at."""
 
 MOST_SEQUENCES = 12
 """So many sequences of solutions are tried at most, the best one included."""
 
-
 MOST_TIMED = 4
 """So many where the times are chosen anew for each."""
 
+MORE_FOR_ROOM = 4
+"""So many of them after one that is clear, where clearance is preferred."""
 
-def without_collisions(
+LEAST_GAIN = ROOM_PRECISION
+"""Another sequence is taken for its clearance where it has more by this [m]."""
+
+
+def best_of_sequences(
     first: PlanT, made: Callable[[TaskSolution], PlanT], most: int = MOST_SEQUENCES
 ) -> PlanT:
     """Take the best sequence of solutions whose motion collides nowhere.
@@ -34,27 +39,94 @@ def without_collisions(
     are not taken together again, and the next best sequence is planned. If all of them collide, the
     one with the fewest colliding pairs is given, and its report says how many were tried.
 
+    Where the scenario prefers clearance, a few more are planned then, each without the solutions
+    between which the one before comes nearest to something, and the one whose whole motion keeps
+    the most clearance is given.
+
     Args:
         first: The plan of the best sequence.
         made: Plans another one.
         most: So many are tried, the first one included.
     """
-    best, current, tried = first, first, 1
-    while (failed := failed_pairs(current.report.findings)) and tried < most:
-        solution = current.solution
-        other = solution.avoiding(_intervals(failed, current.scenario)) if solution else None
-        if other is None:
-            break
-        tried += 1
-        try:
-            current = made(other)
-        except InputError:  # there is no such motion, however slow
-            break
+    sequences = _Sequences(first, made, most)
+    best = current = first
+    while (failed := failed_pairs(current.report.findings)) and (
+        other := sequences.without(current, [found.at for found in failed])
+    ):
+        current = other
         if _worth(current) < _worth(best):
             best = current
-    if tried == 1:
-        return first
-    return _with_finding(best, tried)
+    if sequences.tried > 1:
+        best = _with_finding(best, _said_of_collisions(best, sequences.tried))
+    if current.scenario.prefers_clearance and not failed:
+        sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
+        return _with_most_room(best, current, sequences)
+    return best
+
+
+class _Sequences(Generic[PlanT]):
+    """The next best sequences of solutions, each planned.
+
+    Attributes:
+        most: So many are tried at most.
+        tried: So many were.
+    """
+
+    def __init__(self, first: PlanT, made: Callable[[TaskSolution], PlanT], most: int) -> None:
+        self.made, self.most, self.tried = made, most, 1
+        self.known = [] if first.solution is None else [first.solution.waypoints.position]
+
+    def without(self, plan: PlanT, times: Sequence[float | None]) -> PlanT | None:
+        """The next best one, without the steps that a plan takes at some times; `None` if no more.
+
+        Args:
+            plan: The one that was planned last.
+            times: At these it is not good [s].
+        """
+        if self.tried >= self.most or plan.solution is None:
+            return None
+        other = plan.solution.avoiding(_intervals(times, plan.scenario))
+        if other is None or any(np.array_equal(q, other.waypoints.position) for q in self.known):
+            return None
+        self.known.append(other.waypoints.position)
+        self.tried += 1
+        try:
+            return self.made(other)
+        except InputError:  # there is no such motion, however slow
+            return None
+
+
+def _with_most_room(best: PlanT, current: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
+    """Of a plan that is clear, and the next best ones, the one with the most clearance."""
+    most, time = _room(current)
+    rooms = [most]
+    nearest: list[float | None] = [time]
+    while nearest != [None] and (other := sequences.without(current, nearest)):
+        current = other
+        if failed := failed_pairs(current.report.findings):
+            nearest = [one.at for one in failed]
+            continue
+        here, time = _room(current)
+        rooms, nearest = [*rooms, here], [time]
+        worse = len(current.report.failures) > len(best.report.failures)
+        if here > most + LEAST_GAIN and not worse:
+            best, most = current, here
+    if len(rooms) == 1:
+        return best
+    scale, unit = best.scenario.shown_length
+    beyond = " beyond what is to be kept" if best.scenario.scene.rules.margin else ""
+    said = ", ".join(f"{scale * one:.4g}" for one in rooms)
+    return _with_finding(
+        best,
+        f"the motions of the {len(rooms)} best sequences of solutions keep at least {said} "
+        f"{unit}{beyond}; the one that keeps {scale * most:.4g} {unit} is taken",
+    )
+
+
+def _room(plan: Any) -> tuple[float, float | None]:
+    """The least clearance over a whole motion, and when; infinite and `None` without pairs."""
+    found = room(plan.trajectory, plan.scenario, plan.space)
+    return (np.inf, None) if found is None else found
 
 
 def _worth(plan: Any) -> tuple[int, int]:
@@ -62,21 +134,24 @@ def _worth(plan: Any) -> tuple[int, int]:
     return len(failed_pairs(plan.report.findings)), len(plan.report.failures)
 
 
-def _intervals(failed: list[Finding], scenario: Scenario) -> list[int]:
-    """The intervals between waypoints in which pairs collide, by the waypoint they begin at."""
-    times = scenario.times
-    when = [found.at for found in failed if found.at is not None]
-    index = np.searchsorted(times, when, side="right") - 1
-    return sorted(set(np.clip(index, 0, len(times) - 2).tolist()))
+def _intervals(times: Sequence[float | None], scenario: Scenario) -> list[int]:
+    """The intervals between waypoints that times lie in, by the waypoint they begin at."""
+    when = [time for time in times if time is not None]
+    index = np.searchsorted(scenario.times, when, side="right") - 1
+    return sorted(set(np.clip(index, 0, len(scenario.times) - 2).tolist()))
 
 
-def _with_finding(plan: PlanT, tried: int) -> PlanT:
-    """The plan with a finding on how many sequences of solutions were tried."""
+def _said_of_collisions(plan: Any, tried: int) -> str:
+    """How many sequences of solutions were tried because the best one collides."""
     ok = not failed_pairs(plan.report.findings)
-    message = (
+    return (
         f"the motion of the best sequence of solutions collides; of {tried} sequences tried this "
         f"is {'the first that does not' if ok else 'the one with the fewest colliding pairs'}"
     )
+
+
+def _with_finding(plan: PlanT, message: str) -> PlanT:
+    """The plan with a finding on the sequences of solutions that were tried."""
     finding = Finding(
         group=GROUP,
         subject="motion",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from numpy.typing import ArrayLike
 
 from knotwork import storage
-from knotwork.avoidance import MOST_TIMED, without_collisions
+from knotwork.avoidance import MOST_TIMED, best_of_sequences
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots, get_planner, planner_and_rule
 from knotwork.joint_space import JointSpace, joint_space
@@ -234,7 +234,7 @@ def plan(
     if isinstance(knots, str) and knots == "optimal":
         scenario, knots = with_optimal_knots(scenario), None
     if scenario.free is None:
-        return without_collisions(*_planned(scenario, planner, knots))
+        return best_of_sequences(*_planned(scenario, planner, knots))
     asked, free = scenario, scenario.free
 
     def timed(solution: TaskSolution | None) -> Plan:
@@ -246,7 +246,7 @@ def plan(
         )
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
-    return without_collisions(timed(None), timed, MOST_TIMED)
+    return best_of_sequences(timed(None), timed, MOST_TIMED)
 
 
 def _planned(

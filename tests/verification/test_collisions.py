@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import knotwork as kw
 from command_line import Command
-from knotwork import documents, resources
+from knotwork import avoidance, documents, resources
 from knotwork.errors import FollowingError, InputError
 from knotwork.joint_space import joint_space
 from knotwork.verification import Finding
@@ -230,7 +230,7 @@ def test_rods_that_are_just_out_of_the_way_are_clear_and_how_far_is_known() -> N
 
 
 def test_a_clearance_within_the_resolution_of_the_margin_is_undecided_and_fails() -> None:
-    objects = {"rod": rod(1.3, 1.0 + 2e-3 + 2e-4 + 1e-6)}
+    objects = {"rod": rod(1.3, 1.0 + 2e-3 + 2e-4 + 2e-5)}
     plan = swing(objects, margin=2e-3)
     (one,) = plan.report.select(quantity="clearance")
     assert not one.ok
@@ -242,9 +242,10 @@ def test_a_clearance_within_the_resolution_of_the_margin_is_undecided_and_fails(
     assert len(scene["strip"]["broken"]) == 1
     assert "not decided" in one.message
     assert one.interval is not None
-    finer = swing(objects, margin=2e-3, resolution=1e-8)
+    finer = swing(objects, margin=2e-3, resolution=1e-5)
     (one,) = finer.report.select(quantity="clearance")
-    assert one.value == pytest.approx(2e-3 + 1e-6, abs=1e-6)
+    assert one.ok
+    assert one.value == pytest.approx(2e-3 + 2e-5, abs=2e-6)
 
 
 def test_where_a_contact_begins_and_ends_is_right() -> None:
@@ -607,6 +608,27 @@ def test_clearance_is_preferred_where_it_is_asked_for() -> None:
     assert ends[1] >= ends[0]
 
 
+def test_clearance_is_judged_over_the_whole_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The solution with the most room at its waypoint comes nearer to the box on the way there."""
+    place = {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}
+    box = {"box": [0.11, 0.13, 0.06], "position": [0.26, 0.2, 0.39]}
+    task = {
+        "robot": "ur5",
+        "start": "home",
+        "prefer": "clearance",
+        "scene": {"objects": {"box": box}},
+        "waypoints": [{"name": "there", "after": 6, "pose": place}],
+    }
+    chosen = kw.plan(task).report
+    monkeypatch.setattr(avoidance, "MORE_FOR_ROOM", 0)
+    by_waypoints = kw.plan(task).report
+    proved = min((found.value or 0) - found.excess for found in pairs(chosen).values())
+    assert proved > 2 * min(found.value or 0 for found in pairs(by_waypoints).values())
+    (tried,) = chosen.select(quantity="sequences_tried")
+    assert "the 4 best sequences of solutions keep at least 0.00243" in tried.message
+    assert not by_waypoints.select(quantity="sequences_tried")
+
+
 # Meshes
 
 
@@ -755,6 +777,8 @@ def test_a_tool_that_touches_a_link_at_home_is_told() -> None:
     assert any("wrist_2_link" in one and "mm deep" in one for one in said)
     checked = pairs(report)
     assert all(f"tool, {one.split()[2]}" not in checked for one in said)
+    for one in report.select(quantity="pairs_not_checked"):  # it is told once
+        assert "tool" not in one.message
 
 
 def test_a_body_inside_an_exact_mesh_collides(tmp_path: Path) -> None:

@@ -324,6 +324,11 @@ class Scenario:
             raise
 
     @property
+    def prefers_clearance(self) -> bool:
+        """Whether room to everything counts before travel."""
+        return self.prefer == "clearance" and self.near is None
+
+    @property
     def shown_length(self) -> tuple[float, str]:
         """How many of the file's units of length a metre has, and the unit's name, for messages."""
         return self.units.shown(1.0, "m")

@@ -216,7 +216,8 @@ class ScenarioFile(StrictModel):
     prefer: Literal["travel", "clearance"] = Field(
         "travel",
         description="What decides among solutions that nothing else rules out: least travel, or "
-        "most room to everything at the waypoints, up to 0.1 m; near comes before",
+        "most room to everything: at the waypoints, up to 0.1 m, and then of a few sequences over "
+        "the whole motion; near comes before",
     )
     pull_to_middle: Positive | None = Field(
         None,

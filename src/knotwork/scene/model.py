@@ -16,6 +16,7 @@ TOOL = "tool"
 
 MOVE_TOGETHER = "they move as one"
 NEITHER_MOVES = "neither moves"
+AT_HOME = "they touch at home"
 
 MOST_NAMED = 6
 """So many pairs that are not checked for one reason are named; of more, the number."""
@@ -86,10 +87,14 @@ class CollisionModel:
 
     @property
     def said_of_ignored(self) -> list[str]:
-        """A sentence for each reason why pairs that move to one another are not checked."""
+        """A sentence for each reason why pairs that move to one another are not checked.
+
+        Links that the tool touches at home are among the notes.
+        """
         pairs: dict[str, list[str]] = {}
         for one in self.ignored:
-            if one.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
+            noted = one.reason == AT_HOME and TOOL in (one.first, one.second)
+            if one.reason not in (MOVE_TOGETHER, NEITHER_MOVES) and not noted:
                 pairs.setdefault(one.reason, []).append(f"{one.first} and {one.second}")
         return [
             f"not checked, as {reason}: {'; '.join(named[:MOST_NAMED])}"

@@ -10,6 +10,7 @@ from knotwork.scene.alone import RobotAlone, home_of, touching_pairs
 from knotwork.scene.bodies import Body, placed_links
 from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
 from knotwork.scene.model import (
+    AT_HOME,
     MOVE_TOGETHER,
     NEITHER_MOVES,
     TOOL,
@@ -21,7 +22,6 @@ from knotwork.scene.placements import place_joints
 from knotwork.scene.srdf import disabled_pairs
 
 ADJACENT = "a joint joins them"
-AT_HOME = "they touch at home"
 CARRIED = "the tool carries it"
 ALLOWED = "the scenario allows it"
 IGNORED = "the scenario ignores it"

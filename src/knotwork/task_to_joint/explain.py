@@ -140,7 +140,7 @@ class Explanation:
         if self.found.sequence.cost.infeasible > 0.0:
             return f"least beyond the velocity limits{asked}"
         aim = "nearest to near" if self.search.near is not None else "least travel"
-        if self.search.prefers_clearance:
+        if self.scenario.prefers_clearance:
             aim = "most clearance"
         elif candidates.free and self.robot.dof > 6 and self.search.near is None:
             aim = "least travel, and clear of limits and singularities"
@@ -183,8 +183,9 @@ class Explanation:
         branch = describe_flags(self.robot, configuration_flags(self.robot, q[None])[0])
         hindrance, extra = "", None
         if cost.collisions > least.collisions:
-            hindrance = "collides"
-        elif self.search.prefers_clearance and cost.distance > least.distance:
+            nearer = " or comes nearer to something" if self.scenario.prefers_clearance else ""
+            hindrance = f"collides{nearer}"
+        elif self.scenario.prefers_clearance and cost.distance > least.distance:
             hindrance = "comes nearer to something"
         elif not cost.worse_than(least):
             same = self.search.near is None

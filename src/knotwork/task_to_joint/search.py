@@ -260,7 +260,7 @@ class Search:
             # waypoint and then follow the motion, or joints would be wound back on the way.
             gap = difference(q, self.near, self.revolute)
             distance = np.linalg.norm(gap / self.rules.speed, axis=1)
-        elif self.prefers_clearance and self.obstacles is not None:
+        elif self.scenario.prefers_clearance and self.obstacles is not None:
             distance = self.obstacles.shortfall(index, candidates)[rows]
         group = self.groups.get(index)
         way = rows if group is not None else None
@@ -278,11 +278,6 @@ class Search:
         weight, flags = candidates.weight[rows], candidates.flags[rows]
         velocity = candidates.velocity[rows]
         return Layer(q, cost, weight, flags, velocity=velocity, way=way, before=before)
-
-    @property
-    def prefers_clearance(self) -> bool:
-        """Whether room to everything counts before travel."""
-        return self.scenario.prefer == "clearance" and self.near is None
 
     def _collisions(self, index: int, candidates: Candidates) -> FloatArray:
         """1 for each candidate at a waypoint that collides, otherwise 0."""
@@ -303,7 +298,7 @@ class Search:
         free = [
             c is not None and c.free and i not in self.groups for i, c in enumerate(self.candidates)
         ]
-        if not any(free) or self.prefers_clearance:
+        if not any(free) or self.scenario.prefers_clearance:
             return chosen.q
         v = [
             c.velocity[rows[k]] if c is not None else given

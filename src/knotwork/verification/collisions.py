@@ -9,6 +9,7 @@ import numpy as np
 
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
+from knotwork.trajectory import JointTrajectory
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import FloatArray
@@ -25,6 +26,9 @@ MOST_CONTACTS = 5
 """So many contacts of a pair are told with their times; of more, the number."""
 
 APART = "another solution, or a waypoint between that keeps them apart, would help"
+
+ROOM_PRECISION = 2e-4
+"""The least clearance of a motion is found to this [m], so that motions can be told apart by it."""
 
 AT_WAYPOINT = 1e-6
 """A time this near to that of a waypoint [s] is at the waypoint."""
@@ -44,6 +48,25 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     ways = _WaysOut(model, motion, scenario, robot)
     for one in sorted(found, key=lambda one: one.distance - one.margin):
         yield _finding(one, ways, scenario, robot, detail=one not in nearest)
+
+
+def room(
+    trajectory: JointTrajectory, scenario: Scenario, space: JointSpace
+) -> tuple[float, float] | None:
+    """The least clearance over a motion, beyond what is to be kept [m], and when [s].
+
+    Returns:
+        Both, or `None` where no pair is checked.
+    """
+    robot, scene = space.robot, scenario.scene
+    if robot is None or not (scene.rules.itself or scene.asks()):
+        return None
+    from knotwork.verification.bounds.clearance import least_clearance
+
+    motion = Motion(trajectory, space)
+    model = motion_model(motion, scenario, robot)
+    found = least_clearance(model, motion.curve, scene.rules.resolution, ROOM_PRECISION)
+    return None if found is None else (found.distance - found.margin, found.time)
 
 
 def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionModel:

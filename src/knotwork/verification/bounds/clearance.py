@@ -16,7 +16,7 @@ three, and the middle part has its distance already.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +92,10 @@ class Clearance:
 
 
 def clearances(
-    model: CollisionModel, curve: PiecewisePolynomial, resolution: float
+    model: CollisionModel,
+    curve: PiecewisePolynomial,
+    resolution: float,
+    precision: float | None = None,
 ) -> tuple[Clearance, ...]:
     """Prove how near each pair of bodies comes over a motion.
 
@@ -100,17 +103,44 @@ def clearances(
         model: Bodies and pairs.
         curve: Joint positions, trailing shape (d,).
         resolution: Intervals in which bodies move less than this [m] are not divided further.
+        precision: The least clearance of each pair is found to this [m]; by default to 1 mm, or to
+            a part of it where that is more.
     """
     if not model.pairs:
         return ()
-    return _Search(model, curve, resolution).result()
+    return _Search(model, curve, resolution, precision).result()
+
+
+def least_clearance(
+    model: CollisionModel, curve: PiecewisePolynomial, resolution: float, precision: float
+) -> Clearance | None:
+    """Find the least clearance of all pairs, beyond what each is to keep; `None` without pairs.
+
+    Args:
+        model: Bodies and pairs.
+        curve: Joint positions, trailing shape (d,).
+        resolution: As `clearances` takes it [m].
+        precision: It is found to this [m].
+    """
+    found = clearances(model, curve, resolution)
+    if not found:
+        return None
+    least = min(one.distance - one.margin for one in found)
+    near = {(one.first, one.second) for one in found if one.bound - one.margin < least}
+    pairs = [p for p in model.pairs if (model.bodies[p.first], model.bodies[p.second]) in near]
+    found = clearances(replace(model, pairs=tuple(pairs)), curve, resolution, precision) or found
+    return min(found, key=lambda one: one.distance - one.margin)
 
 
 class _Search:
     """The division of the time of a motion, for all pairs of solids together."""
 
     def __init__(
-        self, model: CollisionModel, curve: PiecewisePolynomial, resolution: float
+        self,
+        model: CollisionModel,
+        curve: PiecewisePolynomial,
+        resolution: float,
+        precision: float | None,
     ) -> None:
         self.model, self.curve, self.resolution = model, curve, resolution
         self.table = SolidPairs(model)
@@ -124,9 +154,10 @@ class _Search:
         carriers = model.joints.carriers[self.table.joint]
         a, b = carriers[self.first], carriers[self.second]
         self.between = (a & ~b).astype(float), (b & ~a).astype(float)
-        self.precision = np.where(
-            [model.pairs[k].around for k in self.pair], AROUND_PRECISION, OWN_PRECISION
-        )
+        self.least_part = PRECISION if precision is None else precision
+        around = np.array([model.pairs[k].around for k in self.pair])
+        part = np.where(around, AROUND_PRECISION, OWN_PRECISION)
+        self.precision = part if precision is None else np.zeros(len(part))
         self.distance = np.full(len(self.pair), np.inf)
         self.time = np.full(len(self.pair), curve.x[0])
         self.bound = np.full(len(self.pair), np.inf)
@@ -195,8 +226,8 @@ class _Search:
 
     def _goal(self) -> FloatArray:
         """An interval is closed where its bound comes up to this [m], for each pair of solids."""
-        part = np.maximum(PRECISION, self.precision * np.abs(self.distance))
         with np.errstate(invalid="ignore"):
+            part = np.maximum(self.least_part, self.precision * np.abs(self.distance))
             goal = np.where(np.isinf(self.distance), np.inf, self.distance - part)
         return np.where(self.distance > self.margin, np.maximum(goal, self.margin), goal)
 
@@ -244,7 +275,7 @@ class _Search:
             self.measurements[c] += 1
             if d < self.distance[c] - 10.0**-DIGITS:
                 self.distance[c], self.time[c] = d, time[i]
-                part = max(PRECISION, self.precision[c] * abs(d))
+                part = max(self.least_part, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _moves(self, intervals: Intervals, rotation: FloatArray, origin: FloatArray) -> FloatArray:
