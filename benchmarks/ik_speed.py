@@ -45,8 +45,7 @@ def speed(poses: int) -> dict[str, Any]:
                 {"arm": name, "start": label, "solver": solver, **row}
                 for solver, row in found.items()
             ]
-    # Rows kept from an earlier run: their solvers, and the means of its tuned loop [µs].
-    return {"poses": poses, "earlier": "", "earlier_tuned_us": "", "rows": rows}
+    return {"poses": poses, "rows": rows}
 
 
 def _shares(off: list[float]) -> dict[str, float]:

@@ -72,10 +72,9 @@ def speed(data: Data) -> Table:
     """Time of one solution, beside other solvers."""
     rows = []
     for row in data["rows"]:
-        earlier = " *" if row["solver"] in data["earlier"].split(", ") else ""
-        cells = [row["arm"], row["start"], row["solver"] + earlier]
+        cells = [row["arm"], row["start"], row["solver"]]
         if "refused" in row:
-            rows.append([*cells, row["refused"]])
+            rows.append([*cells, row["refused"].partition(". ")[0]])
             continue
         alone = row["median_us"] is not None  # in a batch no pose has a time of its own
         cells += [f"{row['mean_us']:.{0 if alone else 1}f}", f"{row['to_tuned']:.2f}"]
@@ -94,7 +93,6 @@ class Figures:
 
     def __init__(self, data: Data) -> None:
         self.rows = [row for row in data["rows"] if "refused" not in row]
-        self.earlier = data["earlier_tuned_us"]
 
     def _of(self, solvers: tuple[str, ...], start: str, key: str) -> list[float]:
         return [row[key] for row in self.rows if row["solver"] in solvers and row["start"] == start]
