@@ -22,6 +22,9 @@ NEAREST, FARTHEST = 4e-3, 2.0
 PRECISION = 2e-3
 """The way out is found to this [m]."""
 
+BEND = 0.04
+"""A waypoint is proposed so much farther [m], because the motion to it and on from it bends."""
+
 STEPS = 15
 """Steps that the joints are taken towards a pose in at most."""
 
@@ -43,11 +46,13 @@ class WayOut:
         tool: Where the TCP is then, in the base frame [m], shape (3,).
         direction: Unit vector towards there, shape (3,).
         distance: How far at least [m].
+        beyond: How much farther it is clear still [m]: `BEND`, or 0 where it is not.
     """
 
     tool: FloatArray
     direction: FloatArray
     distance: float
+    beyond: float
 
 
 def way_out(
@@ -100,7 +105,9 @@ class _Search:
                 far, q = middle, reached
             else:
                 near = middle
-        return WayOut(self.start.translation + far * direction, direction, far)
+        there = self._moved(q, (far + BEND) * direction)
+        beyond = BEND if there is not None and self._clear(there) else 0.0
+        return WayOut(self.start.translation + far * direction, direction, far, beyond)
 
     def _clear(self, q: FloatArray) -> bool:
         return float(self.pairs.clearance(q[None], self.time)[0]) >= 0.0

@@ -27,6 +27,9 @@ ALLOWED = "the scenario allows it"
 IGNORED = "the scenario ignores it"
 BY_ROBOT = "the robot's file ignores it"
 
+DEEP = 0.02
+"""A tool that is farther in a link at home than this [m] is plausibly a slip."""
+
 
 class Pairing:
     """Chooses the pairs of bodies to check.
@@ -81,11 +84,13 @@ class Pairing:
         rotation, origin = (x[0] for x in place_joints(self.joints, home_of(self.robot)[None]))
         near = nearest_of_bodies(DistanceMeter(), bodies[i], bodies[j], rotation, origin)
         link = next(body.name for body in (bodies[i], bodies[j]) if body.kind == "link")
+        deep = near.distance < -DEEP
+        slip = "; its shape may be in a wrong place or unit" if deep else ""
         self.notes.append(
             (
-                "information",
+                "warning" if deep else "information",
                 f"tool and {link} are not checked against one another, as {AT_HOME}: "
-                f"{-1000 * near.distance:.3g} mm deep",
+                f"{-1000 * near.distance:.3g} mm deep{slip}",
             )
         )
 
@@ -118,6 +123,12 @@ class Pairing:
             for first, second, why in disabled:
                 said = f" ({why})" if why else ""
                 reasons[frozenset((first, second))] = f"the SRDF disables it{said}"
+        shaped = {body.name for body in self.alone.links.bodies}
+        bare = dict.fromkeys(n for pair in robot.ignored_pairs for n in pair if n not in shaped)
+        if bare:
+            named = ", ".join(map(repr, bare))
+            fault = f"{robot.source}: collision.ignore names links without collision shapes"
+            self.notes.append(("warning", f"{fault}, which changes nothing: {named}"))
         return reasons | {frozenset(pair): BY_ROBOT for pair in robot.ignored_pairs}
 
     def _given_reasons(self) -> dict[frozenset[str], str]:

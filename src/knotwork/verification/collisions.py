@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -26,6 +26,9 @@ MOST_CONTACTS = 5
 """So many contacts of a pair are told with their times; of more, the number."""
 
 APART = "another solution, or a waypoint between that keeps them apart, would help"
+
+MOST_PLACES = 3
+"""For so many contacts of a pair a way out is looked for."""
 
 ROOM_PRECISION = 2e-4
 """The least clearance of a motion is found to this [m], so that motions can be told apart by it."""
@@ -227,14 +230,32 @@ class _WaysOut:
 
     def said(self, found: Clearance) -> str:
         """Which side is free, and where a waypoint in between would have to be."""
-        start, end = found.interval or (found.time, found.time)
+        worst = found.interval or (found.time, found.time)
         if not found.around or self.robot.tcp_frame_id is None:
+            fixed = [one for one in self._inside(worst) if not isinstance(one, CartesianWaypoint)]
+            if fixed:
+                return f"waypoint {fixed[0].name!r} is in it: its joint values have to change"
             return APART
-        for time, said in self.known:
-            if start <= time <= end:
+        said = {_between(self.scenario, found.time): self._way(worst, found.time)}
+        for start, end in found.contacts:
+            middle = (start + end) / 2
+            where = _between(self.scenario, middle)
+            if where not in said and len(said) < MOST_PLACES:
+                said[where] = f"{where} {self._way((start, end), middle)}"
+        return "; ".join(said.values())
+
+    def _inside(self, contact: tuple[float, float]) -> list[Any]:
+        """The waypoints in a contact."""
+        start, end = contact[0] - AT_WAYPOINT, contact[1] + AT_WAYPOINT
+        return [one for one in self.scenario.waypoints if start <= one.time <= end]
+
+    def _way(self, contact: tuple[float, float], time: float) -> str:
+        """The way out of one contact, looked for at a time unless a waypoint is in it."""
+        for at, said in self.known:
+            if contact[0] <= at <= contact[1]:
                 return said
-        inside = [one for one in self.scenario.waypoints if start <= one.time <= end]
-        time = inside[0].time if inside else found.time
+        inside = self._inside(contact)
+        time = inside[0].time if inside else time
         said = self._searched(time, inside[0].name if inside else None)
         self.known.append((time, said))
         return said
@@ -255,9 +276,12 @@ class _WaysOut:
                 f"waypoint {waypoint!r} is in it and has to move itself: with the tool at "
                 f"{place}, {move}, or farther, it would be clear"
             )
+        there = f"{_shown(scale * (way.tool + way.beyond * way.direction))} {unit}"
+        per_metre, speed_unit = self.scenario.units.shown(1.0, "m/s")
         return (
-            f"free is the side {move}: a waypoint near {time:.3f} s with the tool at {place}, or "
-            "farther that way, would lead past"
+            f"free is the side {move}: a waypoint near {time:.3f} s with the tool at {there}, "
+            f"passed at some {_shown(per_metre * along)} {speed_unit}, can lead past; if the "
+            "motion beside it still collides, put it farther that way"
         )
 
 

@@ -330,6 +330,8 @@ class _Search:
             first, second = self.model.bodies[pair.first], self.model.bodies[pair.second]
             distance, time = float(self.distance[worst[k]]), float(self.time[worst[k]])
             nearest = nearest_of_bodies(self.model.meter, first, second, rotation[k], origin[k])
+            if nearest.distance < distance - 10.0**-DIGITS:
+                distance = nearest.distance  # of solids that were not measured then
             verdict, interval = "clear", None
             contacts: tuple[tuple[float, float], ...] = ()
             left = [one for one in self.undecided if one[0] in combos[k]]
