@@ -1,4 +1,4 @@
-"""Draw the pictures of scenes with a headless Chromium: the README's, moving, and the gallery's.
+"""Draw the README's pictures and the gallery's; those of scenes with a headless Chromium.
 
 `make pictures` runs it; names of scenarios and robots as arguments draw those of the gallery alone.
 """
@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import io
+import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -76,6 +78,17 @@ def draw_readme(tab: Any) -> None:
     )
 
 
+def draw_plot() -> None:
+    """The plot of the README's task, by the command that it shows."""
+    text = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    (task,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "glue.yaml"
+        file.write_text(task, encoding="utf-8")
+        command = [sys.executable, "-m", "knotwork", "plot", str(file), "--size", "slide"]
+        subprocess.run([*command, "-o", str(DOCS / "glue.png")], check=True)
+
+
 def draw_gallery(tab: Any, names: list[str]) -> None:
     """A small picture of each scenario, and of each robot at home."""
     GALLERY.mkdir(exist_ok=True)
@@ -122,6 +135,7 @@ def main() -> None:
         tab = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
         if not names:
             draw_readme(tab)
+            draw_plot()
         draw_gallery(tab, names)
         browser.close()
 

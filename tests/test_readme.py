@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 import knotwork as kw
 from command_line import Command
@@ -30,6 +31,11 @@ def test_the_task_is_planned_with_the_output_shown(
     assert ran.code == 0
     assert ran.out == shown
     assert max(map(len, shown.splitlines())) <= 80
+    (plot,) = re.findall(r"^    knotwork (plot .+)$", README, re.MULTILINE)
+    assert knotwork(*plot.split()).code == 0
+    drawn, kept = imread(tmp_path / "joints.png"), imread(ROOT / "docs/glue.png")
+    assert drawn.shape == kept.shape
+    assert np.abs(drawn - kept).mean() < 0.01  # letters and lines are a tenth of it
 
 
 def test_it_can_be_read_in_a_few_minutes() -> None:

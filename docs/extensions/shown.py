@@ -11,6 +11,7 @@ well.
 from __future__ import annotations
 
 import contextlib
+import html
 import io
 import os
 import shlex
@@ -27,8 +28,15 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+from knotwork.view.inline_picture import inlined, night_colours
+
 MOST_SENTENCES = 12
 ROOT = Path(__file__).parents[2]  # of the repository, where examples are
+NIGHT = (  # the theme's choice of the dark, and the browser's
+    f'<style>body[data-theme="dark"] .drawing {{ {night_colours()} }}\n'
+    "@media screen and (prefers-color-scheme: dark) "
+    f'{{ body:not([data-theme="light"]) .drawing {{ {night_colours()} }} }}</style>'
+)
 
 
 class _Page:
@@ -224,6 +232,11 @@ class Picture(Shown):
             return []
         folder = Path(self.env.doctreedir) / "pictures"
         folder.mkdir(exist_ok=True)
+        if made.suffix == ".svg":
+            drawing = inlined(made.read_text(encoding="utf-8"))
+            words = html.escape(" ".join(self.content))
+            picture = f'<div class="drawing" role="img" aria-label="{words}">{drawing}</div>'
+            return [nodes.raw("", f"{NIGHT}\n{picture}\n", format="html")]
         name = f"{self.env.docname.replace('/', '-')}-{made.name}"
         shutil.copyfile(made, folder / name)
         uri = os.path.relpath(folder / name, self.env.srcdir)

@@ -36,6 +36,13 @@ def test_pages_fit_and_do_not_complain(
     context.close()
 
 
+LIGHTNESS = """(() => {
+    const drawing = document.querySelector(".drawing svg");
+    const fills = [drawing.querySelector("path"), drawing].map((one) => getComputedStyle(one).fill);
+    return fills.map((fill) => Number(fill.match(/[\\d.]+/)[0]));
+})()"""
+
+
 def test_equations_are_drawn(whole_site: Site, chromium: Any) -> None:
     context = chromium.new_context(viewport={"width": 1280, "height": 900}, offline=True)
     tab = context.new_page()
@@ -48,3 +55,15 @@ def test_equations_are_drawn(whole_site: Site, chromium: Any) -> None:
     line = tab.evaluate("document.querySelector('#equation-eq-30 math').clientHeight")
     assert height > 1.3 * line
     context.close()
+
+
+def test_plots_are_dark_in_the_dark(whole_site: Site, chromium: Any) -> None:
+    lightness = {}
+    for scheme in ("light", "dark"):
+        context = chromium.new_context(color_scheme=scheme, offline=True)
+        tab = context.new_page()
+        tab.goto((whole_site.folder / "getting_started.html").as_uri())
+        lightness[scheme] = tab.evaluate(LIGHTNESS)
+        context.close()
+    assert lightness["light"][0] > 200 > 100 > lightness["light"][1]  # paper and letters
+    assert lightness["dark"][0] < 60 < 150 < lightness["dark"][1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import Any
@@ -91,6 +92,13 @@ def test_joints_that_share_a_panel_are_in_percent_of_their_own_limits() -> None:
     assert notes(figure)[1].endswith("a and b lie over each other")
     with pytest.raises(UnknownNameError, match="a4, slide"):
         plot_joints(plan, size="a3")
+
+
+def test_names_of_low_rows_do_not_overlap(paper_case: Plan) -> None:
+    figure = plot_joints(paper_case, size="slide")
+    assert len(figure.axes) == 4
+    boxes = [axis.yaxis.label.get_window_extent() for axis in figure.axes]
+    assert all(one.y0 > below.y1 for one, below in itertools.pairwise(boxes))
 
 
 def test_jerk_is_drawn_as_steps(paper_case: Plan) -> None:

@@ -28,7 +28,11 @@ def inline_svg(figure: Figure) -> str:
     file = io.StringIO()
     with settings():
         figure.savefig(file, format="svg", metadata=_METADATA)
-    text = file.getvalue()
+    return inlined(file.getvalue())
+
+
+def inlined(text: str) -> str:
+    """Make the text of an SVG file an element of HTML, as `inline_svg` does."""
     head, tag, body = _LEFT_OUT.sub("", text[text.index("<svg") :]).partition(">")
     body = _COLOUR.sub(lambda found: f": {_variable(found[1])}", body)
     return _SIZE.sub("", head) + tag + re.sub(r"\s*\n\s*", "\n", body)

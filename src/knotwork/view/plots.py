@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 # Letters in a line of a row's name.
 ROW_LETTERS = 12
+# Rows lower than this [in] name quantity and unit below each other.
+LOW = 2.0
 # So many joints are compared in columns of their own, planners lying over each other.
 MOST_JOINT_COLUMNS = 3
 # With more joints each planner has a column of its own.
@@ -234,6 +236,9 @@ def _frame(
     elif _overlaid(panels):
         titles = list(names)
     tops, bottoms = ([panel.axis for panel in panels[i]] for i in (0, -1))
+    if figure.get_size_inches()[1] / len(panels) < LOW:
+        for panel in (line[0] for line in panels):
+            panel.axis.set_ylabel(panel.axis.get_ylabel().replace(" [", "\n["))
     figure.align_ylabels()
     frame_times(tops, bottoms, motions, titles)
     settle(figure, len(panels), grows=grows)
