@@ -12,6 +12,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
+from knotwork import tradeoffs
 
 SWING = """\
 # two joints
@@ -119,6 +120,20 @@ def test_tradeoff_as_table_files_and_picture(
     rows = list(csv.DictReader(io.StringIO((tmp_path / "tradeoff.csv").read_text())))
     assert [float(row["peak_jerk"]) for row in rows] == jerks
     assert json.loads(knotwork("tradeoff", swing, "--factors", "1,1.5,2", "--json").out) == data
+
+
+def test_tradeoff_says_what_the_budget_was_too_short_for(
+    swing: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tradeoffs, "LEAST_SHARE", 1e-9)
+    options = ("--factors", "1,1.5,2", "--budget", "0.000001s")
+    ran = knotwork("tradeoff", swing, *options)
+    assert ran.code == 0
+    assert "ok, best so far" in ran.out
+    assert "the budget ended before a motion was found at 1.5, 2 of the least time" in ran.out
+    data = json.loads(knotwork("tradeoff", swing, *options, "--json").out)
+    assert data["left_out"] == [1.5, 2.0]
+    assert [point["stopped"] for point in data["points"]] == [True]
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -64,7 +65,7 @@ def test_the_least_peaks_are_those_of_the_closed_form() -> None:
         assert made.chosen.objective[f"peak_{kind}"] == peak
 
 
-def test_a_peak_is_traded_for_time() -> None:
+def test_a_peak_is_traded_for_time_and_frozen(tmp_path: Path) -> None:
     end, limits = (
         {"name": "b", "joints": {"q": 1}},
         {"velocity": 9, "acceleration": 90, "jerk": 900},
@@ -72,6 +73,10 @@ def test_a_peak_is_traded_for_time() -> None:
     calm = kw.plan(task(end, limits=limits, objective={"time": 1, "peak_jerk": 0.1}))
     # T + w 32 / T³ is least where T⁴ = 96 w
     assert calm.trajectory.duration == pytest.approx((96 * 0.1) ** 0.25, rel=0.01)
+    again = kw.plan(calm.freeze(tmp_path / "frozen.yaml"))
+    for name in "xc":
+        before, after = (getattr(one.trajectory.polynomial, name) for one in (calm, again))
+        assert before.tobytes() == after.tobytes()
 
 
 def through(**keys: Any) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from timing_cases import random_problem
+from timing_cases import assert_kept, random_problem
 
 from knotwork.errors import InputError, TimingError
 from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
@@ -150,7 +150,18 @@ def test_contradictory_limits() -> None:
 
 def test_a_budget_that_is_too_small_is_no_answer() -> None:
     error = failure(random_problem(1, 8, 5), budget=1e-6)
-    assert "allow more time" in str(error)
+    assert "within the budget of 1e-06 s; allow more time" in str(error)
+
+
+def test_a_motion_that_stops_needs_no_time_to_be_found() -> None:
+    problem = random_problem(1, 8, 5)
+    velocity = np.array(problem.velocity)
+    velocity[1:-1] = np.nan
+    free = replace(problem, velocity=velocity, at_least=np.full(7, 0.2))
+    motion = solve(free, budget=1e-6)
+    assert motion.status == "stopped"
+    assert_kept(free, replace(motion, status="optimal"))
+    assert (motion.velocity == 0.0).all()
 
 
 def test_effort_needs_dynamics() -> None:

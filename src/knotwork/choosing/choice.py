@@ -187,12 +187,20 @@ def _solved(
         return [(run, found_for(run, objective)) for run in runs]
     timed = [run for run in runs if free.duration[list(run.waypoints)[:-1]].any()]
     watch.work += sum(len(run.waypoints) - 1 for run in timed)
-    spans = {run: found_for(run, Objective()).duration for run in timed}
+    fastest = {run: found_for(run, Objective()) for run in timed}
+    spans = {run: motion.duration for run, motion in fastest.items()}
     provisional = sum(float(np.ptp(task.waypoints.time[run.rows])) for run in timed)
     given = float(np.ptp(scenario.times)) - provisional
     shortest = given + sum(spans.values())
     if free.total < shortest:
         with scenario.error_context("duration"):
+            if any(motion.status == "stopped" for motion in fastest.values()):
+                raise TimingError(
+                    f"no motion of {free.total:g} s was found within the budget of "
+                    f"{watch.budget:g} s, the shortest lasts {with_room(shortest):.6g} s; "
+                    "allow more time",
+                    limit="budget",
+                )
             raise InputError(
                 f"{free.total:g} s is shorter than the least time under the limits, "
                 f"{rounded_up(shortest):.6g} s; accepted: {with_room(shortest):.6g} s or more"

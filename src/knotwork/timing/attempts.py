@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotwork.timing.care import first_care, form_of_care, more_care
+from knotwork.timing.care import first_care, form_of_care, keeps_limits, more_care
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Solution, joined_limits
@@ -21,7 +21,7 @@ from knotwork.timing.section import (
     plain_guess,
 )
 from knotwork.timing.spline import PIECES, pieces_each
-from knotwork.timing.start import between_stops, short_durations
+from knotwork.timing.start import between_stops, short_durations, with_stops
 from knotwork.timing.watch import Steps, Watch
 from knotwork.waypoints import FloatArray
 
@@ -37,6 +37,9 @@ greatest one."""
 
 COSTLESS = 1e-6
 """Joints are kept still if the objective grows by no more than this part of it."""
+
+SLOWER = (1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
+"""How many times the least durations from stop to stop are tried, where the budget has ended."""
 
 MOST_TIMES = 12
 """How often a start is solved again, with more care, before it has failed."""
@@ -88,9 +91,24 @@ def solved_section(
         if enough or watch.late(found=bool(found), ahead=watch.now() - begun if found else 0.0):
             break
     best = min((r.best for r in runs if r.best is not None), key=lambda b: b.cost, default=None)
+    if best is None and watch.late(found=False):
+        return _stopping(problem)
     if best is None or watch.late(found=True):
         return best
     return _with_idle_joints_still(problem, watch, best)
+
+
+def _stopping(problem: TimingProblem) -> Attempt | None:
+    """A motion that stops at every waypoint, if that is allowed: it needs no search."""
+    for slower in SLOWER:
+        knots = with_stops(problem, pieces_each(1), slower)
+        if knots is None:
+            break
+        found = Found(knots, rebuilt(knots))
+        if keeps_limits(problem, found.curve):
+            cost = weighted(problem, terms(problem, found.curve))
+            return Attempt(found, cost, False, first_care(problem))
+    return None
 
 
 def _with_idle_joints_still(problem: TimingProblem, watch: Watch, best: Attempt) -> Attempt:

@@ -70,6 +70,19 @@ def more_care(problem: TimingProblem, care: Care, curve: PiecewisePolynomial) ->
     return None
 
 
+def keeps_limits(problem: TimingProblem, curve: PiecewisePolynomial) -> bool:
+    """Whether a curve keeps every limit, whatever its pieces are."""
+    looks = []
+    if np.isfinite(problem.limits.effort).any():
+        looks.append((effort_shares, proved_efforts))
+    if np.isfinite(problem.limits.tool_speed):
+        looks.append((tool_shares, proved_tool))
+    over = excess(problem, curve) or any(
+        _exceeded(problem, curve, *look) is not None for look in looks
+    )
+    return not over
+
+
 def _exceeded(
     problem: TimingProblem, curve: PiecewisePolynomial, looked_at: Shares, proved: Shares
 ) -> FloatArray | None:

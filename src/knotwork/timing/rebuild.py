@@ -66,6 +66,25 @@ def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
     ]
 
 
+def joined(parts: list[Knots]) -> Knots:
+    """Put parts one after another; where they meet they agree."""
+    if len(parts) == 1:
+        return parts[0]
+    durations = np.concatenate([np.diff(one.time) for one in parts])
+
+    def points(name: str) -> FloatArray:
+        arrays = [getattr(one, name) for one in parts]
+        return np.concatenate([*(array[:-1] for array in arrays[:-1]), arrays[-1]])
+
+    return Knots(
+        np.concatenate(([0.0], np.cumsum(durations))),
+        np.concatenate([one.share for one in parts]),
+        points("position"),
+        points("velocity"),
+        np.concatenate([one.acceleration for one in parts]),
+    )
+
+
 def rebuilt_row(parts: Sequence[Knots]) -> PiecewisePolynomial:
     """Make one curve of parts that follow one another."""
     curves = [rebuilt(one) for one in parts]

@@ -140,7 +140,8 @@ def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
 def _failure(problem: TimingProblem, watch: Watch) -> TimingError:
     if watch.late(found=False):
         return TimingError(
-            "no motion that keeps every limit was found in the time given; allow more time",
+            "no motion that keeps every limit was found within the budget of "
+            f"{watch.budget:g} s; allow more time, or none: then the search goes on to its end",
             limit="budget",
         )
     return explained(problem)

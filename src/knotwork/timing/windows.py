@@ -14,10 +14,9 @@ import numpy as np
 
 from knotwork.timing.attempts import Attempt, solved_section
 from knotwork.timing.problem import TimingProblem, part_of
-from knotwork.timing.rebuild import Knots, rebuilt
+from knotwork.timing.rebuild import Knots, joined, rebuilt
 from knotwork.timing.section import Found, Guess
 from knotwork.timing.watch import Watch
-from knotwork.waypoints import FloatArray
 
 KEPT = 8
 """Intervals of each window that are kept."""
@@ -84,22 +83,3 @@ def _first_part(found: Found, count: int) -> Found:
         knots.acceleration[:count],
     )
     return Found(part, found.curve)
-
-
-def joined(parts: list[Knots]) -> Knots:
-    """Put parts one after another; where they meet they agree."""
-    if len(parts) == 1:
-        return parts[0]
-    durations = np.concatenate([np.diff(one.time) for one in parts])
-
-    def points(name: str) -> FloatArray:
-        arrays = [getattr(one, name) for one in parts]
-        return np.concatenate([*(array[:-1] for array in arrays[:-1]), arrays[-1]])
-
-    return Knots(
-        np.concatenate(([0.0], np.cumsum(durations))),
-        np.concatenate([one.share for one in parts]),
-        points("position"),
-        points("velocity"),
-        np.concatenate([one.acceleration for one in parts]),
-    )
