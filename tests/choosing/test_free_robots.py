@@ -109,6 +109,20 @@ def test_a_speed_along_a_path_with_a_cap() -> None:
     assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.06)
 
 
+@pytest.mark.exhaustive
+def test_the_acceleration_of_the_tool_bounds_the_speed_along_an_arc() -> None:
+    """The half circle has a radius of 200 mm, so that the bound is the root of 1200 times 200."""
+
+    def task(speed: Any) -> dict[str, Any]:
+        arc = {"along": {"arc": {"through": [600, 0, 300]}}}
+        return reach(line(speed) | arc, limits={"acceleration": 400, "tool_acceleration": 1200})
+
+    made = kw.plan(task("fastest"))
+    made.report.raise_if_failed()
+    assert 0.99 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
+    assert not passes(task(491))
+
+
 def test_limits_that_allow_no_speed_along_a_path() -> None:
     with pytest.raises(InputError, match=r"waypoints\[1\]\.speed: no speed from 10 to "):
         kw.plan(reach(line("fastest"), limits={"acceleration": 1}))
