@@ -103,12 +103,15 @@ class Obstacles:
         time = self.scenario.waypoints[index].time
         return np.asarray(self._pairs.clearance(candidates.q[own], time, most)[back])
 
-    def first_contact(self, found: Continuation, start: int) -> tuple[float, str] | None:
-        """When a way along a path first collides, and the sentence for it; `None` if it does not.
+    def contact(self, found: Continuation, start: int) -> tuple[int, int] | None:
+        """The first look at a way along a path that finds a collision; `None` if none does.
 
         Args:
             found: The ways.
             start: Which of them.
+
+        Returns:
+            The step that was looked at before, or -1, and the one that collides.
         """
         if self._pairs is None:
             return None
@@ -117,14 +120,25 @@ class Obstacles:
         before = int(looks[0]) - 1
         for k in looks.tolist():
             if self.collides(found.position[k, start], float(found.time[k])):
-                first = next(
-                    i
-                    for i in range(before + 1, k + 1)
-                    if self.collides(found.position[i, start], float(found.time[i]))
-                )
-                return self._begin(found, first, start), self._said(found, first, start)
+                return before, k
             before = k
         return None
+
+    def told(self, found: Continuation, start: int, contact: tuple[int, int]) -> tuple[float, str]:
+        """When a contact begins, and the sentence for it.
+
+        Args:
+            found: The ways.
+            start: Which of them.
+            contact: What `contact` gives for it.
+        """
+        before, k = contact
+        first = next(
+            i
+            for i in range(before + 1, k + 1)
+            if self.collides(found.position[i, start], float(found.time[i]))
+        )
+        return self._begin(found, first, start), self._said(found, first, start)
 
     def _begin(self, found: Continuation, step: int, start: int) -> float:
         """When the contact begins that is there at a step and not at the one before [s]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -106,8 +107,9 @@ class Ties:
         tried = np.flatnonzero(asked if asked.any() else ~asked)
         if not free[tried].any():
             contacts |= self._contacts(found, np.setdiff1d(back[tried], list(contacts)))
+            told = self._told(found, contacts)
             hindrances = [
-                _first(found.hindrance(robot, int(back[i]), turns[i]), contacts.get(int(back[i])))
+                _first(found.hindrance(robot, int(back[i]), turns[i]), told.get(int(back[i])))
                 for i in tried
             ]
             others = described(robot, taken(start, free))
@@ -118,15 +120,23 @@ class Ties:
             for k in range(1, len(times))
         ]
 
-    def _contacts(self, found: Continuation, ways: Any) -> dict[int, Hindrance]:
+    def _contacts(self, found: Continuation, ways: Any) -> dict[int, tuple[int, int]]:
         """The first collisions of ways that have any, by their starts' indices."""
         if self.obstacles is None:
             return {}
-        contacts = {int(b): self.obstacles.first_contact(found, int(b)) for b in ways}
+        contacts = {int(b): self.obstacles.contact(found, int(b)) for b in ways}
+        return {b: steps for b, steps in contacts.items() if steps is not None}
+
+    def _told(
+        self, found: Continuation, contacts: Mapping[int, tuple[int, int]]
+    ) -> dict[int, Hindrance]:
+        """What is to be said of collisions."""
+        if self.obstacles is None:
+            return {}
+        told = {b: self.obstacles.told(found, b, steps) for b, steps in contacts.items()}
         return {
-            b: Hindrance("collision", when[0], 0, 0.0, 0.0, 0.0, contact=when[1])
-            for b, when in contacts.items()
-            if when is not None
+            b: Hindrance("collision", time, 0, 0.0, 0.0, 0.0, contact=said)
+            for b, (time, said) in told.items()
         }
 
     def _candidates(
