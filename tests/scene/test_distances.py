@@ -14,8 +14,12 @@ import pinocchio as pin
 import pytest
 import trimesh
 
-from knotwork.scenario import Shape
+from knotwork.joint_space import joint_space
+from knotwork.scenario import Shape, load_scenario
+from knotwork.scene.building import collision_model
 from knotwork.scene.distances import ROUNDING, DistanceMeter
+from knotwork.scene.placements import place_joints
+from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.scene.solids import Placed, Solid, solid
 
 MESHES = {
@@ -178,3 +182,19 @@ def test_distances_of_convex_shapes_are_right() -> None:
 @pytest.mark.exhaustive
 def test_distances_of_many_convex_shapes_are_right() -> None:
     assert 0.0 < largest_error(50_000, np.random.default_rng(4)) < ROUNDING / 4
+
+
+@pytest.mark.parametrize("name", ["ur5_deburring", "ur10_spray"])
+def test_no_pair_is_nearer_than_its_spheres_and_its_boxes(name: str) -> None:
+    scenario = load_scenario(name)
+    robot = joint_space(scenario).robot
+    assert robot is not None
+    pairs = SolidPairs(collision_model(scenario, robot, {}))
+    q = np.random.default_rng(4).uniform(-2.5, 2.5, (4, robot.dof))
+    placed = place_joints(pairs.model.joints, q)
+    spheres, boxes = pairs.least(*placed), pairs.least_of_boxes(*placed)
+    assert (boxes > spheres).mean() > 0.2
+    for i, (turn, shift) in enumerate(zip(*pairs.axes(*placed), strict=True)):
+        for c in range(len(pairs.first)):
+            distance = pairs.measured(c, turn, shift)
+            assert max(spheres[i, c], boxes[i, c]) <= max(distance, 0.0) + ROUNDING
