@@ -33,6 +33,9 @@ MOST_PLACES = 3
 ROOM_PRECISION = 2e-4
 """The least clearance of a motion is found to this [m], so that motions can be told apart by it."""
 
+LEADS_PAST = "can lead past"
+FARTHER = "where the motion beside it still collides, put it farther that way"
+
 AT_WAYPOINT = 1e-6
 """A time this near to that of a waypoint [s] is at the waypoint."""
 
@@ -242,7 +245,8 @@ class _WaysOut:
             where = _between(self.scenario, middle)
             if where not in said and len(said) < MOST_PLACES:
                 said[where] = f"{where} {self._way((start, end), middle)}"
-        return "; ".join(said.values())
+        ways = "; ".join(said.values())
+        return f"{ways}; {FARTHER}" if LEADS_PAST in ways else ways
 
     def _inside(self, contact: tuple[float, float]) -> list[Any]:
         """The waypoints in a contact."""
@@ -277,11 +281,12 @@ class _WaysOut:
                 f"{place}, {move}, or farther, it would be clear"
             )
         there = f"{_shown(scale * (way.tool + way.beyond * way.direction))} {unit}"
+        step = 0.01 * float(np.linalg.norm(along)) or 1.0
+        rounded = step * np.round(along / step)
         per_metre, speed_unit = self.scenario.units.shown(1.0, "m/s")
         return (
             f"free is the side {move}: a waypoint near {time:.3f} s with the tool at {there}, "
-            f"passed at some {_shown(per_metre * along)} {speed_unit}, can lead past; if the "
-            "motion beside it still collides, put it farther that way"
+            f"passed at some {_shown(per_metre * rounded)} {speed_unit}, {LEADS_PAST}"
         )
 
 
