@@ -124,7 +124,8 @@ def test_the_acceleration_of_the_tool_bounds_the_speed_along_an_arc() -> None:
 
 
 def test_limits_that_allow_no_speed_along_a_path() -> None:
-    with pytest.raises(InputError, match=r"waypoints\[1\]\.speed: no speed from 10 to "):
+    said = r"waypoints\[1\]\.speed: no speed from 10 .*; at 10 'wrist_3_joint' exceeds its limit"
+    with pytest.raises(InputError, match=said):
         kw.plan(reach(line("fastest"), limits={"acceleration": 1}))
 
 

@@ -94,6 +94,7 @@ class _Search:
         self.caps = [min(free.path_speed[place], most) for place in self.places]
         self.number = scenario.paths.index(path)
         self.unit = scenario.shown_length[0]
+        self.hindrance = ""  # at the speeds that were tried last
 
     def edits(self, speeds: list[float]) -> dict[Location, Any]:
         """The edits for some speeds [m/s]."""
@@ -144,7 +145,8 @@ class _Search:
         least, most = (f"{self.unit * v:.4g}" for v in (PROVISIONAL_SPEED, max(speeds)))
         if max(speeds) <= PROVISIONAL_SPEED:
             return f"the limits allow less than {least} along it"
-        return f"no speed from {least} to {most} was found at which the limits are kept along it"
+        said = f"no speed from {least} to {most} was found at which the limits are kept along it"
+        return f"{said}; at {least} {self.hindrance}" if self.hindrance else said
 
     def _refuse(self, found: str, accepted: str = "higher limits, or another path") -> None:
         with self.scenario.error_context("waypoints", self.places[0], "speed"):
@@ -161,6 +163,7 @@ class _Search:
         try:
             scenario = self.task.with_edits(self.edits(speeds))
             path = scenario.paths[self.number]
+            self.hindrance = ""
             return leads_along(
                 scenario, self.space.robot, path, self.start, room=ROOM
             ) and self._kept(self.motion(scenario))
@@ -173,16 +176,22 @@ class _Search:
     def _kept(self, motion: JointTrajectory) -> bool:
         limits = self.space.limits
         for quantity in ("velocity", "acceleration", "jerk"):
-            if (
-                np.isfinite(limits[quantity]).any()
-                and (motion.extrema(quantity).peak > INSIDE * limits[quantity]).any()
-            ):
+            if not np.isfinite(limits[quantity]).any():
+                continue
+            shares = motion.extrema(quantity).peak / limits[quantity]
+            if (shares > INSIDE).any():
+                joint = self.space.joint_names[int(np.argmax(shares))]
+                self.hindrance = f"{joint!r} exceeds its limit of {quantity}"
                 return False
         if self.space.robot is None:
             return True
-        return all(_proved(one) for one in self._bounds(self.space.robot, motion))
+        for what, bound in self._bounds(self.space.robot, motion):
+            if not _proved(bound):
+                self.hindrance = f"the limit of {what} is not kept"
+                return False
+        return True
 
-    def _bounds(self, robot: Robot, motion: JointTrajectory) -> Iterator[Bound]:
+    def _bounds(self, robot: Robot, motion: JointTrajectory) -> Iterator[tuple[str, Bound]]:
         """Proved bounds of what is limited beside the joints' motion, one after another."""
         from knotwork.verification import (
             tool_acceleration_bound,
@@ -192,13 +201,16 @@ class _Search:
 
         limits = self.scenario.motion_limits
         if limits.tool_speed is not None:
-            yield tool_speed_bound(robot, motion, limit=limits.tool_speed)
+            yield "tool_speed", tool_speed_bound(robot, motion, limit=limits.tool_speed)
         if limits.tool_acceleration is not None:
-            yield tool_acceleration_bound(robot, motion, limit=limits.tool_acceleration)
+            most = limits.tool_acceleration
+            yield "tool_acceleration", tool_acceleration_bound(robot, motion, limit=most)
         for one in limits.frame_speed:
-            yield tool_speed_bound(robot, motion, frame=one.frame, limit=one.speed)
+            bound = tool_speed_bound(robot, motion, frame=one.frame, limit=one.speed)
+            yield f"the speed of {one.frame}", bound
         if np.isfinite(self.space.limits["effort"]).any():
-            yield from torque_bound(robot, motion)
+            for bound in torque_bound(robot, motion):
+                yield "effort", bound
 
     def _room(self, motion: JointTrajectory, k: int, orders: int) -> float:
         """How many times faster a stretch could be, but for changes of speed and torques."""
