@@ -30,6 +30,8 @@ SIZE = (1280, 760)
 SMALL = (560, 332)
 MOVING = (800, 475)
 FRAMES = 66
+# Of the duration, where the tool would hide behind its part.
+MOMENTS = {"ur10_weld": 0.12}
 CONTROLS = ".dg, #bar, #shown, #joints { display: none !important; }"
 WORDS = "#head, #legend, #labels, #leaders { display: none !important; }"
 
@@ -101,7 +103,7 @@ def draw_gallery(tab: Any, names: list[str]) -> None:
             continue
         with scene(tab, plan, CONTROLS + WORDS) as taken:
             start, end = plan.trajectory.start_time, plan.trajectory.end_time
-            _keep(taken(start + 0.72 * (end - start)), name)
+            _keep(taken(start + MOMENTS.get(name, 0.72) * (end - start)), name)
     for name in kw.robot_names():
         if names and name not in names:
             continue
