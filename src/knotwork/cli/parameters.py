@@ -177,6 +177,7 @@ def motion_options(use: str) -> Callable[[Command], Command]:
 def html_option(*, required: bool = False) -> Callable[[Command], Command]:
     """Make the option for a page to write."""
     return click.option(
+        "-o",
         "--html",
         "out",
         metavar="FILE",
