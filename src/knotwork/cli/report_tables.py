@@ -112,7 +112,8 @@ def print_report(
     silent = [found for found in report.findings if found.value is None]
     for found in silent:
         if found.verdict == "information":
-            for i, line in enumerate(textwrap.wrap(str(found), WIDEST, break_long_words=False)):
+            width = min(WIDEST, console(wrap=True).width) - len("    ")
+            for i, line in enumerate(textwrap.wrap(str(found), width, break_long_words=False)):
                 out.print(f"{'    ' if i else '   '}{cell(line)}", soft_wrap=True)
     _print_lines(out, report.warnings, "[yellow]warning[/]")
     _print_lines(out, report.failures, "[bold red]FAIL[/]")
