@@ -138,12 +138,16 @@ class DocumentError(InputError):
         problems: What is wrong, in the order of the file; the message names the first ones.
     """
 
-    def __init__(self, file: Path | str | None, problems: Sequence[Problem]) -> None:
+    def __init__(
+        self, file: Path | str | None, problems: Sequence[Problem], *, complete: bool = True
+    ) -> None:
+        """Tell the problems; where they are not `complete`, that there may be more of them."""
         self.file, self.problems = file, tuple(problems)
         name = str(file) if file is not None else "(given in Python)"
         lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PROBLEMS]]
         if len(self.problems) > MOST_PROBLEMS:
-            lines.append(f"{name}: and {len(self.problems) - MOST_PROBLEMS} more problems")
+            more = len(self.problems) - MOST_PROBLEMS
+            lines.append(f"{name}: and {'' if complete else 'at least '}{more} more problems")
         super().__init__("\n".join(lines))
 
 

@@ -123,6 +123,23 @@ def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
             kw.Study.open(folder)
 
 
+@pytest.mark.parametrize("size", [60_000, 200_000])
+def test_texts_that_fill_memory_are_refused(
+    size: int, lifted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A text of a chunk's file stands there once, however many rows have it, and compressed."""
+    folder = shutil.copytree(lifted, tmp_path / "lift")
+    chunk = min(folder.rglob("*.parquet"))
+    table = parquet.read_table(chunk, partitioning=None)
+    place = table.schema.get_field_index("message")
+    parquet.write_table(table.set_column(place, "message", [["x" * size] * 4]), chunk)
+    assert len(kw.Study.open(folder)["message"][3]) == size
+    assert chunk.stat().st_size < 30_000
+    monkeypatch.setattr("knotwork.sweeps.study.MOST_BYTES", 100_000)
+    with pytest.raises(kw.InputError, match=r"0000000\.parquet: .* more than 2000000000 bytes"):
+        kw.Study.open(folder).rows().__next__()
+
+
 def test_it_stops_when_enough_rows_pass() -> None:
     study = kw.sweep(LIFT, VARY, workers=0, chunk=2, stop_after=3)
     assert 3 <= study.passed < 8

@@ -135,7 +135,9 @@ def _internal_error(error: Exception) -> int:
     epilog="Start with `knotwork plan ur5_deburring`. Exit codes: 0 every check passes, 1 a check "
     "fails, 2 the input is wrong, 3 Knotwork itself is at fault.",
 )
-@click.version_option(__version__, "-V", "--version", message="%(prog)s %(version)s")
+@click.version_option(
+    __version__, "-V", "--version", prog_name="knotwork", message="%(prog)s %(version)s"
+)
 def cli() -> None:
     """Tool poses and speeds in, a verified C² joint trajectory out."""
 

@@ -7,6 +7,7 @@ import io
 import re
 import socket
 import time
+from collections.abc import Iterator
 from typing import Any
 
 from knotwork.cli.terminal import echo
@@ -15,8 +16,8 @@ from knotwork.errors import InputError
 OWN = "own"
 """In place of a server's address: one is started, and ends with the command."""
 
-# A server on this machine answers at once [s].
-PATIENCE = 3.0
+# Servers answer at once, and while they take large meshes within a second or so [s].
+PATIENCE = 10.0
 
 
 def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
@@ -34,13 +35,13 @@ def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
     from knotwork.view.show import scene_of
 
     scene = scene_of(motion)
-    if address != OWN:
-        _require_server(address)
-    import meshcat
-
-    with contextlib.redirect_stdout(io.StringIO()):  # Meshcat prints its address
-        viewer = meshcat.Visualizer(zmq_url=None if address == OWN else address)
-    play_scene(scene, viewer)
+    if address == OWN:
+        viewer = _viewer()
+        play_scene(scene, viewer)
+    else:
+        with _answering(address):
+            viewer = _viewer(address)
+            play_scene(scene, viewer)
     for warning in scene["warnings"]:
         echo(f"warning: {warning}", err=True)
     if address != OWN:
@@ -58,8 +59,20 @@ def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
         echo("stopped")
 
 
-def _require_server(address: str) -> None:
-    """Raise an error unless something listens at a ZMQ address: Meshcat would wait for ever."""
+def _viewer(address: str | None = None) -> Any:
+    import meshcat
+
+    with contextlib.redirect_stdout(io.StringIO()):  # Meshcat prints its address
+        return meshcat.Visualizer(zmq_url=address)
+
+
+@contextlib.contextmanager
+def _answering(address: str) -> Iterator[None]:
+    """Talk with the Meshcat server at a ZMQ address, which by itself waits for ever.
+
+    Raises:
+        InputError: Nothing listens there, or something that does not answer.
+    """
     found = re.fullmatch(r"tcp://([^:/]+|\[[^\]]+\]):(\d{1,5})/?", address)
     if found is None:
         raise InputError(
@@ -67,11 +80,24 @@ def _require_server(address: str) -> None:
             "tcp://127.0.0.1:6000, which meshcat-server prints as zmq_url (give the scenario "
             "before --meshcat where no address follows)"
         )
+    import zmq
+    from meshcat.visualizer import ViewerWindow
+
+    options = {zmq.RCVTIMEO: round(1e3 * PATIENCE), zmq.LINGER: 0}
+    for option, value in options.items():
+        ViewerWindow.context.setsockopt(option, value)
     try:
         with socket.create_connection((found[1].strip("[]"), int(found[2])), PATIENCE):
             pass
-    except (OSError, OverflowError) as error:
+        with ViewerWindow.context.socket(zmq.REQ) as asked:
+            asked.connect(address)
+            asked.send(b"url")
+            asked.recv()
+        yield
+    except (OSError, OverflowError, zmq.ZMQError) as error:
+        silent = isinstance(error, (TimeoutError, zmq.Again))
         raise InputError(
-            f"--meshcat {address}: no server answers there; start one with meshcat-server, or "
+            f"--meshcat {address}: no Meshcat server answers there"
+            f"{f' within {PATIENCE:g} s' if silent else ''}; start one with meshcat-server, or "
             "leave the address out for one that ends with this command"
         ) from error

@@ -36,7 +36,7 @@ def validate(model: type[ModelT], document: Document) -> ModelT:
         found = first_errors(model, document.data)
     problems = [_problem(model, document, item) for item in found[:FEW]]
     problems.sort(key=lambda problem: problem.line or 0)
-    raise DocumentError(document.file, list(dict.fromkeys(problems)))
+    raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
 
 
 @dataclass(frozen=True)

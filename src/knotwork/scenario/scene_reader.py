@@ -133,7 +133,8 @@ def _file(reader: WaypointReader, given: str, place: Location) -> Path:
     folder = reader.document.file.parent if reader.document.file is not None else Path()
     path = folder / os.path.expanduser(given)
     if not path.is_file():
-        raise reader.document.error(place, f"there is no file {path}")
+        there = f"{path} is no regular file" if path.exists() else f"there is no file {path}"
+        raise reader.document.error(place, there)
     return path
 
 

@@ -20,6 +20,11 @@ def arrow() -> tuple[Any, Any]:
     return needed("pyarrow", "a sweep", _HOW), parquet
 
 
+def arrow_compute() -> Any:
+    """The package `pyarrow.compute`, which comes with it."""
+    return needed("pyarrow.compute", "a sweep", _HOW)
+
+
 def distributed() -> Any:
     """The package `distributed`, Dask's scheduler.
 

@@ -12,6 +12,7 @@ from knotwork import storage
 from knotwork.documents import Document, read
 from knotwork.errors import DocumentError, InputError
 from knotwork.scenario import Scenario, scenario_of
+from knotwork.sweeps.chunk_rows import MOST_BYTES, read_rows
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
@@ -56,23 +57,14 @@ class Study:
         Raises:
             InputError: A file of the folder can't be read.
         """
-        pa, parquet = arrow()
+        pa, _ = arrow()
         schema = pa.schema(
             [pa.field(name, pa.type_for_alias(kind)) for name, kind in self.columns.items()]
         )
-        parts = [schema.empty_table()]
+        parts, left = [schema.empty_table()], MOST_BYTES
         for file in self._files:
-            try:
-                with parquet.ParquetFile(file) as opened:
-                    if not opened.schema_arrow.equals(schema):
-                        raise InputError("it has other columns than the study")
-                    if opened.metadata.num_rows > len(self.spec):  # a few bytes may stand for all
-                        raise InputError("it has more rows than the study")
-                    parts.append(opened.read())
-            except (OSError, pa.ArrowInvalid, InputError) as error:
-                raise InputError(
-                    f"{file}: can't be read ({error}); remove it, and go on with --resume"
-                ) from error
+            parts.append(read_rows(file, schema, len(self.spec), left))
+            left -= parts[-1].nbytes
         return pa.concat_tables(parts).sort_by("row")
 
     @property
