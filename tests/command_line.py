@@ -16,3 +16,13 @@ class Ran:
 
 
 Command = Callable[..., Ran]
+
+PEAK_MEMORY = (
+    "def used():\n"
+    "    lines = open('/proc/self/status').read().splitlines()\n"
+    "    return next(int(line.split()[1]) for line in lines if line.startswith('VmHWM'))\n"
+)
+"""Code for a process of its own: `used()` is the most memory it has had [kB].
+
+`getrusage` begins with what the process that started it has, so that it may miss all.
+"""

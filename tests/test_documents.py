@@ -17,6 +17,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from pydantic import Discriminator, Field, Tag
 
+from command_line import PEAK_MEMORY
 from knotwork import documents
 from knotwork.documents import (
     Document,
@@ -679,9 +680,8 @@ def test_a_million_wrong_values_take_little_memory(text: str, tmp_path: Path) ->
     path = tmp_path / "task.yaml"
     path.write_text(text.format(wrong), encoding="utf-8")
     program = (
-        "import resource, sys, knotwork.scenario as s, knotwork.errors as e\n"
-        "def used(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-        "before = used()\n"
+        "import sys, knotwork.scenario as s, knotwork.errors as e\n"
+        f"{PEAK_MEMORY}before = used()\n"
         "try: s.load_scenario(sys.argv[1])\n"
         "except e.DocumentError: print(used() - before)\n"
     )

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from test_mesh_files import ascii_stl, binary_stl, collada, obj
 
+from command_line import PEAK_MEMORY
 from knotwork.errors import InputError
 from knotwork.meshes import bounds
 from knotwork.meshes.finding import find_mesh, mesh_package
@@ -153,13 +154,13 @@ def test_memory_is_bounded_whatever_a_header_counts(tmp_path: Path) -> None:
     path = tmp_path / "a.stl"
     path.write_bytes(bytes(80) + b"\xff" * 4 + binary_stl()[84:])
     code = (
-        "import pathlib, resource, sys, trimesh\n"
+        "import pathlib, sys, trimesh\n"
         "from knotwork.errors import InputError\n"
         "from knotwork.meshes.reading import read_mesh\n"
-        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        f"{PEAK_MEMORY}before = used()\n"
         "try: read_mesh(pathlib.Path(sys.argv[1]))\n"
         "except InputError: pass\n"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"
+        "print(used() - before)\n"
     )
     ran = subprocess.run(
         [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
