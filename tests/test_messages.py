@@ -498,6 +498,21 @@ def test_lengths_in_the_wrong_unit_are_suspected_where_the_arm_does_not_reach(
         assert hint in ran.err
 
 
+def test_a_tool_in_the_wrong_unit_too_hides_no_slip(tmp_path, knotwork: Command) -> None:
+    given = (resources.folder("scenarios") / "ur5_deburring.yaml").read_text()
+    task = tmp_path / "task.yaml"
+    task.write_text(given.replace("units: {length: mm, angle: deg}", "units: {angle: deg}"))
+    ran = knotwork("plan", task)
+    assert ran.code == 2
+    assert "units: {length: mm}" in ran.err
+
+
+def test_a_file_that_is_not_there_is_no_scenario(knotwork: Command) -> None:
+    ran = knotwork("plot", "missing.yaml", "-s", "ur5_deburring")
+    assert ran.code == 2
+    assert "there is no file missing.yaml" in ran.err
+
+
 @pytest.mark.parametrize(
     ("position", "angle", "says"),
     [

@@ -79,7 +79,8 @@ def read_motions(
     """
     if not _is_trajectory(source, reference):
         given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
-        refuse(given, f"{source} is a scenario itself")
+        if "." not in source or Path(source).exists():  # else it is told that there is no such file
+            refuse(given, f"{source} is a scenario itself")
         return list(_planned(source, planner, knots, compare or [], warm))
     given = {"--compare": compare, "--planner": planner, "--knots": knots}
     refuse(given, f"{source} is a trajectory, which is planned already")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 
 from knotwork.errors import TaskError
 from knotwork.robot import Robot
@@ -39,8 +40,13 @@ def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
 
 
 def _reach(robot: Robot) -> float:
-    """Length of the arm stretched out, an upper bound of its reach [m]."""
-    placements = [*robot.model.jointPlacements, robot.model.frames[robot.require_tool()].placement]
+    """Length of the arm stretched out up to its tool frame [m].
+
+    The tool's offset is left out: it comes from the same file as the pose.
+    """
+    robot.require_tool()
+    tool = robot.model.frames[robot.model.getFrameId(robot.tool_frame, pin.BODY)]
+    placements = [*robot.model.jointPlacements, tool.placement]
     links = sum(float(np.linalg.norm(placement.translation)) for placement in placements)
     bounds = np.abs([robot.lower_position_limit, robot.upper_position_limit]).max(axis=0)
     return links + float(sum(bounds[[unit == "m" for unit in robot.joint_units]]))
