@@ -148,9 +148,9 @@ def solve_pose_ik(
     check_distance(pose)
     asked = position_tolerance, orientation_tolerance
     kept = _Nearest(search, goal, nearest)
-    if joint_axes(robot).certain_miss(pose.translation) > position_tolerance:
-        kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
     kept.search_from(first, HASTY)
+    if kept.best is None and joint_axes(robot).certain_miss(pose.translation) > position_tolerance:
+        kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
     if nearest and kept.is_nearest():
         return kept.answer("nearest solution")
     if not nearest and kept.find_any(max_restarts):
