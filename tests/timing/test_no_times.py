@@ -7,9 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from timing_cases import assert_kept, random_problem
 
+import knotwork as kw
 from knotwork.errors import InputError, TimingError
 from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
 from knotwork.units import Units
@@ -192,3 +194,24 @@ def test_a_proposed_time_suits_the_intervals_beside() -> None:
     given = {"acceleration": ends, "duration": [0.5, np.nan]}
     problem = TimingProblem(("a", "b"), position, velocity, limits, **given)
     solve(replace(problem, duration=[failure(problem).bound, np.nan]))
+
+
+@pytest.mark.exhaustive
+def test_an_arm_too_heavy_to_hold_still_names_waypoint_joint_and_limit() -> None:
+    def planned(effort: float) -> kw.Plan:
+        ends = [
+            {"name": name, "joints": {"shoulder": q, "elbow": q}}
+            for name, q in [("flat", 0.0), ("up", 0.5)]
+        ]
+        limits = {"effort": effort, "acceleration": 10}
+        gravity = {"gravity": [0, -9.81, 0], "times": "fastest"}
+        return kw.plan({"robot": "planar2", "limits": limits, "waypoints": ends, **gravity})
+
+    with pytest.raises(TimingError, match="at 'flat' joint 'shoulder'") as heavy:
+        planned(5.0)
+    assert heavy.value.limit == "effort"
+    robot = kw.load_robot("planar2")
+    robot.model.gravity.linear = np.array([0.0, -9.81, 0.0])
+    held = pin.rnea(robot.model, robot.model.createData(), *np.zeros((3, 2)))
+    assert heavy.value.bound == pytest.approx(held[0])
+    assert planned(1.5 * heavy.value.bound).report.ok

@@ -11,6 +11,7 @@ import numpy as np
 from knotwork.errors import TimingError
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.timing.binding import binding_limits
+from knotwork.timing.holding import too_heavy
 from knotwork.timing.problem import BoolArray, Objective, TimingProblem, part_of
 from knotwork.timing.safe_numbers import rounded_down, rounded_up, with_room
 from knotwork.timing.search import ROOMS, OutOfStepsError, Search
@@ -29,9 +30,13 @@ TOOL = "tool_speed"
 def explained(problem: TimingProblem) -> TimingError:
     """Find out why no motion was found.
 
-    An interval that can't be solved alone, its velocities being given, is the cause. Given
-    durations are then let go, and after that each kind of limit is raised, to see what would do.
+    A joint that can't hold the arm where it rests is told at once. An interval that can't be solved
+    alone, its velocities being given, is the cause. Given durations are then let go, and after that
+    each kind of limit is raised, to see what would do.
     """
+    heavy = too_heavy(problem)
+    if heavy is not None:
+        return heavy
     search = Search()
     try:
         for i in range(len(problem.position) - 1) if len(problem.position) > 2 else ():
