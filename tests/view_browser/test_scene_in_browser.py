@@ -223,10 +223,12 @@ def test_turning_asked_for_is_shown_and_explained(show: Any) -> None:
     tab = show("planar2_closed_form")
     whole = picture(tab)
     tab.evaluate(HIDE, ["turning asked for"])
-    gone = changed(whole, picture(tab))
+    bare = picture(tab)
+    gone = changed(whole, bare)
     assert gone.sum() > 30
-    red, green, blue = np.moveaxis(whole[gone], 1, 0)
-    assert ((blue > green + 40) & (red > green + 40)).mean() > 0.5
+    # Lines are a pixel or two wide: at their edges they are mixed with what is behind them.
+    red, green, blue = np.moveaxis(whole[gone].astype(int) - bare[gone], 1, 0)
+    assert ((blue > green) & (red > green)).mean() > 0.8
     assert "its turn in 5 s" in tab.inner_text("#legend")
     assert "turning at 0.75 rad/s" in tab.get_attribute(".label:text-is('three four')", "title")
 
