@@ -11,8 +11,12 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint import TaskSolution
-from knotwork.verification import Finding
-from knotwork.verification.collisions import GROUP, ROOM_PRECISION, failed_pairs, room
+from knotwork.verification.collisions import (
+    ROOM_PRECISION,
+    failed_pairs,
+    room,
+    said_of_motion,
+)
 
 PlanT = TypeVar("PlanT", bound=Any)
 """A plan, of which scenario, space, trajectory, report and solution are looked at."""
@@ -152,13 +156,6 @@ def _said_of_collisions(plan: Any, tried: int) -> str:
 
 def _with_finding(plan: PlanT, message: str) -> PlanT:
     """The plan with a finding on the sequences of solutions that were tried."""
-    finding = Finding(
-        group=GROUP,
-        subject="motion",
-        name="",
-        quantity="sequences_tried",
-        verdict="information",
-        message=message,
-    )
+    finding = said_of_motion("sequences_tried", message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

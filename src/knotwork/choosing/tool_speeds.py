@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, together
 from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.timing.safe_numbers import rounded_down
+from knotwork.timing.safe_numbers import rounded_down, with_margin
 
 ROUNDING = 1e-9
 """A given speed along a path may be beyond the limit by this part of it."""
@@ -118,7 +118,4 @@ def _shown(scenario: Scenario, speed: float) -> str:
 def _limit(scenario: Scenario) -> str:
     """The limit of the tool's speed, and what it is before the margin."""
     limit = scenario.motion_limits.tool_speed or math.inf
-    if scenario.margin == 1.0:
-        return _shown(scenario, limit)
-    before = _shown(scenario, limit / scenario.margin)
-    return f"{_shown(scenario, limit)}, {scenario.margin:g} of {before} (margin)"
+    return with_margin(lambda speed: _shown(scenario, speed), limit, scenario.margin)

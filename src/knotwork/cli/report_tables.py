@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -10,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from knotwork.cli.choice_tables import alternative_table, choice_table
-from knotwork.cli.tables import WIDEST, console, plain_table
+from knotwork.cli.tables import WIDEST, console, plain_table, print_wrapped
 from knotwork.cli.terminal import cell, echo
 from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
@@ -112,9 +111,7 @@ def print_report(
     silent = [found for found in report.findings if found.value is None]
     for found in silent:
         if found.verdict == "information":
-            width = min(WIDEST, console(wrap=True).width) - len("    ")
-            for i, line in enumerate(textwrap.wrap(str(found), width, break_long_words=False)):
-                out.print(f"{'    ' if i else '   '}{cell(line)}", soft_wrap=True)
+            print_wrapped(str(found), "   ", "    ")
     _print_lines(out, report.warnings, "[yellow]warning[/]")
     _print_lines(out, report.failures, "[bold red]FAIL[/]")
     met, required = report.counts

@@ -70,11 +70,15 @@ def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
     out.print(f"[bold]{cell(name)}[/]  {cell(about)}", soft_wrap=True)
     indent = max(map(len, rows)) + 4
     for key, text in rows.items():
-        words = text.replace("\n", " ").split()
-        width = min(out.width, WIDEST) - indent
-        lines = textwrap.wrap(" ".join(words), width, break_long_words=False) if words else []
-        for i, line in enumerate(lines):
-            out.print(cell(f"  {'' if i else key}".ljust(indent) + line), soft_wrap=True)
+        print_wrapped(" ".join(text.split()), f"  {key}".ljust(indent), " " * indent)
+
+
+def print_wrapped(text: str, first: str, others: str) -> None:
+    """Print a text wrapped at the terminal's width, after what begins its first and other lines."""
+    out = console(wrap=True)
+    width = min(out.width, WIDEST) - len(others)
+    for i, line in enumerate(textwrap.wrap(text, width, break_long_words=False)):
+        out.print(cell((others if i else first) + line), soft_wrap=True)
 
 
 def _plain_text(value: Any) -> str:

@@ -301,7 +301,7 @@ def _limit_error(
         f"between {ends} no motion keeps all limits: "
         + "; and ".join(needs(one) for one in changes)
         + (". All of these together would do" if len(changes) > 1 else "")
-        + (f" (the margin leaves {margin:g} of each limit)" if margin != 1.0 else ""),
+        + problem.limits.said_of_margin,
         waypoint=first,
         interval=len(problem.position) == 2,
         joint="" if worst.field == TOOL else problem.joint_names[worst.joint],

@@ -37,7 +37,7 @@ def too_heavy(problem: TimingProblem) -> TimingError | None:
     k = int(over[0])
     return TimingError(
         f"no motion was found that keeps all limits: {'; and '.join(said)}"
-        + (f" (the margin leaves {margin:g} of each limit)" if margin != 1.0 else ""),
+        f"{problem.limits.said_of_margin}",
         waypoint=int(rests[place[k]]),
         joint=problem.joint_names[k],
         limit="effort",

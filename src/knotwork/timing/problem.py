@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, WaypointDataError
+from knotwork.timing.safe_numbers import with_margin
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
 
@@ -78,10 +79,12 @@ class TimingLimits(ReadOnlyArrays):
         >>> TimingLimits([1.8], margin=0.9).text(1.8, "rad/s", SI)
         '1.8 rad/s, 0.9 of 2 rad/s (margin)'
         """
-        said = units.text(limit, unit)
-        if self.margin == 1.0:
-            return said
-        return f"{said}, {self.margin:g} of {units.text(limit / self.margin, unit)} (margin)"
+        return with_margin(lambda value: units.text(value, unit), limit, self.margin)
+
+    @property
+    def said_of_margin(self) -> str:
+        """What follows limits that are told before the margin; empty without one."""
+        return "" if self.margin == 1.0 else f" (the margin leaves {self.margin:g} of each limit)"
 
 
 PEAKS = {"peak_jerk": 3, "peak_acceleration": 2}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 SPARE = 1e-4
 """A value that a solver found is moved to the safe side by this part of it."""
@@ -43,3 +44,14 @@ def _rounded_down(value: float, digits: int) -> float:
     if abs(near - value) <= 1e-12 * abs(value):
         return near
     return round(math.floor(value * 10.0**places) / 10.0**places, places)
+
+
+def with_margin(text: Callable[[float], str], limit: float, margin: float) -> str:
+    """A limit in words, with what it is before the margin that it has already.
+
+    >>> with_margin("{:g} m/s".format, 1.8, 0.9)
+    '1.8 m/s, 0.9 of 2 m/s (margin)'
+    """
+    if margin == 1.0:
+        return text(limit)
+    return f"{text(limit)}, {margin:g} of {text(limit / margin)} (margin)"

@@ -111,23 +111,14 @@ def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterato
     elif model.bare:
         notes.append(("warning" if asks else "information", model.said_of_bare))
     for verdict, message in notes:
-        yield Finding(
-            group=GROUP,
-            subject="motion",
-            name="",
-            quantity="collision_shapes",
-            verdict=verdict,
-            message=message,
-        )
+        yield said_of_motion("collision_shapes", message, verdict)
     for message in model.said_of_ignored:
-        yield Finding(
-            group=GROUP,
-            subject="motion",
-            name="",
-            quantity="pairs_not_checked",
-            verdict="information",
-            message=message,
-        )
+        yield said_of_motion("pairs_not_checked", message)
+
+
+def said_of_motion(quantity: str, message: str, verdict: Any = "information") -> Finding:
+    """A finding on the collisions of a whole motion, which has no value."""
+    return Finding(GROUP, "motion", "", quantity, verdict, message)
 
 
 def _nearest_of_each(found: Sequence[Clearance]) -> list[Clearance]:
