@@ -77,9 +77,11 @@ def read_motions(
         InputError: An option belongs to the other of the two, or the motion can't be planned or
             read.
     """
+    from knotwork import resources
+
     if not _is_trajectory(source, reference):
         given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
-        if "." not in source or Path(source).exists():  # else it is told that there is no such file
+        if source in resources.names("scenarios") or Path(source).exists():  # else it is not there
             refuse(given, f"{source} is a scenario itself")
         return list(_planned(source, planner, knots, compare or [], warm))
     given = {"--compare": compare, "--planner": planner, "--knots": knots}
