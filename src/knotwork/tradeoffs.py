@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -11,14 +10,16 @@ from typing import Any
 import numpy as np
 
 from knotwork import metrics, storage
-from knotwork.arguments import finite_number
 from knotwork.documents import REMOVED, Document, Edits, edited
 from knotwork.errors import InputError, TimingError
+from knotwork.joint_quantities import rate_unit
 from knotwork.pipeline import Plan, plan
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, load_scenario, scenario_of
 from knotwork.timing import Progress
+from knotwork.timing.watch import Budget
 from knotwork.trajectory import JointTrajectory
+from knotwork.units import SI, Units
 
 FACTORS = (1.0, 1.05, 1.1, 1.2, 1.4, 1.8)
 """Durations that are tried by default, in least times."""
@@ -46,9 +47,10 @@ class TradeoffPoint:
             without a robot.
         effort_use: Part of that limit that is used; `None` where there is none.
         effort_joint: The joint; empty without a robot.
-        peak_jerk: Jerk of the joint nearest its limit, or the largest [rad/s³ or m/s³].
+        peak_jerk: Jerk of the joint nearest its limit, or the largest, in `jerk_unit`.
         jerk_use: Part of that limit that is used; `None` where there is none.
         jerk_joint: The joint.
+        jerk_unit: Of its jerk, `"rad/s³"` or `"m/s³"`.
         ok: The motion passes the check.
         objective: What is made least: `"time"`, `"effort"`, `"effort and jerk"` or `"jerk"`.
         failure: What fails first, of this motion or of that of least torque in whose place it
@@ -65,6 +67,7 @@ class TradeoffPoint:
     peak_jerk: float
     jerk_use: float | None
     jerk_joint: str
+    jerk_unit: str
     ok: bool
     objective: str = "time"
     failure: str = ""
@@ -80,6 +83,7 @@ class Tradeoff:
         objective: What is made least at each duration: `"effort"` or, without a robot, `"jerk"`.
         points: From the least time on.
         left_out: Factors of durations for which the budget ended before a motion was found.
+        units: Those of the scenario, for whatever people read; points are in SI.
 
     >>> swing = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": "fastest"}]
     >>> limits = {"velocity": 2, "acceleration": 4}
@@ -92,6 +96,7 @@ class Tradeoff:
     objective: str
     points: tuple[TradeoffPoint, ...]
     left_out: tuple[float, ...] = ()
+    units: Units = SI
 
     def to_dict(self) -> dict[str, Any]:
         """Give the curve as plain data, ready for JSON."""
@@ -168,7 +173,7 @@ def tradeoff(
     document = scenario.free.document
     bare: Edits = {(key,): REMOVED for key in ("duration", "objective") if key in document.data}
     tried = sorted(set(factors))
-    share = _Shares(budget, 1 + sum(factor != 1.0 for factor in tried), progress)
+    share = _Shares(Budget(budget), 1 + sum(factor != 1.0 for factor in tried), progress)
     fastest = share.plan(scenario_of(edited(document, bare)))
     least = fastest.trajectory.duration
     points: list[TradeoffPoint] = []
@@ -184,7 +189,7 @@ def tradeoff(
             if error.limit != "budget":
                 raise
             left_out.append(factor)
-    return Tradeoff(scenario.name, objective, tuple(points), tuple(left_out))
+    return Tradeoff(scenario.name, objective, tuple(points), tuple(left_out), scenario.units)
 
 
 @dataclass
@@ -192,33 +197,27 @@ class _Shares:
     """Plans, and gives each of several plans its part of a budget.
 
     Attributes:
-        budget: For all of them [s], or `None`.
+        budget: For all of them.
         left: How many are to come.
         progress: Called as the solver goes on.
     """
 
-    budget: float | None
+    budget: Budget
     left: int
     progress: Callable[[Progress], None] | None
-
-    def __post_init__(self) -> None:
-        if self.budget is not None:
-            self.budget = finite_number(self.budget, "budget", "s", positive=True)
-        self._begun = clock.perf_counter()
 
     @property
     def over(self) -> bool:
         """Whether the budget has ended."""
-        return self.budget is not None and clock.perf_counter() > self._begun + self.budget
+        return self.budget.now() > self.budget.end()
 
     def plan(self, scenario: Scenario, *, warm: Plan | None = None, again: bool = False) -> Plan:
         """Plan, from a start; `again` if it is in the place of one that failed its check."""
         share = None
-        if self.budget is not None:
-            rest = self._begun + self.budget - clock.perf_counter()
+        if self.budget.seconds is not None:
             # what all others are measured by comes first, and may take all there is
             parts = 1 if warm is None else max(self.left + again, 1)
-            share = max(rest / parts, LEAST_SHARE)
+            share = max(self.budget.turn(1 / parts) - self.budget.now(), LEAST_SHARE)
         self.left -= not again
         return plan(scenario, budget=share, progress=self.progress, warm=warm)
 
@@ -265,9 +264,10 @@ def _point(made: Plan, factor: float, objective: str, failure: str = "") -> Trad
         worst = int(np.argmax(shares if any(shares) else values))
         torque, joint = values[worst], motion.joint_names[worst]
         use = shares[worst] or None
+    jerk_unit = rate_unit(motion.joint_units[motion.joint_names.index(jerk.joint)], 3)
     return TradeoffPoint(
         factor, motion.duration, squared, torque, use, joint,
-        jerk.value, jerk.use, jerk.joint, made.report.ok, objective,
+        jerk.value, jerk.use, jerk.joint, jerk_unit, made.report.ok, objective,
         failure or next((str(one) for one in made.report.failures), ""),
         made.chosen is not None and made.chosen.status == "stopped",
     )  # fmt: skip

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -73,7 +74,7 @@ def test_json_has_what_was_chosen(swing: Path, knotwork: Command) -> None:
         ),
         (
             ("--budget", "soon", "paper_case"),
-            "'soon' is not accepted; give a positive time such as",
+            "'soon' is not accepted; give a positive time: a number of seconds, or one with ms, s,",
         ),
         (("--budget", "-1s", "paper_case"), "'-1s' is not accepted"),
         (("--budget", "0", "paper_case"), "'0' is not accepted"),
@@ -83,6 +84,21 @@ def test_options_that_do_not_fit(arguments: tuple[str, ...], says: str, knotwork
     ran = knotwork("plan", *arguments)
     assert ran.code == 2
     assert says in ran.err
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("10", 10), ("10s", 10), ("500ms", 0.5), ("5m", 300), ("2min", 120), ("1h", 3600)],
+)
+def test_a_time_is_read_with_its_unit(
+    text: str, seconds: float, swing: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object, budget: float, **__: object) -> NoReturn:
+        raise kw.InputError(f"{budget} s")
+
+    monkeypatch.setattr(tradeoffs, "tradeoff", refused)
+    ran = knotwork("tradeoff", swing, "--budget", text)
+    assert ran.err == f"error: {float(seconds)} s\n"
 
 
 def test_compare_says_that_times_were_chosen(swing: Path, knotwork: Command) -> None:
@@ -129,7 +145,9 @@ def test_tradeoff_says_what_the_budget_was_too_short_for(
     options = ("--factors", "1,1.5,2", "--budget", "0.000001s")
     ran = knotwork("tradeoff", swing, *options)
     assert ran.code == 0
-    assert "ok, best so far" in ran.out
+    assert "ok +" in ran.out
+    assert "+ the best found when the budget ended" in ran.out
+    assert max(map(len, ran.out.splitlines())) <= 80
     assert "the budget ended before a motion was found at 1.5, 2 of the least time" in ran.out
     data = json.loads(knotwork("tradeoff", swing, *options, "--json").out)
     assert data["left_out"] == [1.5, 2.0]

@@ -50,6 +50,11 @@ CASES = [
         "chosen (after: the time since the waypoint before",
     ),
     (joints(ONE | {"after": 1}, times="fastest"), "times: fastest, but every waypoint gives its"),
+    (
+        poses({"pose": AHEAD, "along": "line", "speed": 0.1}, times="fastest"),
+        "times: fastest, but every waypoint gives its time or its speed along a path (no times "
+        "here, or after: fastest at a waypoint, or speed: fastest along a path",
+    ),
     (joints(ONE | {"after": 1}, duration=5), "duration: is given, but every time is given too"),
     (joints(ONE | {"after": 1}, objective="jerk"), "objective: says what is made least, but no"),
     (
@@ -122,7 +127,7 @@ CASES = [
     ),
     (
         joints(ONE, times="fastest", duration=0.5),
-        "duration: 0.5 s is shorter than the least time under the limits, 1",
+        "duration: 0.5 s is shorter than the least time found under the limits, 1",
     ),
     (
         joints(

@@ -47,8 +47,67 @@ def test_a_time_that_is_named_can_be_taken_and_its_joint_and_limit_are_said() ->
     for given in (0.8, 1.37):
         said = refusal(passing(given))
         assert "'q' at its limit of " in said
-        made = kw.plan(passing(number(said, "it takes about")))
+        made = kw.plan(passing(number(said, "no motion was found; with")))
         made.report.raise_if_failed()
+
+
+def points(*rows: list[float]) -> list[dict[str, Any]]:
+    return [
+        {"name": f"w{i}", "joints": dict(zip("abc", row, strict=False))}
+        for i, row in enumerate(rows)
+    ]
+
+
+def limits(**rows: list[float]) -> dict[str, Any]:
+    return {name: dict(zip("abc", row, strict=False)) for name, row in rows.items()}
+
+
+def test_times_that_are_named_for_several_intervals_can_be_taken_together() -> None:
+    via = [{"velocity": {"a": 0.686}, "after": 0.55}, {"velocity": {"a": -0.646}}]
+    start, *inner, end = points([0.937], [0.362], [-0.101], [0.69])
+    end["after"] = 0.116
+    for point, more in zip(inner, via, strict=True):
+        point.update(more)
+    asked = task(limits=limits(velocity=[0.722], acceleration=[4.162], jerk=[8.603]))
+    asked["waypoints"] = [start, *inner, end]
+    first, second = refusal(asked).splitlines()
+    inner[0]["after"], end["after"] = (
+        number(line, "no motion was found; with") for line in (first, second)
+    )
+    assert kw.plan(asked).report.ok
+
+
+def test_times_to_which_only_a_motion_with_longer_ones_leads() -> None:
+    places = points(
+        [-0.367, -0.421, 0.236],
+        [0.254, -0.775, 0.075],
+        [0.451, 0.549, -0.665],
+        [-0.199, -0.016, 0.96],
+        [0.847, -0.132, -0.37],
+    )
+    places[1] |= {"velocity": "free", "after": 0.814}
+    places[2] |= {"velocity": "free", "after": 1.056}
+    places[3]["stop"] = True
+    places[4]["after"] = 1.107
+    bounds = limits(
+        velocity=[1.686, 1.792, 1.318],
+        acceleration=[24.074, 11.7, 18.067],
+        jerk=[73.555, 84.102, 728.201],
+    )
+    assert kw.plan(task(limits=bounds) | {"waypoints": places}).report.ok
+
+
+def test_the_smoothest_motion_that_lasts_hardly_longer_than_the_fastest() -> None:
+    places = points([-0.985, -0.439], [-0.57, 0.151], [0.093, -0.243], [0.256, 0.926])
+    places += [{"name": "end", "joints": {"a": 0.894, "b": -0.252}, "after": 1.857}]
+    places[1]["stop"] = True
+    places[2]["velocity"] = {"a": -0.112, "b": 0.68}
+    places[3]["velocity"] = {"a": -2.4619749, "b": -0.1976556}
+    bounds = limits(velocity=[2.462, 0.709], acceleration=[10.053, 3.66], jerk=[557.8, 158.011])
+    asked = task(limits=bounds, duration=5.8, objective="jerk") | {"waypoints": places}
+    made = kw.plan(asked)
+    assert made.report.ok
+    assert made.trajectory.duration == pytest.approx(5.8)
 
 
 def test_the_least_peaks_are_those_of_the_closed_form() -> None:

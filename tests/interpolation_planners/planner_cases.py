@@ -6,8 +6,11 @@ import math
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
+
+Array = NDArray[np.float64]
 
 COUNTS = (2, 3, 4, 5, 6, 9, 40)
 
@@ -36,20 +39,20 @@ def paper_waypoints() -> JointWaypoints:
 class DenseSpline:
     """Polynomials of given degrees between breaks, fixed by linear conditions, solved densely."""
 
-    def __init__(self, breaks: FloatArray, degrees: list[int]) -> None:
+    def __init__(self, breaks: Array, degrees: list[int]) -> None:
         self.breaks, self.degrees = np.asarray(breaks), degrees
         self.offset = np.append(0, np.cumsum(np.array(degrees) + 1))
-        self.rows: list[FloatArray] = []
-        self.values: list[FloatArray] = []
+        self.rows: list[Array] = []
+        self.values: list[Array] = []
 
-    def row(self, piece: int, time: float, nu: int) -> FloatArray:
+    def row(self, piece: int, time: float, nu: int) -> Array:
         row = np.zeros(self.offset[-1])
         u = time - self.breaks[piece]
         for power in range(nu, self.degrees[piece] + 1):
             row[self.offset[piece] + power] = math.perm(power, nu) * u ** (power - nu)
         return row
 
-    def meet(self, piece: int, time: float, nu: int, value: FloatArray) -> None:
+    def meet(self, piece: int, time: float, nu: int, value: Array) -> None:
         self.rows.append(self.row(piece, time, nu))
         self.values.append(np.asarray(value, dtype=float))
 
@@ -68,7 +71,7 @@ class DenseSpline:
         size = np.abs(matrix).max(axis=0)
         self.solution = np.linalg.solve(matrix / size, np.array(self.values)) / size[:, None]
 
-    def __call__(self, times: FloatArray, nu: int) -> FloatArray:
+    def __call__(self, times: Array, nu: int) -> Array:
         piece = np.clip(
             np.searchsorted(self.breaks, times, side="right") - 1, 0, len(self.degrees) - 1
         )
@@ -77,6 +80,6 @@ class DenseSpline:
         )
 
 
-def inside(breaks: FloatArray) -> FloatArray:
+def inside(breaks: Array) -> Array:
     """Times inside the pieces, where nothing jumps."""
     return np.concatenate([a + (b - a) * np.linspace(0.03, 0.97, 7) for a, b in pairwise(breaks)])

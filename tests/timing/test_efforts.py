@@ -10,6 +10,7 @@ import pytest
 
 import knotwork as kw
 from knotwork.timing import Dynamics, TimingLimits, TimingProblem, solve
+from knotwork.timing.problem import part_of
 
 
 @pytest.mark.parametrize("name", ["planar2", "ur5", "panda"])
@@ -63,6 +64,17 @@ def test_limits_of_effort_are_kept_all_the_time() -> None:
     assert (efforts(motion.trajectory, times) <= limit).all()
     assert motion.duration > fast.duration
     assert any(one.quantity == "effort" for one in motion.binding)
+
+
+def test_a_motion_with_stops_is_no_slower_than_its_parts() -> None:
+    free = swing()
+    still = np.zeros_like(free.position)
+    holding = np.abs(free.arm.effort(free.position, still, still)).max(axis=0)
+    asked = replace(free, limits=replace(free.limits, effort=1.1 * holding))
+    parts = [
+        solve(replace(part_of(asked, i, i + 1), acceleration=still[:2])).duration for i in range(2)
+    ]
+    assert solve(asked).duration < 1.0001 * sum(parts)
 
 
 def test_the_tool_keeps_its_speed_limit_all_the_time() -> None:

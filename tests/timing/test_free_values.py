@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from timing_cases import assert_kept, random_problem
 
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing import Objective, Progress, TimedMotion, TimingLimits, TimingProblem, solve
+from knotwork.timing.binding import binding_limits
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +154,37 @@ def test_progress_is_told_and_changes_nothing(problem: TimingProblem, fastest: T
 
 def test_what_binds_is_said(fastest: TimedMotion) -> None:
     assert {one.quantity for one in fastest.binding} & {"velocity", "acceleration", "jerk"}
-    assert all(0.0 < one.share <= 1.0 for one in fastest.binding)
+    assert all(one.share is not None and 0.0 < one.share <= 1.0 for one in fastest.binding)
+
+
+@pytest.mark.parametrize(("limit", "share"), [(1.5, 0.04), (1.515, 0.0), (2.0, None)])
+def test_a_limit_that_only_a_peak_comes_near_is_said_if_no_other_binds(
+    limit: float, share: float | None
+) -> None:
+    """The velocity of this cubic is 6 t (1 - t)."""
+    cubic = PiecewisePolynomial([[[-2.0]], [[3.0]], [[0.0]], [[0.0]]], [0.0, 1.0])
+    asked = TimingProblem(("a",), [[0.0], [1.0]], [[0.0], [0.0]], TimingLimits([limit], [9.0]))
+    said = binding_limits(asked, np.array([0.0, 1.0]), cubic)
+    assert [(one.quantity, one.share) for one in said] == [("velocity", share)][: share is not None]
+
+
+@pytest.mark.parametrize("name", ["peak_jerk", "peak_acceleration"])
+def test_a_peak_is_made_least(name: str) -> None:
+    """From rest to rest in twice the least time; the fastest motion has both at their limits."""
+    limits = TimingLimits([1.0], [4.0], [100.0])
+    calm = solve(
+        TimingProblem(
+            ("a",),
+            [[0.0], [0.5]],
+            [[0.0], [0.0]],
+            limits,
+            total=2.0,
+            objective=Objective(0, **{name: 1.0}),
+        )
+    )
+    order = {"peak_jerk": 3, "peak_acceleration": 2}[name]
+    most = {3: 100.0, 2: 4.0}[order]
+    assert calm.objective[name] < 0.5 * most
 
 
 def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.MonkeyPatch) -> None:

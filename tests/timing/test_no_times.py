@@ -14,6 +14,7 @@ from timing_cases import assert_kept, random_problem
 import knotwork as kw
 from knotwork.errors import InputError, TimingError
 from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
+from knotwork.timing.feasible import unfit_durations
 from knotwork.units import Units
 
 LIMITS = TimingLimits([2.0], [1.0], [100.0])
@@ -197,6 +198,29 @@ def test_a_proposed_time_suits_the_intervals_beside() -> None:
 
 
 @pytest.mark.exhaustive
+def test_faults_in_different_intervals_are_told_together() -> None:
+    """Each is alone: velocities and accelerations are given between them."""
+    error = failure(
+        one_joint(
+            [0, 1, 2, 3],
+            np.zeros(4),
+            replace(LIMITS, jerk=[1.0]),
+            acceleration=np.zeros((4, 1)),
+            duration=[2.5, np.nan, 2.6],
+        )
+    )
+    first, second = str(error).splitlines()
+    assert "from 'a' to 'b' 2.5 s are given" in first
+    assert "from 'c' to 'd' 2.6 s are given" in second
+
+
+def test_a_joint_that_takes_too_long_is_named() -> None:
+    asked = one_joint([0, 1, 3], np.zeros(3), duration=[1.0, 1.5])
+    first, second = map(str, unfit_durations(asked))
+    assert "joint 'elbow' takes more than 2 s" in first
+    assert "joint 'elbow' takes more than 2.82843 s" in second
+
+
 def test_an_arm_too_heavy_to_hold_still_names_waypoint_joint_and_limit() -> None:
     def planned(effort: float) -> kw.Plan:
         ends = [
@@ -207,7 +231,8 @@ def test_an_arm_too_heavy_to_hold_still_names_waypoint_joint_and_limit() -> None
         gravity = {"gravity": [0, -9.81, 0], "times": "fastest"}
         return kw.plan({"robot": "planar2", "limits": limits, "waypoints": ends, **gravity})
 
-    with pytest.raises(TimingError, match="at 'flat' joint 'shoulder'") as heavy:
+    said = "no motion keeps all limits: at 'flat' joint 'shoulder' needs"  # none was searched for
+    with pytest.raises(TimingError, match=said) as heavy:
         planned(5.0)
     assert heavy.value.limit == "effort"
     robot = kw.load_robot("planar2")

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from knotwork.choosing.numbers import numbers
-from knotwork.choosing.path_speeds import check_given_speeds, path_speeds
+from knotwork.choosing.path_speeds import (
+    check_given_speeds,
+    check_joints_at_given_speeds,
+    path_speeds,
+)
 from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
 from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.choosing.tool_speeds import check_path_speeds, check_waypoint_speeds
@@ -22,7 +27,7 @@ from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.problem import PEAKS
 from knotwork.timing.safe_numbers import rounded_up, with_room
 from knotwork.timing.slower import given_errors
-from knotwork.timing.solving import solved
+from knotwork.timing.solving import NoMotionError, solved
 from knotwork.timing.watch import Watch
 
 
@@ -110,22 +115,25 @@ def choose_times(
         warm: What was chosen for a task that differs little, to start from where it fits.
 
     Raises:
-        InputError: The task can't be solved, or no motion keeps the limits.
+        InputError: The task can't be solved, or no motion that keeps the limits was found.
     """
     watch = Watch(progress, budget)
     edits: dict[Location, Any] = {}
     asked = free.document
     check_path_speeds(scenario)
+    on_paths: list[Binding] = []
     if free.path_speed:
         space = joint_space(scenario)
         waypoints = solve_task(scenario, space, knots_of(scenario)).waypoints
-        edits |= path_speeds(FreeTask(scenario, free, space, waypoints))
+        speeds, on_paths = path_speeds(FreeTask(scenario, free, space, waypoints))
+        edits |= speeds
         scenario = scenario_of(edited(asked, edits))
     space = joint_space(scenario)
     solution = solution or solve_task(scenario, space, knots_of(scenario))
     left = scenario.free or replace(free, path_speed={})
     task = FreeTask(scenario, left, space, solution.waypoints)
     check_given_speeds(task)
+    check_joints_at_given_speeds(task, free.path_speed)
     check_waypoint_speeds(task)
     runs = find_runs(task)
     found = _solved(task, runs, watch, _starts(task, runs, warm))
@@ -147,7 +155,7 @@ def choose_times(
         duration=duration,
         lower_bound=duration - in_runs + least,
         status="stopped" if any(one.status == "stopped" for _, one in found) else "optimal",
-        binding=tuple(binding for _, motion in found for binding in motion.binding),
+        binding=(*on_paths, *(binding for _, motion in found for binding in motion.binding)),
         objective=objective,
         runs=tuple(motion for _, motion in found),
         assumed_jerk=assumed_jerk(space),
@@ -171,23 +179,29 @@ def _solved(
     weights = {"time": 0.0, **free.objective}
     objective = Objective(**weights)
 
-    def found_for(run: Run, objective: Objective, total: float | None = None) -> TimedMotion:
-        try:
-            problem = timing_problem(task, run, objective, total)
+    def found_for(
+        runs: list[Run], objective: Objective, totals: Mapping[Run, float] = MappingProxyType({})
+    ) -> dict[Run, TimedMotion]:
+        found, causes = {}, []
+        for run in runs:
+            total = totals.get(run)
             # what is not fastest has not the knots of what is
             start = starts.get(run) if objective.only_time and total is None else None
-            return solved(problem, watch, start)
-        except TimingError as error:
-            _locate(error, task, run)
-            raise
+            try:
+                found[run] = solved(timing_problem(task, run, objective, total), watch, start)
+            except NoMotionError as error:
+                causes += _located(error.causes, task, run)
+        if causes:
+            raise together(causes)
+        return found
 
     _check_given(task, runs)
     watch.work = sum(len(run.waypoints) - 1 for run in runs)
     if free.total is None:
-        return [(run, found_for(run, objective)) for run in runs]
+        return list(found_for(runs, objective).items())
     timed = [run for run in runs if free.duration[list(run.waypoints)[:-1]].any()]
     watch.work += sum(len(run.waypoints) - 1 for run in timed)
-    fastest = {run: found_for(run, Objective()) for run in timed}
+    fastest = found_for(timed, Objective())
     spans = {run: motion.duration for run, motion in fastest.items()}
     provisional = sum(float(np.ptp(task.waypoints.time[run.rows])) for run in timed)
     given = float(np.ptp(scenario.times)) - provisional
@@ -202,39 +216,32 @@ def _solved(
                     limit="budget",
                 )
             raise InputError(
-                f"{free.total:g} s is shorter than the least time under the limits, "
+                f"{free.total:g} s is shorter than the least time found under the limits, "
                 f"{rounded_up(shortest):.6g} s; accepted: {with_room(shortest):.6g} s or more"
             )
     stretch = (free.total - given) / sum(spans.values())
-    found = []
-    for run in runs:
-        if run in spans:
-            found.append((run, found_for(run, objective, stretch * spans[run])))
-        else:
-            found.append((run, found_for(run, objective)))
-    return found
+    totals = {run: stretch * span for run, span in spans.items()}
+    return list(found_for(runs, objective, totals).items())
 
 
 def _check_given(task: FreeTask, runs: list[Run]) -> None:
     """Tell all that is given at waypoints beyond a limit, whatever run they are in."""
     wrong = []
     for run in runs:
-        for error in given_errors(timing_problem(task, run, Objective())):
-            _locate(error, task, run)
-            wrong.append(error)
+        wrong += _located(given_errors(timing_problem(task, run, Objective())), task, run)
     if wrong:
         raise together(wrong)
 
 
-def _locate(error: TimingError, task: FreeTask, run: Run) -> None:
-    """Say in an error which waypoint of the file it is about."""
-    row = error.waypoint
-    if row is not None and error.interval:
-        row += 1
-    if row is None:
-        error.locate(task.scenario.name)
-        return
-    i = run.waypoints[row]
-    k = task.free.index[i]
-    place: Location = ("waypoints", k) if k >= 0 else ("start",)
-    error.locate(task.free.document.where(place))
+def _located(errors: list[TimingError], task: FreeTask, run: Run) -> list[TimingError]:
+    """Say in errors which waypoints of the file they are about."""
+    for error in errors:
+        row = error.waypoint
+        if row is None:
+            error.locate(task.scenario.name)
+            continue
+        i = run.waypoints[row + error.interval]
+        k = task.free.index[i]
+        place: Location = ("waypoints", k) if k >= 0 else ("start",)
+        error.locate(task.free.document.where(place))
+    return errors

@@ -27,7 +27,7 @@ def findings(chosen: ChosenTimes) -> Iterator[Finding]:
         yield _of_motion("assumed_jerk", _assumed(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
     for (start, end), limits in _binding(chosen).items():
-        parts = [f"{what} for {100 * share:.0f} % of the time" for what, share in limits]
+        parts = [f"{what} {_how_long(share)}" for what, share in limits]
         yield Finding(
             group=GROUP,
             subject="waypoint",
@@ -78,9 +78,15 @@ def _assumed(chosen: ChosenTimes) -> str:
     return f"no limit of jerk is given, so one is assumed: {said}"
 
 
-def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float]]]:
+def _how_long(share: float | None) -> str:
+    if share is None:
+        return "bounds the speed along the path"
+    return f"for {100 * share:.0f} % of the time" if share else "at its peak"
+
+
+def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float | None]]]:
     """Limits that bind, by interval: which, and for what part of the time."""
-    found: dict[tuple[str, str], list[tuple[str, float]]] = {}
+    found: dict[tuple[str, str], list[tuple[str, float | None]]] = {}
     for one in chosen.binding:
         what = f"{one.joint} {one.quantity}" if one.joint else one.quantity
         if one.quantity == "jerk" and one.joint in chosen.assumed_jerk:
@@ -89,8 +95,8 @@ def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float
     return found
 
 
-def _most(limits: list[tuple[str, float]]) -> str:
+def _most(limits: list[tuple[str, float | None]]) -> str:
     """The limit that binds for most of the time, and how many others bind."""
-    what, share = max(limits, key=lambda one: one[1])
+    what, share = max(limits, key=lambda one: one[1] or 0.0)
     others = f", {len(limits) - 1} more" if len(limits) > 1 else ""
-    return f"{what} {100 * share:.0f} % of the time{others}"
+    return f"{what} {_how_long(share).removeprefix('for ')}{others}"

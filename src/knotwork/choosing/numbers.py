@@ -66,12 +66,17 @@ class _Units:
 
 def _solutions(task: FreeTask, units: _Units) -> dict[Location, Any]:
     """The solutions of the poses, so that they are the same ones again."""
-    paths = task.scenario.paths
-    on_paths = {i for path in paths for i in range(path.first + 1, path.last + 1)}
+    index, paths = task.free.index, task.scenario.paths
+    # in the file, where the end of a path and of the wait there are one waypoint
+    on_paths = {index[i] for path in paths for i in range(path.first + 1, path.last + 1)}
     edits: dict[Location, Any] = {}
     for i, waypoint in enumerate(task.scenario.waypoints):
-        place: Location = ("waypoints", task.free.index[i], "near")
-        if isinstance(waypoint, CartesianWaypoint) and i not in on_paths and place not in edits:
+        place: Location = ("waypoints", index[i], "near")
+        if (
+            isinstance(waypoint, CartesianWaypoint)
+            and index[i] not in on_paths
+            and place not in edits
+        ):
             row = int(np.abs(task.waypoints.time - waypoint.time).argmin())
             edits[place] = units.by_joint(task.waypoints.position[row])
     return edits

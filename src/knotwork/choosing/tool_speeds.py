@@ -40,7 +40,7 @@ def check_path_speeds(scenario: Scenario) -> None:
     limit, free = scenario.motion_limits.tool_speed, scenario.free
     if limit is None or free is None:
         return
-    _tell(
+    tell(
         path_error(scenario, path, k, "leaves no room below")
         for path in scenario.paths
         for k, stretch in enumerate(path.stretches)
@@ -60,7 +60,7 @@ def path_error(scenario: Scenario, path: ScenarioPath, k: int, what: str) -> Inp
         f"tolerance is {scenario.tolerances.path_speed:g} of the speed), or a higher limit"
     )
     index = i if scenario.free is None else scenario.free.index[i]
-    return _located(scenario, error, "waypoints", index, "speed")
+    return located(scenario, error, "waypoints", index, "speed")
 
 
 def check_waypoint_speeds(task: FreeTask) -> None:
@@ -91,19 +91,19 @@ def check_waypoint_speeds(task: FreeTask) -> None:
             f"accepted: at most {_shown(scenario, most)}, {rounded_down(most / speed, 3):g} "
             "times that speed, or a higher limit"
         )
-        errors.append(_located(scenario, error, *(("waypoints", k) if k >= 0 else ("start",))))
-    _tell(errors)
+        errors.append(located(scenario, error, *(("waypoints", k) if k >= 0 else ("start",))))
+    tell(errors)
 
 
-def _located(scenario: Scenario, error: InputError, *place: str | int) -> InputError:
-    try:
-        with scenario.error_context(*place):
-            raise error
-    except InputError as located:
-        return located
+def located(scenario: Scenario, error: InputError, *place: str | int) -> InputError:
+    """The error, with the field of the file at fault, where the scenario has a file."""
+    if scenario.document is not None:
+        error.locate(scenario.document.where(place))
+    return error
 
 
-def _tell(errors: Iterable[InputError]) -> None:
+def tell(errors: Iterable[InputError]) -> None:
+    """Raise what several errors say together, if there are any."""
     found = list(errors)
     if found:
         raise together(found)

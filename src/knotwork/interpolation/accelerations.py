@@ -23,6 +23,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,8 +64,7 @@ class Waypoints:
         return _intervals(self, 0, self.x.size - 1)
 
 
-@dataclass(frozen=True, eq=False)
-class Intervals:
+class Intervals(NamedTuple):
     """Accelerations at the two knots of consecutive intervals as sums of what is at their ends.
 
     The first of the two is A, the acceleration at the knot after the first waypoint, the second is

@@ -89,18 +89,14 @@ def _assemble(
 
     total = own + bend[:2]
     value = total * (0.5 * u)
-    value += v
-    pieces[2] = value
+    np.add(value, v, out=pieces[2])
     total += own
     total *= u / 6.0
     total += v
     total *= u
-    total += y
-    pieces[3] = total
-    np.multiply(bend[:2], 0.5, out=value)
-    pieces[1] = value
+    np.add(total, y, out=pieces[3])
+    np.multiply(bend[:2], 0.5, out=pieces[1])
     np.subtract(bend[1:], bend[:2], out=value)
-    value *= per_span
-    pieces[0] = value
+    np.multiply(value, per_span, out=pieces[0])
     following_bend: FloatArray = before[:, -1]
     return following_bend

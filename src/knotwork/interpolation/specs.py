@@ -17,6 +17,10 @@ from knotwork.interpolation.options import PlannerOptions
 class PlannerSpec:
     """One planner in words.
 
+    >>> spec = kw.interpolation.PLANNER_SPECS["quintic"]
+    >>> spec.degree, spec.continuity
+    (5, 2)
+
     Attributes:
         name: The name that scenarios and the command line use.
         summary: What it is.

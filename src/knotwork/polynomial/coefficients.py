@@ -21,6 +21,8 @@ def checked_order(nu: Any, what: str = "derivative order nu") -> int:
     Raises:
         InputError: It is no integer or negative.
     """
+    if type(nu) is int and nu >= 0:  # as nearly always
+        return nu
     order: int = -1
     if not isinstance(nu, bool | np.bool_):
         with contextlib.suppress(TypeError):

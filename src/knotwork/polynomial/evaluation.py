@@ -24,8 +24,11 @@ negligible beside them."""
 HORNER_THRESHOLD = 1024
 """Mean number of times in a piece from which Horner's scheme is faster than gathering."""
 
-FEW = 2048
+FEW = 12288
 """Values that are worked on without regard to how many fall in one piece."""
+
+SPREAD = 50
+"""Times from which their distances to the breaks are written out for each component."""
 
 GATHERED = 16384
 """Values whose coefficients are gathered together."""
@@ -73,7 +76,7 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
     size = c.shape[0] - nu
     factors = falling_factorials(size, nu) if nu and size > 0 else None
     if 0 < t.size * c.shape[2] <= FEW and size > 0:
-        if not (t.min() >= start and t.max() <= end):
+        if not (np.minimum.reduce(t) >= start and np.maximum.reduce(t) <= end):
             raise TimeRangeError(first_outside(t, start, end), start, end)
         return _few(x, c[:size], t, factors)
     out = np.empty((t.size, c.shape[2]))
@@ -96,22 +99,25 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
 def _few(x: FloatArray, c: FloatArray, t: FloatArray, factors: list[float] | None) -> FloatArray:
     """Evaluate few times, in any order: as gathering does, all at once."""
     piece = pieces_of(x, t)
-    gathered = c.take(piece, axis=1)
-    if factors is not None:
-        gathered *= np.array(factors)[:, None, None]
-    u = (t - x[piece])[:, None]
-    value: FloatArray = gathered[0]
-    for coefficients in gathered[1:]:
-        value *= u
-        value += coefficients
+    u = t - x.take(piece)
+    # over contiguous memory products take a fourth of the time
+    u = u[:, None] if t.size < SPREAD else u.repeat(c.shape[2]).reshape(t.size, -1)
+    value = np.empty(0)
+    for power, own in enumerate(c):
+        term = own.take(piece, axis=0)  # of one power: `take` first copies all that is in parts
+        if factors is not None:
+            term *= factors[power]
+        if power:
+            value *= u
+            value += term
+        else:
+            value = term
     return value
 
 
 def pieces_of(x: FloatArray, t: FloatArray) -> NDArray[np.intp]:
     """Index of the piece that holds each of the times, which lie in [x[0], x[-1]]."""
-    piece = np.searchsorted(x, t, side="right")
-    piece -= 1
-    return np.minimum(piece, x.size - 2, out=piece)
+    return x[1:-1].searchsorted(t, side="right")
 
 
 def _evaluate_sorted(

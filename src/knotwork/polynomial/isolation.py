@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from math import comb
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +43,7 @@ def _halves(degree: int) -> tuple[FloatArray, FloatArray]:
     return left, left[::-1, ::-1].copy()
 
 
-@dataclass(frozen=True, eq=False)
-class Brackets:
+class Brackets(NamedTuple):
     """Points of the unit interval, and stretches of it that hold one extremum each.
 
     Attributes:

@@ -87,7 +87,8 @@ class PiecewisePolynomial(ReadOnlyArrays):
     @property
     def _flat(self) -> FloatArray:
         """Coefficients with the trailing axes as one, shape (k+1, m, d)."""
-        return self._c.reshape(*self._c.shape[:2], math.prod(self._c.shape[2:]))
+        c = self._c
+        return c if c.ndim == 3 else c.reshape(*c.shape[:2], math.prod(c.shape[2:]))
 
     def __call__(self, x: ArrayLike, nu: int = 0) -> FloatArray:
         """Evaluate the curve or a derivative of it.
@@ -109,9 +110,8 @@ class PiecewisePolynomial(ReadOnlyArrays):
         t = np.asarray(x)
         if t.dtype.kind not in "buif":
             raise InputError(f"times must be real numbers, not {t.dtype}")
-        flat_t = np.ascontiguousarray(t.reshape(-1), dtype=float)
-        trailing = self._c.shape[2:]
-        out = evaluate(self._x, self._flat, flat_t, nu).reshape(t.shape + trailing)
+        flat_t = t.ravel().astype(float, copy=False)
+        out = evaluate(self._x, self._flat, flat_t, nu).reshape(t.shape + self._c.shape[2:])
         if self._axis == 0:
             return out
         # the axes of the times move behind the first `axis` axes of the data

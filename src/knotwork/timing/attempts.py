@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.timing.care import first_care, form_of_care, keeps_limits, more_care
 from knotwork.timing.costs import terms, weighted
-from knotwork.timing.problem import TimingProblem
+from knotwork.timing.problem import Objective, TimingProblem
 from knotwork.timing.program import Solution, joined_limits
 from knotwork.timing.rebuild import rebuilt
 from knotwork.timing.section import (
@@ -74,13 +74,13 @@ def solved_section(
         problem: The section.
         watch: What the steps are told to.
         guess: Where to start first.
-        starts: How many other starts are tried at most.
+        starts: How many other starts are tried at most; with one, the first motion is taken.
 
     Returns:
         The best motion found, or `None` if there is none.
     """
     large = PIECES * problem.position.size > SMALL
-    wanted = 1 if guess is not None or large else 2
+    wanted = 1 if guess is not None or large or starts == 1 else 2
     runs: list[_Run] = []
     for start in _starts(problem, guess, starts):
         begun = watch.now()
@@ -91,11 +91,38 @@ def solved_section(
         if enough or watch.late(found=bool(found), ahead=watch.now() - begun if found else 0.0):
             break
     best = min((r.best for r in runs if r.best is not None), key=lambda b: b.cost, default=None)
+    if best is None and not watch.late(found=False):
+        best = _from_fastest(problem, watch, starts)
     if best is None and watch.late(found=False):
         return _stopping(problem)
     if best is None or watch.late(found=True):
         return best
     return _with_idle_joints_still(problem, watch, best)
+
+
+def with_longer(problem: TimingProblem) -> TimingProblem:
+    """The problem of the least time, with durations no shorter than those given."""
+    return replace(
+        problem,
+        duration=np.full(problem.duration.shape, np.nan),
+        at_least=np.where(problem.free, problem.at_least, problem.duration),
+        total=None,
+        objective=Objective(),
+    )
+
+
+def _from_fastest(problem: TimingProblem, watch: Watch, starts: int) -> Attempt | None:
+    """A motion in given time, from the fastest one that is not bound to last so long."""
+    if problem.total is not None:
+        fastest = replace(problem, total=None, objective=Objective())
+    elif not problem.free.all():
+        fastest = with_longer(problem)
+    else:
+        return None
+    found = solved_section(fastest, watch, starts=starts)
+    if found is None:
+        return None
+    return _run(near_guess(found.found), problem, watch, first_care(problem)).best
 
 
 def _stopping(problem: TimingProblem) -> Attempt | None:

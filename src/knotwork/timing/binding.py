@@ -16,7 +16,10 @@ NEAR = 1e-3
 """A joint is at a limit if it is within this part of it."""
 
 WORTH_SAYING = 0.02
-"""A limit that binds for a smaller part of an interval is not told."""
+"""A limit that binds for a smaller part of an interval is told only if no other does."""
+
+TOUCHES = 0.02
+"""A limit that is only touched is come near to within this part of it."""
 
 
 def binding_limits(
@@ -33,36 +36,39 @@ def binding_limits(
     times = time[:-1, None] + places * np.diff(time)[:, None]
     limits = problem.limits
     found: list[Binding] = []
-    shares = {
-        name: _share(np.abs(curve(times, order)), getattr(limits, name))
+    uses = {
+        name: np.abs(curve(times, order)) / getattr(limits, name)
         for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))
     }
     q = curve(times)
+    if problem.dynamics is not None and np.isfinite(limits.effort).any():
+        efforts = problem.dynamics.effort(q, curve(times, 1), curve(times, 2))
+        uses["effort"] = np.abs(efforts) / limits.effort
+    if problem.dynamics is not None and np.isfinite(limits.tool_speed):
+        speed = problem.dynamics.tool_speed(q, curve(times, 1)) / limits.tool_speed
+        uses["tool speed"] = speed[:, :, None]
+    peaks = {name: use.max(axis=1) for name, use in uses.items()}
+    shares = {name: np.mean(use >= 1.0 - NEAR, axis=1) for name, use in uses.items()}
     width = NEAR * np.where(
         np.isfinite(limits.upper - limits.lower), limits.upper - limits.lower, 0
     )
     shares["position"] = np.mean((q <= limits.lower + width) | (q >= limits.upper - width), axis=1)
-    if problem.dynamics is not None and np.isfinite(limits.effort).any():
-        efforts = problem.dynamics.effort(q, curve(times, 1), curve(times, 2))
-        shares["effort"] = _share(np.abs(efforts), limits.effort)
-    tool = np.zeros(len(q))
-    if problem.dynamics is not None and np.isfinite(limits.tool_speed):
-        speed = problem.dynamics.tool_speed(q, curve(times, 1))
-        tool = np.mean(speed >= (1.0 - NEAR) * limits.tool_speed, axis=1)
     for i in range(len(problem.position) - 1):
         ends = problem.names[i], problem.names[i + 1]
+
+        def one(name: str, k: int, i: int = i, ends: tuple[str, str] = ends) -> Binding:
+            joint = "" if name == "tool speed" else problem.joint_names[k]
+            return Binding(*ends, joint, name, round(float(shares[name][i, k]), 2))
+
         here = [
-            Binding(*ends, joint, name, round(float(share[i, k]), 2))
+            one(name, int(k))
             for name, share in shares.items()
-            for k, joint in enumerate(problem.joint_names)
-            if share[i, k] >= WORTH_SAYING
+            for k in np.flatnonzero(share[i] >= WORTH_SAYING)
         ]
-        if tool[i] >= WORTH_SAYING:
-            here.append(Binding(*ends, "", "tool speed", round(float(tool[i]), 2)))
-        found += sorted(here, key=lambda one: -one.share)
+        here.sort(key=lambda binding: -float(binding.share or 0.0))
+        if not here and (problem.free[i] or problem.total is not None):
+            name = max(peaks, key=lambda name: float(peaks[name][i].max()))
+            if peaks[name][i].max() >= 1.0 - TOUCHES:
+                here = [one(name, int(peaks[name][i].argmax()))]
+        found += here
     return tuple(found)
-
-
-def _share(size: FloatArray, limit: FloatArray) -> FloatArray:
-    """Part of each interval in which a size is at its limit, shape (n-1, d)."""
-    return np.asarray(np.mean(size >= (1.0 - NEAR) * limit, axis=1))

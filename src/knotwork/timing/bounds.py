@@ -42,19 +42,35 @@ def interval_bounds(problem: TimingProblem) -> FloatArray:
 
 def least_durations(problem: TimingProblem) -> FloatArray:
     """Least durations of the intervals under the limits alone [s], shape (n-1,)."""
+    known = problem.velocity_known
+    found: FloatArray = _of_joints(problem).max(axis=1)
+    for i in np.flatnonzero(known[:-1] & known[1:]):
+        found[i] = _together(problem, int(i))
+    return np.maximum(found, _straight_lines(problem))
+
+
+def slowest(problem: TimingProblem, i: int) -> str:
+    """What takes the least duration of an interval, in words; the joint's name is quoted."""
+    alone, least = _of_joints(problem)[i], least_durations(problem)[i]
+    if alone.max() >= least:
+        return f"joint {problem.joint_names[int(alone.argmax())]!r}"
+    if _straight_lines(problem)[i] >= least:
+        return "the tool, on the straight line,"
+    return "all joints together"
+
+
+def _of_joints(problem: TimingProblem) -> FloatArray:
+    """Least durations of each joint alone [s], shape (n-1, d)."""
     v, known = problem.velocity, problem.velocity_known
     V, A = problem.limits.velocity, problem.limits.acceleration
     D = np.diff(problem.position, axis=0)
-    found = np.zeros(len(D))
-    for i, move in enumerate(D):
+    found = np.abs(D) / V
+    for i in np.flatnonzero(known[:-1] | known[1:]):
         if known[i] and known[i + 1]:
-            found[i] = _together(move, v[i], v[i + 1], V, A)
-        elif known[i] or known[i + 1]:
-            given = v[i] if known[i] else v[i + 1]
-            found[i] = float(_one_end_free(move, given, V, A).max())
+            found[i] = feasible_durations(D[i], v[i], v[i + 1], V, A)[0]
         else:
-            found[i] = float((np.abs(move) / V).max())
-    return np.maximum(found, _straight_lines(problem))
+            found[i] = _one_end_free(D[i], v[i] if known[i] else v[i + 1], V, A)
+    return found
 
 
 def _straight_lines(problem: TimingProblem) -> FloatArray:
@@ -66,11 +82,9 @@ def _straight_lines(problem: TimingProblem) -> FloatArray:
     return np.asarray(np.linalg.norm(np.diff(places, axis=0), axis=1) / most)
 
 
-def _together(
-    move: FloatArray, v0: FloatArray, v1: FloatArray, V: FloatArray, A: FloatArray
-) -> float:
-    """Least duration that every joint can take."""
-    first, last, next_first = feasible_durations(move, v0, v1, V, A)
+def _together(problem: TimingProblem, i: int) -> float:
+    """Least duration of an interval that every joint can take."""
+    first, last, next_first = problem.possible_durations(i)
     duration = float(first.max())
     while True:
         blocked = (duration > last) & (duration < next_first)

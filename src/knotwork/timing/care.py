@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.timing.efforts import effort_shares, proved_efforts, proved_tool, tool_shares
+from knotwork.timing.efforts import (
+    MORE_PARTS,
+    effort_shares,
+    proved_efforts,
+    proved_tool,
+    tool_shares,
+)
 from knotwork.timing.problem import BoolArray, TimingProblem
 from knotwork.timing.section import Care, excess
 from knotwork.timing.spline import pieces_each
@@ -21,6 +27,9 @@ Shares = Callable[[TimingProblem, PiecewisePolynomial], FloatArray]
 
 BETWEEN = 1e-4
 """Part of the limits of effort and tool speed that is left between the places looked at."""
+
+VARIES = 1.02
+"""Efforts that are so much beyond a limit between the places looked at are held at more of them."""
 
 KNOWN = 2.0
 """Part of a limit that the solver is allowed where a value is given, which nothing can change."""
@@ -40,9 +49,10 @@ def _full(problem: TimingProblem, width: int) -> FloatArray:
     return np.full((2 * pieces_each(intervals) * intervals + 1, width), 1.0 - BETWEEN)
 
 
-def form_of_care(care: Care) -> tuple[bool, bool, bool]:
+def form_of_care(care: Care) -> tuple[bool, int, bool]:
     """Which equations it takes."""
-    return care.position, care.effort is not None, care.tool is not None
+    inside = 0 if care.effort is None else len(care.parts)
+    return care.position, inside, care.tool is not None
 
 
 def more_care(problem: TimingProblem, care: Care, curve: PiecewisePolynomial) -> Care | None:
@@ -62,6 +72,8 @@ def more_care(problem: TimingProblem, care: Care, curve: PiecewisePolynomial) ->
         shares = _exceeded(problem, curve, effort_shares, proved_efforts)
         if shares is not None:
             known = problem.velocity_known & problem.acceleration_known
+            if care.effort is not None and care.parts != MORE_PARTS and shares.max() > VARIES:
+                return replace(care, effort=_less(problem, None, shares, known), parts=MORE_PARTS)
             return replace(care, effort=_less(problem, care.effort, shares, known))
     if np.isfinite(problem.limits.tool_speed):
         shares = _exceeded(problem, curve, tool_shares, proved_tool)

@@ -7,6 +7,7 @@ are exceeded the breaks beside are given less.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,12 @@ PLACES = 16
 """Times looked at in each piece, its end left out."""
 
 
+EFFORT_PARTS = (0.5,)
+"""Where in each piece the solver limits efforts."""
+
+MORE_PARTS = (1 / 3, 2 / 3)
+"""Where it does so once they have been found to vary much between these places."""
+
 TOOL_PARTS = (0.25, 0.5, 0.75)
 """Where in each piece the solver limits the tool's speed: it may vary much faster than efforts."""
 
@@ -37,15 +44,41 @@ def _at_break(d: int) -> tuple[Any, Any, tuple[Any, ...]]:
     return state, units, tuple(ca.vertsplit(state * units, d))
 
 
-def _inside(d: int, parts: Sequence[float] = (0.5,)) -> tuple[Any, Any, list[tuple[Any, ...]]]:
-    """Scaled variables of a piece, units of a state, and states inside the piece in SI units."""
+@dataclass(frozen=True, eq=False)
+class _Inside:
+    """Symbols of a piece.
+
+    Attributes:
+        tau: Its duration.
+        variables: Its scaled variables.
+        units: Units of a state.
+        states: Positions, velocities and accelerations at places in it, in SI units.
+        inner: Symbols of all these, and what they are of the variables.
+    """
+
+    tau: Any
+    variables: Any
+    units: Any
+    states: list[tuple[Any, ...]]
+    inner: tuple[Any, Any]
+
+
+def _inside(d: int, parts: Sequence[float]) -> _Inside:
     import casadi as ca
 
-    tau, states = ca.SX.sym("tau"), ca.SX.sym("states", 6 * d)
+    tau, ends = ca.SX.sym("tau"), ca.SX.sym("ends", 6 * d)
     units = ca.SX.sym("units", 3 * d)
-    ends = ca.vertsplit(states, d)
-    inside = [ca.vertcat(*inner_state(tau, ends, part)) * units for part in parts]
-    return ca.vertcat(tau, states), units, [tuple(ca.vertsplit(state, d)) for state in inside]
+    split = ca.vertsplit(ends, d)
+    at = [split[3:] if part == 1.0 else inner_state(tau, split, part) for part in parts]
+    meant = [ca.vertcat(*state) * units for state in at]
+    symbols = [ca.SX.sym(f"state{k}", 3 * d) for k in range(len(parts))]
+    return _Inside(
+        tau,
+        ca.vertcat(tau, ends),
+        units,
+        [tuple(ca.vertsplit(state, d)) for state in symbols],
+        (ca.vertcat(*symbols), ca.vertcat(*meant)),
+    )
 
 
 def inner_state(tau: Any, states: Any, part: float = 0.5) -> tuple[Any, Any, Any]:
@@ -60,21 +93,22 @@ def inner_state(tau: Any, states: Any, part: float = 0.5) -> tuple[Any, Any, Any
 
 
 @lru_cache(maxsize=16)
-def effort_kernel(dynamics: Dynamics, *, middle: bool) -> Kernel:
-    """Efforts at a break or in the middle of a piece, over their limits.
+def effort_kernel(dynamics: Dynamics, parts: tuple[float, ...]) -> Kernel:
+    """Efforts at parts of a piece, or without any at a break, over their limits.
 
     Parameters: units of the state, inverse limits.
     """
     import casadi as ca
 
     d = len(dynamics.links)
-    if middle:
-        variables, units, (state,) = _inside(d)
-    else:
-        variables, units, state = _at_break(d)
     inverse = ca.SX.sym("inverse", d)
-    effort = dynamics.symbolic_effort(*state) * inverse
-    return Kernel(variables, ca.vertcat(units, inverse), effort)
+    if parts:
+        piece = _inside(d, parts)
+        effort = ca.vertcat(*(dynamics.symbolic_effort(*one) * inverse for one in piece.states))
+        units = ca.vertcat(piece.units, inverse)
+        return Kernel(piece.variables, units, effort, inner=piece.inner)
+    variables, units, state = _at_break(d)
+    return Kernel(variables, ca.vertcat(units, inverse), dynamics.symbolic_effort(*state) * inverse)
 
 
 @lru_cache(maxsize=16)
@@ -86,14 +120,18 @@ def tool_kernel(dynamics: Dynamics, *, middle: bool) -> Kernel:
     import casadi as ca
 
     d = len(dynamics.links)
-    if middle:
-        variables, units, states = _inside(d, TOOL_PARTS)
-    else:
-        variables, units, state = _at_break(d)
-        states = [state]
     inverse = ca.SX.sym("inverse")
-    speeds = [dynamics.symbolic_tool_velocity(*state[:2]) * inverse for state in states]
-    return Kernel(variables, ca.vertcat(units, inverse), ca.vertcat(*map(ca.sumsqr, speeds)))
+
+    def square(state: tuple[Any, ...]) -> Any:
+        return ca.sumsqr(dynamics.symbolic_tool_velocity(*state[:2]) * inverse)
+
+    if middle:
+        piece = _inside(d, TOOL_PARTS)
+        squares = ca.vertcat(*map(square, piece.states))
+        units = ca.vertcat(piece.units, inverse)
+        return Kernel(piece.variables, units, squares, inner=piece.inner)
+    variables, units, state = _at_break(d)
+    return Kernel(variables, ca.vertcat(units, inverse), square(state))
 
 
 @lru_cache(maxsize=8)
@@ -101,18 +139,12 @@ def work_kernel(dynamics: Dynamics) -> Kernel:
     """Integral of effort squared over a piece (Simpson's rule). Parameters: units, weight."""
     import casadi as ca
 
-    d = len(dynamics.links)
-    tau, state = ca.SX.sym("tau"), ca.SX.sym("state", 6 * d)
-    units, weight = ca.SX.sym("units", 3 * d), ca.SX.sym("weight")
-    q0, v0, a0, q1, v1, a1 = ca.vertsplit(state, d)
-    inside = inner_state(tau, (q0, v0, a0, q1, v1, a1))
-    one = ca.SX.sym("one", 3 * d)
-    at = ca.Function("at", [one], [ca.sumsqr(dynamics.symbolic_effort(*ca.vertsplit(one, d)))])
-    start, middle, end = (
-        at(ca.vertcat(*part) * units) for part in ((q0, v0, a0), inside, (q1, v1, a1))
-    )
-    cost = weight * tau * (start + 4 * middle + end) / 6
-    return Kernel(ca.vertcat(tau, state), ca.vertcat(units, weight), ca.SX(0, 1), cost)
+    piece = _inside(len(dynamics.links), (0.0, 0.5, 1.0))
+    weight = ca.SX.sym("weight")
+    start, middle, end = (ca.sumsqr(dynamics.symbolic_effort(*state)) for state in piece.states)
+    cost = weight * piece.tau * (start + 4 * middle + end) / 6
+    units = ca.vertcat(piece.units, weight)
+    return Kernel(piece.variables, units, ca.SX(0, 1), cost, piece.inner)
 
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:

@@ -10,11 +10,13 @@ import numpy as np
 
 from knotwork.errors import TimingError
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
+from knotwork.timing.attempts import with_longer
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.holding import too_heavy
 from knotwork.timing.problem import BoolArray, Objective, TimingProblem, part_of
 from knotwork.timing.safe_numbers import rounded_down, rounded_up, with_room
 from knotwork.timing.search import ROOMS, OutOfStepsError, Search
+from knotwork.timing.windows import LONGEST
 from knotwork.waypoints import FloatArray
 
 LARGEST = 8.0
@@ -23,36 +25,59 @@ LARGEST = 8.0
 PRECISION = 0.1
 """How well the least change is known, relative to it."""
 
+BESIDE = 2
+"""So many intervals on both sides of one that is too short get longer with it, where need be."""
+
 TOOL = "tool_speed"
 """The limit that is the tool's, not a joint's."""
 
 
-def explained(problem: TimingProblem) -> TimingError:
+def explained(problem: TimingProblem, before: int = 0) -> list[TimingError]:
     """Find out why no motion was found.
 
-    A joint that can't hold the arm where it rests is told at once. An interval that can't be solved
-    alone, its velocities being given, is the cause. Given durations are then let go, and after that
-    each kind of limit is raised, to see what would do.
+    A joint that can't hold the arm where it rests is told at once. Each interval that can't be
+    solved alone, its velocities being given, is a cause. Given durations are then let go, and after
+    that each kind of limit is raised, to see what would do.
+
+    Args:
+        problem: What has no solution.
+        before: How many waypoints of the whole task are before its first one.
+
+    Returns:
+        At least one error.
     """
-    heavy = too_heavy(problem)
-    if heavy is not None:
-        return heavy
+    found = too_heavy(problem, certain=False) or _causes(problem)
+    for one in found:
+        if one.waypoint is not None:
+            one.waypoint += before
+    return found
+
+
+def _causes(problem: TimingProblem) -> list[TimingError]:
     search = Search()
+    found: list[TimingError] = []
+    n = len(problem.position)
     try:
-        for i in range(len(problem.position) - 1) if len(problem.position) > 2 else ():
+        if 2 < n <= LONGEST + 1 and problem.total is None:
+            found = _too_short(problem, 0, search)
+            if found:
+                return found
+        for i in range(n - 1) if n > 2 else ():
             part = replace(part_of(problem, i, i + 1), total=None)
-            if part.velocity_known.all() and search.solved(part) is None:
-                return _of_part(part, i, search, problem)
-        return _of_part(problem, 0, search, problem)
+            told = any(one.waypoint == i for one in found)
+            if not told and part.velocity_known.all() and search.solved(part) is None:
+                begin = max(0, i - BESIDE)
+                around = replace(part_of(problem, begin, min(n - 1, i + 1 + BESIDE)), total=None)
+                found += _too_short(around, begin, search) or _of_part(part, i, search)
+        return found or _of_part(problem, 0, search)
     except OutOfStepsError:
-        return _unexplained(problem, 0, "the search for one cause took too many steps")
+        why = "the search for one cause took too many steps"
+        return found or [_unexplained(problem, 0, why)]
 
 
-def _of_part(
-    problem: TimingProblem, first: int, search: Search, whole: TimingProblem
-) -> TimingError:
-    found = _too_short(problem, first, search, whole)
-    if found is not None:
+def _of_part(problem: TimingProblem, first: int, search: Search) -> list[TimingError]:
+    found = _too_short(problem, first, search)
+    if found:
         return found
     limits = problem.limits
     for name in (TOOL, *MAGNITUDES[1:], MAGNITUDES[0], "position"):
@@ -60,8 +85,8 @@ def _of_part(
             continue
         changes = _least_changes(problem, name, search)
         if changes:
-            return _limit_error(problem, first, name, changes)
-    return _unexplained(problem, first, "no single cause")
+            return [_limit_error(problem, first, name, changes)]
+    return [_unexplained(problem, first, "no single cause")]
 
 
 def _unexplained(problem: TimingProblem, first: int, why: str) -> TimingError:
@@ -73,55 +98,46 @@ def _unexplained(problem: TimingProblem, first: int, why: str) -> TimingError:
     )
 
 
-def _too_short(
-    problem: TimingProblem, first: int, search: Search, whole: TimingProblem
-) -> TimingError | None:
-    """See whether longer durations than those given would do."""
+def _too_short(problem: TimingProblem, first: int, search: Search) -> list[TimingError]:
+    """See whether longer durations than those given would do: all of them together."""
     if problem.free.all() and problem.total is None:
-        return None
-    longer = replace(
-        problem,
-        duration=np.full(problem.duration.shape, np.nan),
-        at_least=np.where(problem.free, problem.at_least, problem.duration),
-        total=None,
-        objective=Objective(),
-    )
+        return []
+    longer = with_longer(problem)
     found = search.solved(longer)
     if found is None:
-        return None
+        return []
     least = np.diff(found.found.knots.time)
     if problem.total is not None and problem.free.any():
         total = float(np.where(problem.free, least, problem.duration).sum())
-        return _of_total(problem, problem.total, total)
+        return [_of_total(problem, problem.total, total)]
     given = np.where(problem.free, np.inf, problem.duration)
     short = least > given * (1.0 + 1e-9)
-    i = int(np.argmax(least / given))
     needed = _needed_durations(problem, least, short, search)
     if needed is None:
-        return None
-    if len(problem.position) < len(whole.position):
-        needed = _suiting_neighbours(whole, first, needed, search)
+        return []
     knots = found.found.knots
     held = binding_limits(longer, knots.time, found.found.curve)
-    one = next((one for one in held if one.start == problem.names[i] and one.joint), None)
-    others = [k for k in np.flatnonzero(short) if k != i]
-    return TimingError(
-        f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {given[i]:.6g} s are given; "
-        + _passing(problem, i, search)
-        + f"under the limits it takes about {needed[i]:.6g} s"
-        + ("" if one is None else f", {one.joint!r} at its limit of {one.quantity}")
-        + "".join(
-            f"; and from {problem.names[k]!r} to {problem.names[k + 1]!r} about "
-            f"{needed[k]:.6g} s, not {given[k]:.6g} s"
-            for k in others
-        ),
-        waypoint=first + i,
-        interval=True,
-        joint="" if one is None else one.joint,
-        limit="duration",
-        value=float(given[i]),
-        bound=float(needed[i]),
-    )
+    errors = []
+    for i in np.flatnonzero(short).tolist():
+        one = next((one for one in held if one.start == problem.names[i] and one.joint), None)
+        errors.append(
+            TimingError(
+                f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {given[i]:.6g} s are "
+                "given, and no motion was found; "
+                + _passing(problem, i, search)
+                + f"with {needed[i]:.6g} s"
+                + ("" if short.sum() == 1 else ", and with what is said of the other intervals,")
+                + " one was found"
+                + ("" if one is None else f", {one.joint!r} at its limit of {one.quantity}"),
+                waypoint=first + i,
+                interval=True,
+                joint="" if one is None else one.joint,
+                limit="duration",
+                value=float(given[i]),
+                bound=float(needed[i]),
+            )
+        )
+    return errors
 
 
 def _needed_durations(
@@ -136,32 +152,13 @@ def _needed_durations(
     return None
 
 
-def _suiting_neighbours(
-    whole: TimingProblem, i: int, needed: FloatArray, search: Search
-) -> FloatArray:
-    """Lengthen the duration of an interval until those beside suit it, if they can be solved.
-
-    Accelerations are the same on both sides of a waypoint, which an interval alone does not know.
-    """
-    begin = max(0, i - 1)
-    around = replace(part_of(whole, begin, min(len(whole.position) - 1, i + 2)), total=None)
-    for room in ROOMS[:4]:
-        longer = np.array([with_room(float(h) * (1.0 + room)) if room else h for h in needed])
-        duration = around.duration.copy()
-        duration[i - begin] = longer[0]
-        try:
-            if search.solved(replace(around, duration=duration)) is not None:
-                return longer
-        except OutOfStepsError:
-            break
-    return needed
-
-
 def _of_total(problem: TimingProblem, given: float, least: float) -> TimingError:
     """Say why a motion can't last as long as is given."""
-    found = f"the motion is to last {given:.6g} s; under the limits it takes at least "
     if least >= given * (1.0 - 1e-9):
-        found += f"{with_room(least):.6g} s"
+        found = (
+            f"the motion is to last {given:.6g} s; the shortest that was found under the limits "
+            f"takes {with_room(least):.6g} s"
+        )
     else:
         found = (
             f"no motion that lasts {given:.6g} s was found: joints that pass waypoints at given "
@@ -287,9 +284,9 @@ def _limit_error(
     def needs(one: _Change) -> str:
         unit = _unit(problem, one.field, one.joint)
         limit = (
-            f"the tool needs {TOOL}"
+            TOOL
             if one.field == TOOL
-            else f"joint {problem.joint_names[one.joint]!r} needs a limit of {name}"
+            else f"joint {problem.joint_names[one.joint]!r} at a limit of {name}"
         )
         return (
             f"{limit} of about {text(one.needed / margin, unit)}; "
@@ -298,9 +295,8 @@ def _limit_error(
 
     worst = changes[0]
     return TimingError(
-        f"between {ends} no motion keeps all limits: "
+        f"between {ends} no motion was found that keeps all limits; one was found with "
         + "; and ".join(needs(one) for one in changes)
-        + (". All of these together would do" if len(changes) > 1 else "")
         + problem.limits.said_of_margin,
         waypoint=first,
         interval=len(problem.position) == 2,

@@ -9,8 +9,7 @@ import numpy as np
 
 from knotwork.errors import TimingError
 from knotwork.joint_quantities import rate_unit
-from knotwork.least_durations import feasible_durations
-from knotwork.timing.bounds import least_durations
+from knotwork.timing.bounds import least_durations, slowest
 from knotwork.timing.problem import TimingProblem
 from knotwork.timing.safe_numbers import rounded_down, rounded_up
 
@@ -18,23 +17,22 @@ ROUNDING = 1e-12
 """A given value may be beyond a limit by this part of it."""
 
 
-def check_feasible(problem: TimingProblem) -> None:
-    """Compare what is given with the limits, but for the values at waypoints: see `faults`.
+def unfit_durations(problem: TimingProblem) -> list[TimingError]:
+    """Compare durations with the limits of velocity and acceleration; for values see `faults`.
 
-    Raises:
-        TimingError: A given duration is too short, or a duration has no least value.
+    Returns:
+        An error for each duration that is too short, or has no least value.
     """
-    _check_limits(problem)
-    _check_durations(problem)
+    return list(_unlimited(problem)) or list(_unfit(problem))
 
 
-def _check_limits(problem: TimingProblem) -> None:
+def _unlimited(problem: TimingProblem) -> Iterator[TimingError]:
     """Every joint must be limited, or durations would shrink to nothing."""
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isinf(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         joints = [problem.joint_names[k] for k in np.flatnonzero(unlimited)]
-        raise TimingError(
+        yield TimingError(
             f"joint {', '.join(map(repr, joints))}: no limit of acceleration, jerk or effort, so "
             "there is no least time; give one",
             joint=joints[0],
@@ -87,9 +85,10 @@ def _beyond(problem: TimingProblem) -> Iterator[Fault]:
         most = getattr(limits, name)
         known = problem.velocity_known if name == "velocity" else problem.acceleration_known
         for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + ROUNDING))):
-            unit = rate_unit(problem.joint_units[k], 1 if name == "velocity" else 2)
+            order, article = (1, "a") if name == "velocity" else (2, "an")
+            unit = rate_unit(problem.joint_units[k], order)
             said = (
-                f"is given a {name} of {text(values[i, k], unit)}; "
+                f"is given {article} {name} of {text(values[i, k], unit)}; "
                 f"its limit is {limits.text(float(most[k]), unit, problem.units)}"
             )
             bound = float(np.copysign(most[k], values[i, k]))
@@ -137,13 +136,13 @@ def _fault(
     return Fault(i, k, *kinds, value, bound, said)
 
 
-def _check_durations(problem: TimingProblem) -> None:
+def _unfit(problem: TimingProblem) -> Iterator[TimingError]:
     least = least_durations(problem)
     speeds = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
     moves = np.abs(np.diff(problem.position, axis=0)) + np.abs(speeds[:-1]) + np.abs(speeds[1:])
     still = moves.max(axis=1) == 0.0
-    for i in np.flatnonzero(problem.free & still & (problem.at_least == 0.0))[:1]:
-        raise TimingError(
+    for i in np.flatnonzero(problem.free & still & (problem.at_least == 0.0)):
+        yield TimingError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} nothing moves, so there is no "
             "least duration; give one, or a lower bound",
             waypoint=int(i),
@@ -152,49 +151,45 @@ def _check_durations(problem: TimingProblem) -> None:
         )
     for i in np.flatnonzero(~problem.free):
         if problem.duration[i] < least[i] * (1.0 - 1e-9):
-            raise GivenDurationError(
+            what = slowest(problem, int(i))
+            yield GivenDurationError(
                 f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} "
-                f"s are given; under the limits it takes more than {rounded_up(least[i]):.6g} s",
+                f"s are given; under the limits of velocity and acceleration {what} "
+                f"takes more than {rounded_up(least[i]):.6g} s",
                 waypoint=int(i),
                 interval=True,
                 limit="duration",
                 value=float(problem.duration[i]),
                 bound=float(least[i]),
             )
-        _check_blocked(problem, int(i), float(problem.duration[i]))
+        else:
+            yield from _blocked(problem, int(i), float(problem.duration[i]))
     shortest = float(
         np.where(problem.free, np.maximum(least, problem.at_least), problem.duration).sum()
     )
     if problem.total is not None and problem.total < shortest * (1.0 - 1e-9):
-        raise TimingError(
+        yield TimingError(
             f"the motion is to last {problem.total:.6g} s; under the limits it takes more than "
             f"{rounded_up(shortest):.6g} s",
             limit="duration",
             value=problem.total,
             bound=shortest,
         )
-    if problem.total is not None and len(problem.position) == 2:
-        _check_blocked(problem, 0, problem.total)
+    elif problem.total is not None and len(problem.position) == 2:
+        yield from _blocked(problem, 0, problem.total)
 
 
 class GivenDurationError(TimingError):
     """A given duration that the limits of velocity and acceleration alone rule out."""
 
 
-def _check_blocked(problem: TimingProblem, i: int, h: float) -> None:
+def _blocked(problem: TimingProblem, i: int, h: float) -> Iterator[TimingError]:
     """A joint that may not stop can't take just any longer duration."""
     if not (problem.velocity_known[i] and problem.velocity_known[i + 1]):
         return
-    limits = problem.limits
-    _, last, later = feasible_durations(
-        problem.position[i + 1] - problem.position[i],
-        problem.velocity[i],
-        problem.velocity[i + 1],
-        limits.velocity,
-        limits.acceleration,
-    )
+    _, last, later = problem.possible_durations(i)
     for k in np.flatnonzero((h > last * (1.0 + 1e-9)) & (h < later * (1.0 - 1e-9)))[:1]:
-        raise GivenDurationError(
+        yield GivenDurationError(
             f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {h:.6g} s are given; with its "
             f"velocities at both ends joint {problem.joint_names[k]!r} takes less than "
             f"{rounded_down(float(last[k])):.6g} s, or, as it must stop and go back, more than "

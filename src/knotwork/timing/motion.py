@@ -12,21 +12,22 @@ from knotwork.waypoints import FloatArray, ReadOnlyArrays
 
 @dataclass(frozen=True)
 class Binding:
-    """A limit that a joint is at for a part of an interval.
+    """A limit that keeps an interval from being faster.
 
     Attributes:
         start, end: Names of the waypoints that the interval lies between.
         joint: Name of the joint; empty for the tool.
         quantity: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"` or
-            `"tool speed"`.
-        share: For how much of the interval's duration, from 0 to 1.
+            `"tool speed"`; of a speed along a path also what else bounds it.
+        share: For how much of the interval's duration the joint is at it, from 0 to 1: 0 where it
+            only comes near at its peak; `None` for what bounds a constant speed along a path.
     """
 
     start: str
     end: str
     joint: str
     quantity: str
-    share: float
+    share: float | None
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, WaypointDataError
+from knotwork.least_durations import feasible_durations
 from knotwork.timing.safe_numbers import with_margin
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
@@ -270,6 +271,16 @@ class TimingProblem(ReadOnlyArrays):
         if self.dynamics is None:
             raise InputError("the problem has no dynamics")
         return self.dynamics
+
+    def possible_durations(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Durations that each joint can take for an interval; see `feasible_durations`."""
+        return feasible_durations(
+            self.position[i + 1] - self.position[i],
+            self.velocity[i],
+            self.velocity[i + 1],
+            self.limits.velocity,
+            self.limits.acceleration,
+        )
 
     @property
     def free(self) -> BoolArray:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.timing.efforts import TOOL_PARTS, likely_accelerations
+from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS, likely_accelerations
 from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
@@ -103,7 +103,11 @@ def _program(form: Form, kind: StartKind) -> Program:
 
 
 def form_of(
-    problem: TimingProblem, *, position: bool = False, effort: bool = False, tool: bool = False
+    problem: TimingProblem,
+    *,
+    position: bool = False,
+    effort: tuple[float, ...] = (),
+    tool: bool = False,
 ) -> Form:
     """Find which equations a problem has."""
     timed = ~problem.free | (problem.at_least > 0.0)
@@ -154,8 +158,9 @@ class Care:
     Attributes:
         margin: Part of each limit that is left.
         position: Whether positions between the breaks are limited.
-        effort: Part of the effort limits that is allowed at each break and in the middle of each
-            piece, by turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
+        effort: Part of the effort limits that is allowed at each break and inside each piece, by
+            turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
+        parts: Where inside the pieces that is.
         tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
         still: Which joints have no acceleration at which waypoints, shape (n, d), or `None`.
     """
@@ -163,6 +168,7 @@ class Care:
     margin: float = MARGIN
     position: bool = False
     effort: FloatArray | None = None
+    parts: tuple[float, ...] = EFFORT_PARTS
     tool: FloatArray | None = None
     still: BoolArray | None = None
 
@@ -214,7 +220,7 @@ class Section:
         self.form = form_of(
             problem,
             position=care.position,
-            effort=care.effort is not None,
+            effort=() if care.effort is None else care.parts,
             tool=care.tool is not None,
         )
         self.scale = _scale(problem, guess)
@@ -380,7 +386,8 @@ class Section:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
         for allowed, limit in self._held():
-            inside = len(TOOL_PARTS) if np.ndim(limit) == 0 else allowed.shape[1]
+            parts = TOOL_PARTS if np.ndim(limit) == 0 else self.care.parts
+            inside = len(parts) * allowed.shape[1]
             for rows, part in ((allowed.shape[1], allowed[::2]), (inside, allowed[1::2])):
                 most = np.full((rows, len(part)), 1.0 - self.margin)
                 found.append((-most, most))

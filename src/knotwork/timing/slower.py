@@ -10,6 +10,7 @@ import numpy as np
 
 from knotwork.errors import TimingError
 from knotwork.timing.feasible import Fault, faults
+from knotwork.timing.holding import too_heavy
 from knotwork.timing.problem import Objective, TimingProblem, part_of
 from knotwork.timing.safe_numbers import rounded_down
 from knotwork.timing.search import OutOfStepsError, Search
@@ -33,11 +34,13 @@ def given_errors(problem: TimingProblem) -> list[TimingError]:
     A part that would do is one with which a motion was found, around the waypoint.
 
     Returns:
-        An error for each waypoint and quantity; empty where nothing is beyond a limit.
+        An error for each waypoint and quantity, and one for efforts; empty where nothing is beyond
+        a limit.
     """
     found = faults(problem)
     search = Search()
-    return [_error(problem, one, found, search) for one in found]
+    heavy = too_heavy(problem, certain=True)
+    return [*heavy, *(_error(problem, one, found, search) for one in found)]
 
 
 def _error(
@@ -53,7 +56,10 @@ def _error(
             advice = f". {factor:g} times the {fault.given} given here would do"
         else:
             most = rounded_down(fault.factor, DIGITS)
-            advice = f". More than {most:g} times the {fault.given} given here is not possible"
+            advice = (
+                f". At most {most:g} times the {fault.given} given here is possible, and with jerk "
+                "and the other waypoints perhaps less"
+            )
     return TimingError(
         fault.said + advice,
         waypoint=fault.waypoint,

@@ -15,12 +15,13 @@ from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.explain import explained
-from knotwork.timing.feasible import GivenDurationError, check_feasible
+from knotwork.timing.feasible import GivenDurationError, unfit_durations
 from knotwork.timing.motion import Progress, TimedMotion
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import in_a_row, rebuilt_row
 from knotwork.timing.section import Guess, guess_from
 from knotwork.timing.slower import given_errors
+from knotwork.timing.stops import better_parts
 from knotwork.timing.watch import Watch
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
@@ -40,8 +41,9 @@ def solve(
 
     Sections between waypoints where velocity and acceleration are both known do not depend on each
     other, and each is solved alone; one of more than 24 intervals is solved in windows of 8, each
-    with 4 intervals ahead of it. The optimum is a local one: the solver (IPOPT) starts from plain
-    cubics.
+    with 4 intervals ahead of it. Where limits of effort bind, parts between stops are solved alone
+    too, and taken if they are faster. The optimum is a local one: the solver (IPOPT) starts from
+    plain cubics.
 
     Args:
         problem: What is known, and the limits.
@@ -55,7 +57,7 @@ def solve(
         A motion that keeps every limit, by the exact extrema of its polynomials.
 
     Raises:
-        TimingError: No motion keeps the limits; it says where and what would be feasible.
+        TimingError: No motion was found that keeps the limits; it says where, and what would do.
 
     >>> from knotwork.timing import TimingLimits
     >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0], jerk=[100.0])
@@ -63,7 +65,22 @@ def solve(
     >>> motion.status, motion.lower_bound < motion.duration < 1.3
     ('optimal', True)
     """
-    return solved(problem, Watch(progress, budget, len(problem.position) - 1), start)
+    try:
+        return solved(problem, Watch(progress, budget, len(problem.position) - 1), start)
+    except NoMotionError as error:
+        raise together(error.causes) from None
+
+
+class NoMotionError(Exception):
+    """No motion was found that keeps the limits.
+
+    Attributes:
+        causes: What may be the cause, each with its place; at least one.
+    """
+
+    def __init__(self, causes: list[TimingError]) -> None:
+        super().__init__()
+        self.causes = causes
 
 
 def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = None) -> TimedMotion:
@@ -75,16 +92,12 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
         start: A motion to start from.
 
     Raises:
-        TimingError: No motion keeps the limits.
+        NoMotionError: No motion was found that keeps the limits.
     """
     begun, iterations = watch.now(), watch.iterations
-    wrong = given_errors(problem)
+    wrong = given_errors(problem) or _wrong_durations(problem)
     if wrong:
-        raise together(wrong)
-    try:
-        check_feasible(problem)
-    except GivenDurationError as error:
-        raise _with_all_limits(problem, error) from None
+        raise NoMotionError(wrong)
     motion = _solved_from(problem, watch, start)
     if start is not None and _gap(motion) > WORSE * _gap(start) and not watch.late(found=True):
         cold = _solved_from(problem, watch, None)
@@ -98,6 +111,7 @@ def _gap(motion: TimedMotion) -> float:
 
 def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None) -> TimedMotion:
     found: list[Attempt] = []
+    causes: list[TimingError] = []
     for first, last in sections(problem):
         part = part_of(problem, first, last)
 
@@ -105,9 +119,14 @@ def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None
             return None if start is None else guess_from(start, first + one, first + other)
 
         attempt = solved_windows(part, watch, guess)
-        if attempt is None:
-            raise _failure(part, watch)
-        found.append(attempt)
+        if attempt is not None:
+            found += better_parts(part, watch, attempt)
+        elif watch.late(found=False):
+            raise NoMotionError([_out_of_time(watch)])
+        else:
+            causes += explained(part, first)
+    if causes:
+        raise NoMotionError(causes)
     return _motion(problem, found)
 
 
@@ -137,20 +156,22 @@ def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
     )
 
 
-def _failure(problem: TimingProblem, watch: Watch) -> TimingError:
-    if watch.late(found=False):
-        return TimingError(
-            "no motion that keeps every limit was found within the budget of "
-            f"{watch.budget:g} s; allow more time, or none: then the search goes on to its end",
-            limit="budget",
-        )
-    return explained(problem)
+def _out_of_time(watch: Watch) -> TimingError:
+    return TimingError(
+        "no motion that keeps every limit was found within the budget of "
+        f"{watch.budget:g} s; allow more time, or none: then the search goes on to its end",
+        limit="budget",
+    )
 
 
-def _with_all_limits(problem: TimingProblem, error: GivenDurationError) -> TimingError:
-    """Find what a duration must be under all limits, not those of the closed form alone."""
-    found = explained(problem)
-    return found if found.limit == "duration" else error
+def _wrong_durations(problem: TimingProblem) -> list[TimingError]:
+    """Durations that do not do, with what they must be under all limits where that is found."""
+    wrong = unfit_durations(problem)
+    if any(isinstance(one, GivenDurationError) for one in wrong):
+        found = explained(problem)
+        if all(one.limit == "duration" for one in found):
+            return found
+    return wrong
 
 
 def sections(problem: TimingProblem) -> list[tuple[int, int]]:

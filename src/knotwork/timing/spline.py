@@ -53,7 +53,8 @@ class Form:
         position: Whether positions between the breaks are limited.
         smooth: Whether jerk counts in the objective.
         dynamics: Inertias, if efforts or the tool's speed matter.
-        effort: Whether efforts are limited.
+        effort: At which parts of each piece efforts are limited beside its ends; none if they are
+            not.
         tool: Whether the tool's speed is limited.
         work: Whether efforts count in the objective.
         peaks: Names of peaks that count in the objective.
@@ -68,7 +69,7 @@ class Form:
     position: bool = False
     smooth: bool = False
     dynamics: Dynamics | None = None
-    effort: bool = False
+    effort: tuple[float, ...] = ()
     tool: bool = False
     work: bool = False
     peaks: tuple[str, ...] = ()
@@ -153,8 +154,8 @@ def blocks(form: Form) -> tuple[Block, ...]:
     if form.dynamics is not None:
         state = np.concatenate((at.q, at.v, at.a), axis=1).T
         if form.effort:
-            found.append(Block(effort_kernel(form.dynamics, middle=False), state))
-            found.append(Block(effort_kernel(form.dynamics, middle=True), piece))
+            found.append(Block(effort_kernel(form.dynamics, ()), state))
+            found.append(Block(effort_kernel(form.dynamics, form.effort), piece))
         if form.tool:
             found.append(Block(tool_kernel(form.dynamics, middle=False), state))
             found.append(Block(tool_kernel(form.dynamics, middle=True), piece))

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from knotwork.least_durations import feasible_durations
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.timing.problem import TimingProblem, part_of
@@ -43,14 +42,8 @@ def short_durations(problem: TimingProblem) -> FloatArray:
     """
     found = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known
-    for i in np.flatnonzero(known[:-1] & known[1:] & problem.free):
-        first, last, _ = feasible_durations(
-            problem.position[i + 1] - problem.position[i],
-            problem.velocity[i],
-            problem.velocity[i + 1],
-            problem.limits.velocity,
-            problem.limits.acceleration,
-        )
+    for i in np.flatnonzero(known[:-1] & known[1:] & problem.free).tolist():
+        first, last, _ = problem.possible_durations(i)
         if first.max() <= last.min() < np.inf and last.min() >= problem.at_least[i]:
             found[i] = 0.5 * (first.max() + last.min())
     return found

@@ -21,6 +21,38 @@ PROMISING = 1e-2
 
 
 @dataclass(eq=False)
+class Budget:
+    """Time that there is for something, from when this is made.
+
+    Raises:
+        InputError: It is not positive.
+
+    Attributes:
+        seconds: How long [s], or `None` if it is not limited.
+        now: The clock [s].
+        begun: When it began, by this clock.
+    """
+
+    seconds: float | None = None
+    now: Callable[[], float] = clock.perf_counter
+    begun: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.seconds is not None:
+            self.seconds = finite_number(self.seconds, "budget", "s", positive=True)
+        self.begun = self.now()
+
+    def end(self) -> float:
+        """When it ends, by its clock; never without a limit."""
+        return np.inf if self.seconds is None else self.begun + self.seconds
+
+    def turn(self, part: float) -> float:
+        """When a part of what is left of it ends, from 0 to 1."""
+        now = self.now()
+        return now + (self.end() - now) * part
+
+
+@dataclass(eq=False)
 class Watch:
     """Follows a solution over all its parts, and shares the budget among them.
 
@@ -47,12 +79,12 @@ class Watch:
     iterations: int = 0
     solved: int = 0
     begun: float = field(init=False)
+    _time: Budget = field(init=False)
     _turn: float = field(init=False, default=np.inf)
 
     def __post_init__(self) -> None:
-        if self.budget is not None:
-            self.budget = finite_number(self.budget, "budget", "s", positive=True)
-        self.begun = self.now()
+        self._time = Budget(self.budget, self.now)
+        self.budget, self.begun = self._time.seconds, self._time.begun
 
     @property
     def needed(self) -> bool:
@@ -63,8 +95,7 @@ class Watch:
     def part(self, intervals: int) -> Iterator[None]:
         """Give a part its turn: what is left of the budget, shared by the intervals left."""
         if self.budget is not None:
-            now, left = self.now(), max(self.work - self.solved, intervals)
-            self._turn = now + (self.begun + self.budget - now) * intervals / left
+            self._turn = self._time.turn(intervals / max(self.work - self.solved, intervals))
         yield
         self.solved += intervals
 
@@ -78,7 +109,7 @@ class Watch:
         if self.budget is None:
             return False
         now = self.now() + ahead
-        return now > self.begun + self.budget or (found and now > self._turn)
+        return now > self._time.end() or (found and now > self._turn)
 
     def step(self, objective: float, violation: float) -> None:
         """Count a step and tell of it."""
