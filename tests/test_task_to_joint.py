@@ -13,10 +13,10 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
-from knotwork import resources
 from knotwork.errors import BranchError, DocumentError
 from knotwork.joint_space import joint_space
 from knotwork.task_to_joint import TaskSolution, solve_task
+from shipped import SCENARIO_FILES
 
 UR5 = kw.load_robot("ur5")
 HOME = UR5.configuration("home")
@@ -272,7 +272,7 @@ def test_what_no_choice_can_make_slow_enough_is_named() -> None:
 
 
 def test_a_redundant_arm_goes_no_farther_than_from_nearest_to_nearest() -> None:
-    file = yaml.safe_load(resources.find("scenarios", "panda_pick_place").read_text("utf-8"))
+    file = yaml.safe_load(SCENARIO_FILES["panda_pick_place"].read_text("utf-8"))
     del file["scene"], file["tool"]["holds"]  # nothing is in the way
     scenario = kw.load_scenario(file)
     space = joint_space(scenario)

@@ -8,9 +8,10 @@ import pinocchio as pin
 import pytest
 from scipy.optimize import brentq, least_squares
 
+from knotwork import Robot, load_robot
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
 from knotwork.kinematics import solve_pose_ik
-from knotwork.robot import Robot, load_robot
+from knotwork.units import Units
 from sweeps import first_of, mostly_exhaustive
 
 UR5, KINOVA = load_robot("ur5"), load_robot("kinova")
@@ -122,7 +123,7 @@ def test_no_other_search_turns_the_tool_further_on_the_point(name: str, count: i
         assert error.point_shortfall <= 1e-8
         least = least_by_scipy(robot, pose, *limits, metre=1e3)
         assert error.angle_at_point**2 <= 1.01 * least
-        assert f"is off by {error.angle_at_point:.4g} rad" in str(error)
+        assert f"is off by {Units().text(error.angle_at_point, 'rad', '.4g')}" in str(error)
     assert on_point
 
 
@@ -231,14 +232,14 @@ def test_a_micrometre_out_of_reach_is_said_to_be_one(place: str, size: float) ->
         assert isinstance(error, UnreachablePoseError)
         left = np.hypot(error.position_shortfall, error.orientation_shortfall)
         assert 0.9 * size < left < 1.1 * size
-        assert f"{error.position_shortfall:.4g} m" in str(error)
-        assert f"{error.orientation_shortfall:.4g} rad" in str(error)
+        assert Units().text(error.position_shortfall, "m", ".4g") in str(error)
+        assert Units().text(error.orientation_shortfall, "rad", ".4g") in str(error)
         if error.angle_at_point is None:
             assert error.point_shortfall <= error.position_shortfall * (1 + 1e-6)
         else:
             assert error.point_shortfall <= 1e-8
             assert error.angle_at_point >= 0.99 * left
-            assert f"is off by {error.angle_at_point:.4g} rad" in str(error)
+            assert f"is off by {Units().text(error.angle_at_point, 'rad', '.4g')}" in str(error)
 
 
 @pytest.mark.parametrize(
@@ -267,7 +268,7 @@ def test_a_joint_hardly_beyond_its_limit_is_said_to_be_so_by_how_much() -> None:
     q = [0.3, -1.2, 1.4, -1.7, 0.8, 0.3]
     limits = {"elbow_joint": (1.0, 1.4 - 1e-7), "wrist_2_joint": (0.5, 1.0)}
     narrow = UR5.with_limits(position=limits | {"shoulder_lift_joint": (-1.3, -1.1)})
-    said = r"elbow_joint at 1\.4 rad, outside \[1, 1\.4\] by 1e-07 rad; .* limits of elbow_joint$"
+    said = r"elbow_joint at 1\.4 rad, outside \[1, 1\.4\] by 1e-7 rad; .* limits of elbow_joint$"
     with pytest.raises(OutsideLimitsError, match=said):
         solve_pose_ik(narrow, UR5.forward(q), np.zeros(6))
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import (
     OutsideLimitsError,
     RobotError,
@@ -14,7 +15,6 @@ from knotwork.errors import (
 )
 from knotwork.kinematics import solve_all, solve_pose_ik
 from knotwork.kinematics.chain.joint_ranges import nearest_turns
-from knotwork.robot import Robot, load_robot, robot_names
 from sweeps import first_of, mostly_exhaustive
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}

@@ -13,7 +13,7 @@ from knotwork.errors import BranchError, DocumentError, RobotError
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence import Given, interval_nearness, refine_sequence, weights
-from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
+from knotwork.kinematics.sequence.nearness import SINGULAR_MARGIN, limit_nearness
 from knotwork.waypoints import CartesianWaypoint
 
 PANDA = kw.load_robot("panda")
@@ -103,7 +103,7 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
         arguments = robot.forward(x), pin.Motion(twist)
         waypoints.append(CartesianWaypoint(str(i), 15.0 * i, *arguments))
     times = np.array([w.time for w in waypoints])
-    v = solve_velocities(robot, q, twists)[0]
+    v = solve_velocities(robot, joint_axes(robot).jacobians(q), twists)[0]
     free: list[CartesianWaypoint | None] = list(waypoints)
     free[2] = None
     refined = refine_sequence(robot, Given(times, free), q, v)
@@ -115,7 +115,7 @@ def test_refinement_keeps_the_poses_and_never_costs_more(robot: kw.Robot, seed: 
     assert (refined <= robot.upper_position_limit).all()
 
     def cost(positions: np.ndarray) -> tuple[float, float]:
-        speeds = solve_velocities(robot, positions, twists)[0]
+        speeds = solve_velocities(robot, joint_axes(robot).jacobians(positions), twists)[0]
         ends = (positions[:-1], speeds[:-1]), (positions[1:], speeds[1:])
         travel = np.linalg.norm(np.diff(positions, axis=0) / robot.velocity_limit, axis=1)
         near = weights(robot, positions)
@@ -143,9 +143,10 @@ def test_the_nearness_of_a_way_is_that_along_it() -> None:
     assert most[0] == pytest.approx(near.max(), rel=1e-9)
     for x in (basis @ points)[::400], basis @ points:
         smallest = np.linalg.svd(joint_axes(PANDA).jacobians(x), compute_uv=False)[:, -1]
-        expected = 1 + limit_nearness(PANDA, x) + singular_nearness(smallest)
+        singular = np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2
+        expected = 1 + limit_nearness(PANDA, x) + singular
         np.testing.assert_allclose(weights(PANDA, x), expected, rtol=0, atol=1e-12)
-    assert singular_nearness(smallest).max() > 0
+    assert singular.max() > 0
     low, high = PANDA.lower_position_limit, PANDA.upper_position_limit
     q_on_way = basis @ points
     assert beyond[0] == pytest.approx(max(0.0, (low - q_on_way).max(), (q_on_way - high).max()))

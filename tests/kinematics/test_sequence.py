@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import random
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -176,13 +175,13 @@ def test_evaluating_intervals_lazily_is_evaluating_them_all(
 
     durations = np.full(len(sizes) - 1, duration)
     rules = Rules(SPEED, SPEED, BOUNDED)
-    layers = [replace(layer, cost=layer.cost._replace(distance=0.0)) for layer in layers]
+    layers = [layer._replace(cost=layer.cost._replace(distance=0.0)) for layer in layers]
     chosen = choose_with_intervals(layers, durations, rules, samples, interval_cost)
 
     def total(index: tuple[int, ...]) -> tuple[float, ...]:
         """Ends count less the more is looked at between, and the nearer one for all the time."""
         lighter = [
-            replace(layer, weight=1 + (layer.weight - 1) / (samples + 1)) for layer in layers
+            layer._replace(weight=1 + (layer.weight - 1) / (samples + 1)) for layer in layers
         ]
         between = sum(more[i][a, b] for i, (a, b) in enumerate(itertools.pairwise(index)))
         near = [layer.weight[k] - 1 for layer, k in zip(layers, index, strict=True)]
@@ -273,11 +272,11 @@ def test_equal_costs_take_the_first_whatever_their_rounding(level: str) -> None:
 def test_an_infeasible_interval_does_not_blur_what_follows_it() -> None:
     """Travel counts to the last digit, however much the interval before it is beyond limits."""
     layers = layers_of(3, [4] * 1000, spread=0.3)
-    layers = [replace(layer, cost=Cost(travel=np.zeros(4)), velocity=None) for layer in layers]
-    layers[0] = replace(layers[0], q=layers[0].q + 3.0)
+    layers = [layer._replace(cost=Cost(travel=np.zeros(4)), velocity=None) for layer in layers]
+    layers[0] = layers[0]._replace(q=layers[0].q + 3.0)
     durations = np.r_[0.8, np.full(998, 10.0)]  # of the first, half of what it takes
     rules = Rules(SPEED, SPEED, BOUNDED)
-    rules = replace(rules, avoided=True)
+    rules = rules._replace(avoided=True)
     chosen = choose_sequence(layers, durations, rules)
     assert chosen.cost.infeasible > 1.0
     first = layers[1].take([chosen.index[1]])

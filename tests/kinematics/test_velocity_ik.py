@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import SingularityError, WaypointDataError
 from knotwork.kinematics import (
     pull_to_middle,
@@ -16,7 +17,6 @@ from knotwork.kinematics import (
     solve_velocity_ik,
 )
 from knotwork.kinematics.chain.velocity import describe_direction
-from knotwork.robot import Robot, load_robot, robot_names
 
 ROBOTS = {name: load_robot(name) for name in robot_names()}
 PLANAR, UR5, PANDA = (ROBOTS[name] for name in ("planar2", "ur5", "panda"))

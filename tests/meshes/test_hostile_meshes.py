@@ -11,12 +11,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from PIL import Image
 from test_mesh_files import ascii_stl, binary_stl, collada, obj
 
+import knotwork as kw
 from command_line import PEAK_MEMORY
+from drawn import mesh_visuals, shape_warnings, tower
 from knotwork.errors import InputError
-from knotwork.meshes import bounds
-from knotwork.meshes.finding import find_mesh, mesh_package
 from knotwork.meshes.reading import read_mesh
 
 SECONDS = 5.0
@@ -142,7 +143,7 @@ def test_no_more_bytes_are_read_than_the_bound(tmp_path: Path) -> None:
 def test_more_triangles_than_the_bound_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bounds, "MOST_TRIANGLES", 3)
+    monkeypatch.setattr("knotwork.meshes.bounds.MOST_TRIANGLES", 3)
     for name, content in (("a.stl", binary_stl()), ("a.dae", collada().encode())):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(InputError, match="4 triangles; at most 3 are read"):
@@ -216,30 +217,11 @@ def test_pictures_are_taken_from_the_package_alone(
         tmp_path / "arm/textures/a.png",
         tmp_path / "secret.png",
     ):
-        picture.write_bytes(b"picture")
+        Image.new("RGB", (2, 2)).save(picture)
     (path.parent / "link.png").symlink_to(tmp_path / "secret.png")
     if package:
         (tmp_path / "arm" / "package.xml").touch()
-    (part,) = read_mesh(path, mesh_package(path))
-    assert (part.image is not None) == taken
-    assert ("it colours is drawn grey" in part.fault) == (not taken)
-
-
-def test_meshes_are_found_in_the_users_folders(tmp_path: Path) -> None:
-    urdf = tmp_path / "here" / "arm.urdf"
-    for name in ("arm/meshes/a.stl", "packages/tool/b.stl"):
-        (tmp_path / name).parent.mkdir(parents=True)
-        (tmp_path / name).touch()
-    arm, packages = tmp_path / "arm", tmp_path / "packages"
-    for name in ("package://tool/b.stl", "meshes/a.stl"):
-        with pytest.raises(InputError, match="there is no mesh"):
-            find_mesh(name, urdf)
-    assert find_mesh("package://tool/b.stl", urdf, [packages]) == packages / "tool/b.stl"
-    assert find_mesh("package://arm/meshes/a.stl", urdf, [arm]) == arm / "meshes/a.stl"
-    assert find_mesh("meshes/a.stl", urdf, [packages, arm]) == arm / "meshes/a.stl"
-
-
-@pytest.mark.parametrize("name", ["x" * 5000, "package://" + "x" * 5000, "a\0b", "package://", ""])
-def test_a_name_that_no_file_can_have_is_not_found(name: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="there is no mesh"):
-        find_mesh(name, tmp_path / "arm.urdf", [tmp_path])
+    urdf = path.with_name("arm.urdf")
+    urdf.write_text(tower(mesh_visuals(["a.dae"])), encoding="utf-8")
+    said = "".join(shape_warnings(kw.load_robot(urdf).with_tool("c")))
+    assert ("it colours is drawn grey" in said) == (not taken)

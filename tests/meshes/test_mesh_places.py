@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.errors import InputError
-from knotwork.meshes.finding import find_mesh
-from knotwork.robot.shapes import UrdfShapes
+from drawn import mesh_visuals, shape_warnings, tower
 
 STL = "solid a\nfacet normal 0 0 1\nouter loop\n{}endloop\nendfacet\nendsolid a\n".format(
     "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
@@ -64,37 +63,44 @@ def urdf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "arm" / "urdf" / "arm.urdf"
 
 
-@pytest.mark.parametrize("name", OUTSIDE)
-def test_a_mesh_outside_is_not_taken_unless_the_user_names_its_folder(
-    name: str, urdf: Path, tmp_path: Path
+def said_of(urdf: Path, names: Iterable[str], packages: Sequence[Path] = ()) -> list[str]:
+    """What is said of each of an arm's meshes, empty where it is drawn."""
+    listed = list(names)
+    urdf.write_text(tower(mesh_visuals(listed)), encoding="utf-8")
+    robot = kw.load_robot(
+        {"urdf": str(urdf), "tool_frame": "c", "package_paths": list(map(str, packages))}
+    )
+    warnings = [line for line in shape_warnings(robot) if line.startswith("link ")]
+    said = dict(line.split(": ", 1) for line in warnings)
+    return [said.get(f"link 'l{i}'", "") for i in range(len(listed))]
+
+
+def test_meshes_outside_are_not_taken_unless_the_user_names_their_folder(
+    urdf: Path, tmp_path: Path
 ) -> None:
-    address = name.format(tmp_path)
-    with pytest.raises(InputError) as caught:
-        find_mesh(address, urdf)
-    said = str(caught.value)
-    assert OUTSIDE[name] in said
-    assert f"below {tmp_path / 'arm'} (" in said
-    assert "package_paths" in said
-    assert "--package-path" in said
-    if OUTSIDE[name] == "leads to":
-        assert f"leads to {tmp_path / 'secret'}{os.sep}" in said
-    if "none" not in name:
-        found = find_mesh(address, urdf, [tmp_path])
-        assert found.resolve() == (tmp_path / "secret/s.stl").resolve()
+    addresses = [name.format(tmp_path) for name in OUTSIDE]
+    for name, said in zip(OUTSIDE, said_of(urdf, addresses), strict=True):
+        assert OUTSIDE[name] in said
+        assert f"below {tmp_path / 'arm'} (" in said
+        assert "package_paths" in said
+        assert "--package-path" in said
+        if OUTSIDE[name] == "leads to":
+            assert f"leads to {tmp_path / 'secret'}{os.sep}" in said
+    for name, said in zip(OUTSIDE, said_of(urdf, addresses, [tmp_path]), strict=True):
+        assert bool(said) == ("none" in name), said
 
 
-@pytest.mark.parametrize("name", INSIDE)
-def test_a_mesh_inside_is_taken(name: str, urdf: Path, tmp_path: Path) -> None:
-    assert find_mesh(name.format(tmp_path), urdf).read_text(encoding="utf-8") == STL
+def test_meshes_inside_are_taken(urdf: Path, tmp_path: Path) -> None:
+    assert not any(said_of(urdf, [name.format(tmp_path) for name in INSIDE]))
 
 
 def test_without_a_package_only_the_folder_of_the_urdf_counts(urdf: Path, tmp_path: Path) -> None:
     (tmp_path / "arm" / "package.xml").unlink()
-    assert find_mesh("beside.stl", urdf).is_file()
-    for name in ("../meshes/m.stl", "package://arm/meshes/m.stl"):
-        with pytest.raises(InputError, match=r"no mesh|leads to"):
-            find_mesh(name, urdf)
-        assert find_mesh(name, urdf, [tmp_path / "arm"]).is_file()
+    names = ("beside.stl", "../meshes/m.stl", "package://arm/meshes/m.stl")
+    beside, *others = said_of(urdf, names)
+    assert not beside
+    assert all("no mesh" in said or "leads to" in said for said in others)
+    assert not any(said_of(urdf, names, [tmp_path / "arm"]))
 
 
 def test_a_package_of_ros_may_be_installed_by_links(
@@ -110,15 +116,30 @@ def test_a_package_of_ros_may_be_installed_by_links(
         (share / name).symlink_to(source / name)
     (share / "s.stl").symlink_to(tmp_path / "secret/s.stl")
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
-    assert find_mesh("package://hand/h.stl", urdf) == share / "h.stl"
-    with pytest.raises(InputError, match="leads to"):
-        find_mesh("package://hand/s.stl", urdf)
+    hand, secret = said_of(urdf, ["package://hand/h.stl", "package://hand/s.stl"])
+    assert not hand
+    assert "leads to" in secret
 
 
-def test_links_in_a_ring_are_no_mesh(urdf: Path) -> None:
+def test_meshes_are_found_in_the_users_folders(urdf: Path, tmp_path: Path) -> None:
+    for name in ("other/meshes/a.stl", "packages/tool/b.stl"):
+        (tmp_path / name).parent.mkdir(parents=True)
+        (tmp_path / name).write_text(STL, encoding="utf-8")
+    other, packages = tmp_path / "other", tmp_path / "packages"
+    names = ("package://tool/b.stl", "meshes/a.stl", "package://other/meshes/a.stl")
+    assert all("there is no mesh" in said for said in said_of(urdf, names))
+    assert not any(said_of(urdf, names, [packages, other]))
+    tool, *lost = said_of(urdf, names, [packages])
+    assert not tool
+    assert all("there is no mesh" in said for said in lost)
+
+
+def test_names_that_no_file_can_have_and_links_in_a_ring_are_no_meshes(
+    urdf: Path, tmp_path: Path
+) -> None:
     (urdf.parent / "ring.stl").symlink_to("ring.stl")
-    with pytest.raises(InputError, match="there is no mesh"):
-        find_mesh("ring.stl", urdf)
+    names = ("ring.stl", "x" * 5000, "package://" + "x" * 5000, "package://", "")
+    assert all("there is no mesh" in said for said in said_of(urdf, names, [tmp_path]))
 
 
 def test_the_user_is_told_and_can_allow_the_folder(
@@ -141,13 +162,3 @@ def test_the_user_is_told_and_can_allow_the_folder(
         ran = knotwork(*command, "task.yaml", "--package-path", "secret")
         assert "leads to" not in ran.out + ran.err
         monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")
-
-
-@pytest.mark.parametrize("name", kw.robot_names())
-def test_meshes_of_shipped_robots_are_found(name: str) -> None:
-    path = kw.load_robot(name).urdf
-    shapes = UrdfShapes(path)
-    for link in shapes.links:
-        for kind in ("visual", "collision"):
-            for shape in shapes.of(link, kind)[0]:
-                assert shape.kind != "mesh" or find_mesh(shape.mesh, path).is_file()

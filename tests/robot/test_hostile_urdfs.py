@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from knotwork import load_robot
 from knotwork.errors import DocumentError, RobotError
-from knotwork.robot import load_robot
 
 LIMIT = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/>'
 

@@ -8,10 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-import knotwork.robot
+from knotwork import load_robot, robot_names
 from knotwork.documents import parse
 from knotwork.errors import DocumentError, InputError, KnotworkError, RobotError, UnknownNameError
-from knotwork.robot import load_robot, robot_names
 
 SHIPPED = [
     "bravo7",
@@ -390,8 +389,6 @@ def test_the_schema_needs_no_pinocchio() -> None:
 
 def test_every_error_is_one_of_ours() -> None:
     assert issubclass(RobotError, KnotworkError)
-    with pytest.raises(AttributeError, match="no attribute 'robots'"):
-        _ = knotwork.robot.robots
 
 
 @pytest.mark.parametrize("urdf", ["~nobody-of-this-name/x.urdf", "x" * 5000 + ".urdf"])

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from knotwork import Robot, load_robot, robot_names
 from knotwork.errors import RobotError, UnknownNameError, WaypointDataError
-from knotwork.robot import Robot, load_robot, robot_names
 
 L1, L2 = 0.5, 0.4
 ANGLE = st.floats(-2.6, 2.6)

@@ -15,11 +15,11 @@ import trimesh
 from test_scene_files import run
 
 from command_line import Command
+from drawn import beside_an_arm, scene, thing, vertices, volume
 from knotwork.scenario import Shape
 from knotwork.scene.distances import ROUNDING, DistanceMeter
 from knotwork.scene.inside import one_inside_the_other
 from knotwork.scene.solids import Placed, Solid, solid
-from knotwork.view.cloud import cloud_mesh
 
 EDGE = 0.03
 OTHERS = [
@@ -222,10 +222,10 @@ def test_the_drawn_cells_are_those_that_are_checked_or_larger_ones(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     grid = np.mgrid[-3:3, -3:3, -3:3].reshape(3, -1).T * EDGE + EDGE / 2
-    made = cloud(tmp_path / "cloud.csv", [*grid, (9 * EDGE + 0.001, 0.001, 0.001)])
-    for most, edge, volume in ((217, EDGE, 217), (216, 2 * EDGE, 8 * 65)):
+    cloud(tmp_path / "cloud.csv", [*grid, (9 * EDGE + 0.001, 0.001, 0.001)])
+    points = {"file": str(tmp_path / "cloud.csv"), "resolution": EDGE}
+    for most, edge, cells in ((217, EDGE, 217), (216, 2 * EDGE, 8 * 65)):
         monkeypatch.setattr("knotwork.view.cloud.MOST_DRAWN", most)
-        mesh = cloud_mesh(made.shape, (1, 1, 1, 1))
-        a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-        assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(volume * EDGE**3)
-        assert mesh.vertices.min() == pytest.approx(-(4 if edge > EDGE else 3) * EDGE)
+        mesh = thing(scene(beside_an_arm({"points": points})), "objects")
+        assert volume(mesh) == pytest.approx(cells * EDGE**3, rel=1e-4)
+        assert vertices(mesh)[:, 0].min() == pytest.approx(-(4 if edge > EDGE else 3) * EDGE)

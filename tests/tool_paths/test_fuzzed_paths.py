@@ -253,7 +253,7 @@ def check(seed: int) -> str:
 @pytest.fixture(autouse=True)
 def _no_other_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     """They take longer than all else where a path is refused, and are tested elsewhere."""
-    place = "knotwork.kinematics.following.joints_on_path.other_starts"
+    place = "knotwork.kinematics.diagnosis.other_starts.other_starts"
     monkeypatch.setattr(place, lambda robot, *_: np.empty((0, robot.dof)))
 
 

@@ -43,19 +43,25 @@ def find_mesh(
     if scheme in ("package", "model"):
         allowed += _linked(rest.partition("/")[0], ros)
 
-    def places() -> Iterator[Path]:
+    def places() -> Iterator[tuple[Path, Path]]:
+        """Where the file may be, and the folder that it is looked for in."""
         if scheme in ("package", "model"):
-            packages = _in_packages(rest, urdf, package_paths, ros)
-            return (folder / inside for folder, inside in packages if _below(folder, allowed))
-        own = (urdf.parent, *package_paths, *ros)
-        return (folder / name.removeprefix("file://") for folder in own)
+            for folder, inside in _in_packages(rest, urdf, package_paths, ros):
+                yield folder / inside, folder
+        else:
+            for folder in (urdf.parent, *package_paths, *ros):
+                yield folder / name.removeprefix("file://"), folder
 
-    for place in places():
-        if _below(place, allowed) and _is_file(place):
+    for place, folder in places():
+        if _below(place, allowed) and _is_file(place) and _below(folder, allowed):
             return place
     folders = ", ".join(dict.fromkeys(str(folder) for folder in allowed if folder))
     where = f"below {folders} (`package_paths` or --package-path adds a folder)"
-    outside = [_real(place) for place in places() if not _below(place, allowed)]
+    outside = [
+        _real(place)
+        for place, folder in places()
+        if _below(folder, allowed) and not _below(place, allowed)
+    ]
     leads = next((str(path) for path in outside if path), "")
     if not leads:
         raise InputError(f"there is no mesh {shown(name)} {where}")
@@ -111,14 +117,20 @@ def _linked(package: str, ros: Sequence[Path]) -> Iterator[Path]:
 
 
 def _below(path: Path, folders: Sequence[Path | None]) -> bool:
-    real = _real(path)
-    return real is not None and any(real.is_relative_to(folder) for folder in folders if folder)
+    real = _real_text(path)
+    within = (os.path.join(folder, "") for folder in folders if folder)
+    return real is not None and os.path.join(real, "").startswith(tuple(within))
 
 
 def _real(path: Path) -> Path | None:
     """Where a path leads; `None` if no file can have its name."""
+    real = _real_text(path)
+    return None if real is None else Path(real)
+
+
+def _real_text(path: Path) -> str | None:
     try:
-        return Path(os.path.realpath(path))
+        return os.path.realpath(path)
     except (OSError, ValueError):
         return None
 

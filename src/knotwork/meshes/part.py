@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,7 @@ IndexArray = NDArray[np.int64]
 Colour = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class MeshPart:
+class MeshPart(NamedTuple):
     """Triangles of one material.
 
     Attributes:

@@ -1,7 +1,8 @@
 """Reading mesh files: STL here, COLLADA with pycollada, OBJ, PLY, OFF and glTF with trimesh.
 
 Of all formats but COLLADA only shapes are read. Files come from strangers, so both readers are
-written in Python: Coal's reader, which is in C++, ends the process on broken files.
+written in Python: Coal's reader, which is in C++, ends the process on broken files. STL, which most
+collision shapes are, is read here because importing trimesh alone takes 0.4 s of processor time.
 """
 
 from __future__ import annotations
@@ -24,7 +25,6 @@ from knotwork.meshes.bounds import (
     check_triangles,
     read_bounded,
 )
-from knotwork.meshes.collada_file import read_collada
 from knotwork.meshes.part import MeshPart
 from knotwork.waypoints import FloatArray
 
@@ -58,6 +58,8 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
             raise InputError(f"read are {', '.join(SUFFIXES)}")
         data = read_bounded(path)
         if path.suffix.lower() == ".dae":
+            from knotwork.meshes.collada_file import read_collada
+
             parts = read_collada(data, path.parent, inside or path.parent)
         elif path.suffix.lower() == ".stl":
             parts = (_read_stl(data),)
@@ -71,8 +73,6 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
 
 def read_points(path: Path) -> FloatArray:
     """Read the corners of a mesh file's triangles alone [m], shape (n, 3), as often as it has them.
-
-    STL files, which most collision shapes are, are read without loading trimesh.
 
     >>> meshes = kw.load_robot("ur5").urdf.parents[1] / "meshes"
     >>> len(np.unique(read_points(meshes / "ur5/collision/base.stl"), axis=0))

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import pinocchio as pin
 
@@ -17,8 +16,7 @@ MOST_JOINTS = 200
 _NO_JOINT = "\x01"
 
 
-@dataclass(frozen=True, eq=False)
-class Chain:
+class Chain(NamedTuple):
     """The joints that are planned for, all others locked.
 
     Attributes:

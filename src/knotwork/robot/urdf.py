@@ -10,10 +10,9 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.dom.minidom import Document, Element
 
 import numpy as np
@@ -33,8 +32,7 @@ MOST_KEPT = 1_000_000
 _OTHER_FORMATS = {"sdf": "SDF", "mujoco": "MJCF (MuJoCo)", "COLLADA": "COLLADA"}
 
 
-@dataclass(frozen=True)
-class Mimic:
+class Mimic(NamedTuple):
     """A joint that follows another: position = multiplier · position of `joint` + offset."""
 
     joint: str
@@ -42,8 +40,7 @@ class Mimic:
     offset: float
 
 
-@dataclass(frozen=True, eq=False)
-class Urdf:
+class Urdf(NamedTuple):
     """A URDF, parsed.
 
     Attributes:

@@ -7,9 +7,7 @@ makes of links in a ring depends on which it finds first.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from xml.dom.minidom import Element
-from xml.etree import ElementTree
+from xml.dom.minidom import Document, Element
 
 from knotwork.errors import InputError, shown
 
@@ -158,21 +156,21 @@ def _check_axis(joint: Element) -> None:
 
 def plain_text(root: Element) -> str:
     """Write a URDF again with the tree of links alone: no shapes, nothing of other programs."""
-    robot = ElementTree.Element("robot", {"name": root.getAttribute("name")})
-    robot.extend(
-        _kept(element) for element in child_elements(root) if element.tagName in ("link", "joint")
-    )
-    return ElementTree.tostring(robot, encoding="unicode")
+    document = Document()
+    robot = document.createElement("robot")
+    robot.setAttribute("name", root.getAttribute("name"))
+    for element in child_elements(root):
+        if element.tagName in ("link", "joint"):
+            robot.appendChild(_kept(element, document))
+    return robot.toxml()
 
 
-def _kept(element: Element) -> ElementTree.Element:
-    copy = ElementTree.Element(element.tagName, dict(_attributes(element)))
-    kept = _KEPT.get(element.tagName, ())
-    copy.extend(_kept(child) for child in child_elements(element) if child.tagName in kept)
-    return copy
-
-
-def _attributes(element: Element) -> Iterator[tuple[str, str]]:
+def _kept(element: Element, document: Document) -> Element:
+    copy = document.createElement(element.tagName)
     for name, value in element.attributes.items():
         if ":" not in name:  # of a namespace, which need not be declared
-            yield name, value
+            copy.setAttribute(name, value)
+    for child in child_elements(element):
+        if child.tagName in _KEPT.get(element.tagName, ()):
+            copy.appendChild(_kept(child, document))
+    return copy

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,7 @@ from knotwork.scene.placements import JointTree, joint_tree, place_joints
 from knotwork.waypoints import FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class RobotAlone:
+class RobotAlone(NamedTuple):
     """What a collision model takes from the robot alone.
 
     Attributes:

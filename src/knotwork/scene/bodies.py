@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -57,8 +57,7 @@ def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Itera
         yield Placed(one, turn @ one.rotation, turn @ one.translation + shift)
 
 
-@dataclass(frozen=True, eq=False)
-class LinkBodies:
+class LinkBodies(NamedTuple):
     """The links of a robot that have collision shapes.
 
     Attributes:
@@ -72,8 +71,7 @@ class LinkBodies:
     bare: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class LinkSources:
+class LinkSources(NamedTuple):
     """What decides which shapes a robot's links have, and where: two that are equal give the same.
 
     Attributes:
@@ -82,8 +80,8 @@ class LinkSources:
         placed: Of each link what `placed_links` says.
         packages: Folders of the robot's meshes.
         ros: Folders that ROS looks in.
-        meshes: Of each mesh of a collision shape the path, and when it was written last [ns];
-            `None` for one that is not there.
+        meshes: Of each mesh of a collision shape its name, and its path and when it was written
+            last [ns]; `None` for one that is not there.
     """
 
     urdf: Path
@@ -91,7 +89,7 @@ class LinkSources:
     placed: tuple[tuple[Any, ...], ...]
     packages: tuple[Path, ...]
     ros: tuple[Path, ...]
-    meshes: tuple[tuple[Path, int] | None, ...]
+    meshes: tuple[tuple[str, tuple[Path, int] | None], ...]
 
 
 def link_sources(robot: Robot) -> LinkSources:
@@ -100,8 +98,8 @@ def link_sources(robot: Robot) -> LinkSources:
     changed = urdf.stat().st_mtime_ns
     known = _collision_meshes(urdf, changed, packages, ros)
     # Looking for a mesh takes much longer than seeing that it is still where it was.
-    paths = (path or _found(name, urdf, packages, ros) for name, path in known)
-    meshes = tuple(_written(path) for path in paths)
+    paths = ((name, path or _found(name, urdf, packages, ros)) for name, path in known)
+    meshes = tuple((name, _written(path)) for name, path in paths)
     return LinkSources(urdf, changed, placed_links(robot), packages, ros, meshes)
 
 
@@ -110,10 +108,16 @@ def _collision_meshes(
     urdf: Path, changed: int, packages: tuple[Path, ...], ros: tuple[Path, ...]
 ) -> tuple[tuple[str, Path | None], ...]:
     """Names of the meshes of all collision shapes, each once, and where they are."""
-    given = UrdfShapes(urdf)
+    given = _shapes(urdf, changed)
     shapes = (shape for link in given.links for shape in given.of(link, "collision")[0])
     names = dict.fromkeys(shape.mesh for shape in shapes if shape.kind == "mesh")
     return tuple((name, _found(name, urdf, packages, ros)) for name in names)
+
+
+@lru_cache(maxsize=1)
+def _shapes(urdf: Path, changed: int) -> UrdfShapes:
+    """Shapes of all links; those of the last robot are kept, as they are asked for twice."""
+    return UrdfShapes(urdf)
 
 
 def _found(name: str, urdf: Path, packages: tuple[Path, ...], ros: tuple[Path, ...]) -> Path | None:
@@ -142,7 +146,7 @@ def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
 @lru_cache(maxsize=32)
 def link_bodies(sources: LinkSources) -> LinkBodies:
     """Read the collision shapes of a robot's links; what was read is kept for the next time."""
-    given = UrdfShapes(sources.urdf)
+    given = _shapes(sources.urdf, sources.changed)
     bodies, missing, bare = [], [], []
     for link, joint, *numbers in sources.placed:
         if link not in given.links:
@@ -171,6 +175,8 @@ def _placed(given: UrdfShape, sources: LinkSources) -> Shape:
     """
     placement, path = pin.SE3(given.rotation, given.translation), None
     if given.kind == "mesh":
-        path = find_mesh(given.mesh, sources.urdf, sources.packages, sources.ros)
+        known = dict(sources.meshes).get(given.mesh)
+        look = given.mesh, sources.urdf, sources.packages, sources.ros
+        path = known[0] if known is not None else find_mesh(*look)
     x, y, z = (float(factor) for factor in given.scale)
     return Shape(given.kind, given.size, placement, path, (x, y, z))

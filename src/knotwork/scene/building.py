@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,8 +44,7 @@ def robot_collision_model(robot: Robot) -> CollisionModel:
     return _Builder(robot, Scene(), None).model()
 
 
-@dataclass(frozen=True, eq=False)
-class Hold:
+class Hold(NamedTuple):
     """Where and when an object is held.
 
     Attributes:

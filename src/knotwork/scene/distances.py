@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import coal
 import numpy as np
@@ -45,8 +44,7 @@ def _settle_boxes() -> None:
 _settle_boxes()
 
 
-@dataclass(frozen=True, eq=False)
-class Nearest:
+class Nearest(NamedTuple):
     """The nearest points of two bodies; where they overlap, the points of deepest penetration.
 
     Attributes:
@@ -85,9 +83,8 @@ class DistanceMeter:
             first, second = second, first
         if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
             first, second = _in_axes_of(second, first), Placed(second.solid, np.eye(3), np.zeros(3))
-        for at, one in ((self._first, first), (self._second, second)):
-            at.setRotation(one.rotation)
-            at.setTranslation(one.origin)
+        self._first.setTransform(first.rotation, first.origin)
+        self._second.setTransform(second.rotation, second.origin)
         a, b = first.solid, second.solid
         if a.around is not None or b.around is not None:
             # Triangles and cells are many. The hull is never farther away, and where it is nearest,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
@@ -22,8 +22,7 @@ MOST_NAMED = 6
 """So many pairs that are not checked for one reason are named; of more, the number."""
 
 
-@dataclass(frozen=True)
-class IgnoredPair:
+class IgnoredPair(NamedTuple):
     """Two bodies that are not checked against one another.
 
     Attributes:
@@ -36,8 +35,7 @@ class IgnoredPair:
     reason: str
 
 
-@dataclass(frozen=True)
-class Pair:
+class Pair(NamedTuple):
     """Two bodies that are checked against one another.
 
     Attributes:

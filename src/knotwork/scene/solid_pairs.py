@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class SolidPairs:
             for b in range(len(model.bodies[pair.second].solids))
         ]
         self.first, self.second, self.pair = np.array(combos).T
+        self._both = list(zip(self.first.tolist(), self.second.tolist(), strict=True))
         self.margin = np.array([model.pairs[k].margin for k in self.pair])
         exact = np.array([one.triangles is not None for one in self.solids])
         self.exact = exact[self.first] | exact[self.second]
@@ -133,7 +135,7 @@ class SolidPairs:
 
     def placed(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
         """The two solids of a pair where they are; arguments as in `measured`."""
-        a, b = self.first[combo], self.second[combo]
+        a, b = self._both[combo]
         return Placed(self.solids[a], turn[a], shift[a]), Placed(self.solids[b], turn[b], shift[b])
 
     def _inside(self, combo: int, turn: FloatArray, shift: FloatArray) -> bool:
@@ -143,27 +145,33 @@ class SolidPairs:
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
         """The least distance beyond what is to be kept at configurations [m], shape (m,).
 
+        Arguments are those of `clearances`, with one time for all.
+        """
+        return np.array(list(self.clearances(q, np.full(len(q), time), most)))
+
+    def clearances(self, q: FloatArray, time: FloatArray, most: float = 0.0) -> Iterator[float]:
+        """The least distance beyond what is to be kept at one configuration after the other [m].
+
         Args:
             q: Joint positions [rad or m], shape (m, d).
-            time: When [s]: bodies that are not there then are left out.
+            time: When each is taken [s], shape (m,): bodies that are not there then are left out.
             most: Nothing beyond this is of interest [m]: it is the largest value given. With 0 only
                 the sign counts.
         """
-        result = np.full(len(q), most)
         low, high = self.windows[self.pair].T
-        there = np.flatnonzero((low <= time) & (time <= high))
+        there = (low <= time[:, None]) & (time[:, None] <= high)
         rotation, origin = place_joints(self.model.joints, np.asarray(q, dtype=float))
         boxes = self.least_of_boxes(rotation, origin) - ROUNDING
-        least = (np.maximum(self.least(rotation, origin), boxes) - self.margin)[:, there]
+        least = np.maximum(self.least(rotation, origin), boxes) - self.margin
         turn, shift = self.axes(rotation, origin)
-        for i, row in enumerate(least):
-            for k in np.argsort(row).tolist():
-                if row[k] > result[i] or (most == 0.0 and result[i] < 0.0):
+        for i, row in enumerate(np.where(there, least, np.inf)):
+            result = most
+            for c in np.argsort(row).tolist():
+                if row[c] > result or (most == 0.0 and result < 0.0):
                     break
-                c = int(there[k])
-                far = result[i] + self.margin[c] + ROUNDING
-                apart = self.measured(c, turn[i], shift[i], far) - self.margin[c]
+                margin = float(self.margin[c])
+                apart = self.measured(c, turn[i], shift[i], result + margin + ROUNDING) - margin
                 if apart > 0.0 and self._inside(c, turn[i], shift[i]):
                     apart = -apart
-                result[i] = min(result[i], apart if apart > 0.0 else min(apart, -1e-300))
-        return result
+                result = min(result, apart if apart > 0.0 else min(apart, -1e-300))
+            yield result

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
-from knotwork.kinematics.sequence.alternatives import AlternativeSequence, find_alternatives
 from knotwork.kinematics.sequence.candidates import Candidates
 from knotwork.kinematics.sequence.choice import positions_of
 from knotwork.kinematics.sequence.costs import AT_LIMIT
 from knotwork.task_to_joint.search import Found, Search
 from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility
 from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.kinematics.sequence.alternatives import AlternativeSequence
 
 
 class Explanation:
@@ -155,6 +158,8 @@ class Explanation:
 
     def _alternatives(self) -> list[Alternative | None]:
         """The best other sequence for each waypoint: another branch there, else other turns."""
+        from knotwork.kinematics.sequence.alternatives import find_alternatives
+
         search, chosen = self.search, self.found.sequence
         apart = [c is not None and not c.free for c in search.candidates]
         branches = [

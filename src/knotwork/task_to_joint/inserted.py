@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,11 @@ from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
 
+if TYPE_CHECKING:
+    from knotwork.kinematics.following.continuation import Continuation
+
+    KnownWay = Callable[[ScenarioPath, FloatArray], Continuation | None]
+
 
 def completed_waypoints(
     scenario: Scenario,
@@ -19,6 +24,7 @@ def completed_waypoints(
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
+    way: KnownWay = lambda path, start: None,
 ) -> JointWaypoints:
     """Joint waypoints from the solutions at a scenario's waypoints.
 
@@ -31,6 +37,7 @@ def completed_waypoints(
         positions: At its waypoints [rad or m], shape (n, d).
         velocities: There [rad/s or m/s], shape (n, d).
         knots: Where the knots of the motion will sit: see `ModifiedHermiteSpline`.
+        way: Gives the way along a path from where it begins, if it is known.
 
     Raises:
         PathError: The tolerances take too many waypoints, or are too fine to be proved.
@@ -47,8 +54,10 @@ def completed_waypoints(
         _hold(positions, still)
         own = slice(done, path.first)
         parts.append((times[own], names[own], positions[own], velocities[own], known[own]))
-        followed = followed_path(scenario, space.robot, path, positions[path.first], knots)
-        followed[2][0] = positions[path.first]  # not off by rounding from a wait before the path
+        start = positions[path.first]
+        found = way(path, start)
+        followed = followed_path(scenario, space.robot, path, start, knots, found)
+        followed[2][0] = start  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
         # a path that begins where the one before ends: its first waypoint stands there already
         parts.append(followed)
@@ -80,9 +89,17 @@ def _hold(positions: FloatArray, still: tuple[int, ...]) -> None:
 
 
 def followed_path(
-    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray, knots: Any
+    scenario: Scenario,
+    robot: Any,
+    path: ScenarioPath,
+    start: FloatArray,
+    knots: Any,
+    found: Continuation | None = None,
 ) -> tuple[FloatArray, ...]:
-    """Times, names, positions, velocities and accelerations along a path."""
+    """Times, names, positions, velocities and accelerations along a path.
+
+    `found` is the way from its start, if it is known.
+    """
     from knotwork.kinematics.following.insertion import follow_path
     from knotwork.kinematics.following.joints_on_path import JointsOnPath
     from knotwork.kinematics.following.proof import PathTolerance
@@ -91,7 +108,7 @@ def followed_path(
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
     ends = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
     try:
-        joints = JointsOnPath(robot, path.motion, start, scenario.pull_to_middle)
+        joints = JointsOnPath(robot, path.motion, start, scenario.pull_to_middle, found)
         followed = follow_path(joints, tolerance, times=ends, knots=knots)
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)
@@ -130,5 +147,5 @@ def leads_along(
     times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
     pull = scenario.pull_to_middle
     found = continue_along(robot, path.motion, start[None], times, pull=pull)
-    faster = replace(found, time=found.time / (1.0 + room), velocity=found.velocity * (1.0 + room))
+    faster = found._replace(time=found.time / (1.0 + room), velocity=found.velocity * (1.0 + room))
     return bool(faster.free(robot, np.zeros(1, dtype=int), np.zeros((1, robot.dof))).all())

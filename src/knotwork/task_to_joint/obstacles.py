@@ -118,8 +118,9 @@ class Obstacles:
         steps = np.flatnonzero(np.isfinite(found.position[:, start]).all(axis=1))
         looks = steps[np.unique(np.linspace(0, len(steps) - 1, LOOKS).astype(int))]
         before = int(looks[0]) - 1
-        for k in looks.tolist():
-            if self.collides(found.position[k, start], float(found.time[k])):
+        gaps = self._pairs.clearances(found.position[looks, start], found.time[looks])
+        for k, gap in zip(looks.tolist(), gaps, strict=True):
+            if gap < 0.0:
                 return before, k
             before = k
         return None

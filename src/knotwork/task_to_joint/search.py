@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,9 +27,7 @@ from knotwork.kinematics.sequence.costs import (
     Rules,
     likely_durations,
 )
-from knotwork.kinematics.sequence.lazy_choice import choose_with_intervals
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
-from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
@@ -40,8 +38,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 HOME = "home"
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
+class Found(NamedTuple):
     """The sequence chosen.
 
     Attributes:
@@ -157,6 +154,8 @@ class Search:
         self.layers = [self._layer(i) for i in range(len(self.given))]
         if self.robot.dof <= 6 or self.near is not None:
             return choose_sequence(self.layers, self.durations, self.rules)
+        from knotwork.kinematics.sequence.lazy_choice import choose_with_intervals
+
         return choose_with_intervals(
             self.layers, self.durations, self.rules, self.samples, self._interval_cost
         )
@@ -230,8 +229,7 @@ class Search:
         found = find_candidates(self.robot, [target for _, target in poses], references, units)
         for (i, _), candidates in zip(poses, found, strict=True):
             result[i] = (
-                replace(
-                    candidates,
+                candidates._replace(
                     excess=np.zeros_like(candidates.excess),
                     velocity=np.zeros_like(candidates.velocity),
                 )
@@ -291,7 +289,7 @@ class Search:
         """Let the steps of a sequence on some intervals count as collisions from now on."""
         q = found.sequence.q
         steps = [CollidingStep(i, q[i], q[i + 1]) for i in intervals]
-        self.rules = replace(self.rules, colliding=(*self.rules.colliding, *steps))
+        self.rules = self.rules._replace(colliding=(*self.rules.colliding, *steps))
 
     def _refined(self, chosen: Sequence) -> FloatArray:
         """Move waypoints of an arm that moves freely to where the whole motion is better."""
@@ -300,6 +298,8 @@ class Search:
         ]
         if not any(free) or self.scenario.prefers_clearance:
             return chosen.q
+        from knotwork.kinematics.sequence.null_space_refinement import Given, refine_sequence
+
         v = [
             c.velocity[rows[k]] if c is not None else given
             for c, rows, k, given in zip(

@@ -16,6 +16,7 @@ from knotwork.task_to_joint.solution import TaskSolution
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 if TYPE_CHECKING:
+    from knotwork.task_to_joint.inserted import KnownWay
     from knotwork.task_to_joint.search import Search
 
 
@@ -94,7 +95,8 @@ def _solution(search: Search, knots: Any) -> TaskSolution:
 
     found = search.solve()
     explanation = Explanation(search, found)
-    waypoints = _completed(search.scenario, search.space, found.positions, found.velocities, knots)
+    values = found.positions, found.velocities
+    waypoints = _completed(search.scenario, search.space, *values, knots, search.ties.way)
 
     def avoid(intervals: Collection[int]) -> TaskSolution | None:
         search.avoid(found, intervals)
@@ -111,9 +113,10 @@ def _completed(
     positions: FloatArray,
     velocities: FloatArray,
     knots: Any,
+    *way: KnownWay,
 ) -> JointWaypoints:
     """Waypoints at the joints, with those along paths and the velocities that were chosen."""
-    waypoints = completed_waypoints(scenario, space, positions, velocities, knots)
+    waypoints = completed_waypoints(scenario, space, positions, velocities, knots, *way)
     chosen = {name: v for run in space.chosen or () for name, v in run.velocity.items()}
     if not chosen:
         return waypoints

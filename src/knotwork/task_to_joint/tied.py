@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from knotwork.errors import FollowingError
+from knotwork.kinematics.chain.joint_ranges import whole_turns
 from knotwork.kinematics.following.continuation import Continuation, continue_along
 from knotwork.kinematics.following.hindrance import Hindrance, following_error
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
@@ -19,6 +20,9 @@ from knotwork.scenario import Scenario, ScenarioPath
 from knotwork.task_to_joint.branches import described, in_branch
 from knotwork.task_to_joint.obstacles import Obstacles
 from knotwork.waypoints import FloatArray
+
+# Joint positions that differ by no more than this are those of one way [rad or m].
+SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +38,7 @@ class Ties:
     scenario: Scenario
     waits: tuple[int, ...]
     obstacles: Obstacles | None = None
+    _ways: dict[int, Continuation] = field(default_factory=dict, repr=False)
 
     @property
     def groups(self) -> list[range]:
@@ -100,6 +105,7 @@ class Ties:
         pull = self.scenario.pull_to_middle
         found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
         turns = start.q - start.q[own][back]
+        self._ways[path.first] = found
         free = found.free(robot, back, turns)
         contacts = self._contacts(found, np.unique(back[free]))
         free &= ~np.isin(back, list(contacts))
@@ -119,6 +125,16 @@ class Ties:
             self._candidates(robot, path, start, found, kept, back, turns, k)
             for k in range(1, len(times))
         ]
+
+    def way(self, path: ScenarioPath, start: FloatArray) -> Continuation | None:
+        """The way along a path from joint positions (d,), if it has been looked at."""
+        found = self._ways.get(path.first)
+        if found is None:
+            return None
+        turns = whole_turns(start - found.q[0])
+        off = np.abs(start - found.q[0] - turns).max(axis=1)
+        own = int(off.argmin())
+        return found.taken(own, turns[own]) if off[own] <= SAME else None
 
     def _contacts(self, found: Continuation, ways: Any) -> dict[int, tuple[int, int]]:
         """The first collisions of ways that have any, by their starts' indices."""
@@ -152,8 +168,7 @@ class Ties:
     ) -> Candidates:
         row = int(np.abs(found.time - path.stretches[k - 1].end).argmin())
         q = found.q[k][back[kept]] + turns[kept]
-        return replace(
-            taken(start, kept),
+        return taken(start, kept)._replace(
             q=q,
             flags=configuration_flags(robot, q),
             weight=1.0 + limit_nearness(robot, q),
@@ -218,8 +233,7 @@ def _first(other: Hindrance | None, contact: Hindrance | None) -> Hindrance:
 
 def taken(candidates: Candidates, rows: Any) -> Candidates:
     """Some of the candidates."""
-    return replace(
-        candidates,
+    return candidates._replace(
         q=candidates.q[rows],
         branch=candidates.branch[rows],
         flags=candidates.flags[rows],

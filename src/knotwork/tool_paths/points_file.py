@@ -68,7 +68,7 @@ def read_points(path: Path, length_unit: float) -> tuple[FloatArray, FloatArray 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """Rows that hold something, each with its line."""
-    lines = io.StringIO(read_text(path).removeprefix("\ufeff"))
+    lines = io.StringIO(read_text(path))
     reader = csv.reader(lines)
     try:
         return [

@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, RampError, StretchTimeError
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import horner
 from knotwork.waypoints import FloatArray, read_only
 
 ROUNDING = 1e-9
@@ -46,6 +49,11 @@ class Timing:
         """When the path ends [s]."""
         return float(self.times[-1])
 
+    @cached_property
+    def _curves(self) -> tuple[PiecewisePolynomial, ...]:
+        """Arc length over time, speed and its derivative."""
+        return tuple(self.arc_length.derivative(order) for order in range(3))
+
     def __call__(
         self, t: ArrayLike, order: int = 0, at: ArrayLike | None = None, side: str = "right"
     ) -> FloatArray:
@@ -58,7 +66,7 @@ class Timing:
                 goes on smoothly beyond its ends.
             side: Which piece is chosen where two meet: `"right"` or `"left"`.
         """
-        curve = self.arc_length.derivative(order) if order else self.arc_length
+        curve = self._curves[order] if order < 3 else self.arc_length.derivative(order)
         t = np.asarray(t, dtype=float)
         chosen = t if at is None else np.asarray(at, dtype=float)
         piece = np.searchsorted(curve.x, chosen, side="left" if side == "left" else "right") - 1
@@ -77,9 +85,10 @@ class Timing:
         low_of[-1] = self(breaks[-1:], side="left")[0]
         piece = np.clip(np.searchsorted(low_of, s, "right") - 1, 0, len(breaks) - 2)
         low, high = breaks[piece], breaks[piece + 1]
+        begin, coefficients = low, self.arc_length.c[:, piece]
         for _ in range(60):  # bisection, as the speed may be zero at an end
             middle = 0.5 * (low + high)
-            below = self(middle, at=0.5 * (breaks[piece] + breaks[piece + 1])) < s
+            below = horner(coefficients, middle - begin) < s
             low, high = np.where(below, middle, low), np.where(below, high, middle)
         found = 0.5 * (low + high)
         nearest = np.abs(s[:, None] - low_of).argmin(axis=1)
@@ -87,8 +96,7 @@ class Timing:
         return np.where(snapped, breaks[nearest], found)
 
 
-@dataclass(frozen=True)
-class _End:
+class _End(NamedTuple):
     """Speed at an end of a stretch: that of the neighbour if it is lower, or a fixed one."""
 
     speed: float

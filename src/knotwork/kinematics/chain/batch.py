@@ -182,11 +182,11 @@ class _State:
         self.factor = np.full(len(q), FIRST_FACTOR)
 
     def _evaluate(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        tip, rotation, points, axes = self.chain.forward(q.T)
+        tip, rotation, J = self.chain.placed(q.T)
         error, distance, angle = pose_errors(
             tip, rotation, self.targets.position, self.targets.rotation
         )
-        return error, self.chain.jacobian(tip, points, axes), distance, angle
+        return error, J, distance, angle
 
     def keep(self, rows: Any) -> None:
         """Drop all other searches."""

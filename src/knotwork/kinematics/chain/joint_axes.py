@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
+import pinocchio as pin
 
 from knotwork.errors import RobotError
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
+
+# So many configurations are placed by Pinocchio.
+FEW = 16
 
 
 class JointAxes:
@@ -50,6 +54,7 @@ class JointAxes:
             for before, after, o, p in zip(frames, frames[1:], points, points[1:], strict=False)
         ]
         self.reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+        self._robot, self._base = ref(robot), base_from_world
 
     def certain_miss(self, position: FloatArray) -> FloatArray:
         """How much farther away points are than the arm is long [m], not above 0 where they aren't.
@@ -124,8 +129,29 @@ class JointAxes:
 
     def jacobians(self, q: FloatArray) -> FloatArray:
         """Jacobians of the TCP in base axes, shape (n, 6, d), for `q` of shape (n, d)."""
-        tip, _, points, axes = self.forward(q)
-        return self.jacobian(tip, points, axes).transpose(2, 0, 1)
+        return self.placed(q)[2].transpose(2, 0, 1)
+
+    def placed(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Place the tool: positions and orientations as `forward`, Jacobians as `jacobian`.
+
+        Of few configurations Pinocchio, one by one, is faster than arrays of all.
+        """
+        robot = self._robot()
+        if len(q) > FEW or robot is None:
+            tip, turned, points, axes = self.forward(q)
+            return tip, turned, self.jacobian(tip, points, axes)
+        model, data, frame = robot.model, robot.data, robot.require_tool()
+        place, turn = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
+        J = np.empty((len(q), 6, q.shape[1]))
+        each = J if q.shape[1] > 1 else J[:, :, 0]  # a single column comes as a vector
+        tool, axes = data.oMf[frame], pin.LOCAL_WORLD_ALIGNED
+        for i, one in enumerate(q):
+            each[i] = pin.computeFrameJacobian(model, data, one, frame, axes)
+            place[i], turn[i] = tool.translation, tool.rotation
+        base = self._base.rotation
+        J = (base @ J.reshape(-1, 2, 3, q.shape[1])).reshape(J.shape)
+        tip = base @ place.T + self._base.translation[:, None]
+        return tip, (base @ turn).transpose(2, 1, 0), np.ascontiguousarray(J.transpose(1, 2, 0))
 
 
 _CHAINS: WeakKeyDictionary[Robot, JointAxes] = WeakKeyDictionary()

@@ -135,8 +135,8 @@ def all_turns(robot: Robot, q: FloatArray) -> FloatArray:
     """
     choices: list[list[float]] = []
     lower, upper = limits_of(robot)
-    if not _turns_fit(robot) and ((lower - AT_LIMIT <= q) & (q <= upper + AT_LIMIT)).all():
-        return clipped(q, (lower, upper))[None]  # most arms: no other turn of a joint fits
+    if at_only_turn(robot, q):
+        return clipped(q, (lower, upper))[None]
     centre = middle((lower, upper)).tolist()
     joints = zip(q.tolist(), lower.tolist(), upper.tolist(), centre, strict=True)
     for unit, (value, low, high, mid) in zip(robot.joint_units, joints, strict=True):
@@ -161,14 +161,18 @@ def _nearest_first(values: list[float], middle: float) -> list[float]:
 _TURNS_FIT: WeakKeyDictionary[Robot, bool] = WeakKeyDictionary()
 
 
-def _turns_fit(robot: Robot) -> bool:
-    """Whether any joint that turns has room for two of its positions a whole turn apart."""
+def at_only_turn(robot: Robot, q: FloatArray) -> BoolArray:
+    """Which configurations (n, d) are inside the limits, where no other turn fits, shape (n,).
+
+    So it is with most arms: no joint that turns has room for a whole turn.
+    """
+    lower, upper = limits_of(robot)
     if robot not in _TURNS_FIT:
-        lower, upper = limits_of(robot)
         room = np.where(np.isfinite(upper - lower), upper - lower, 0.0)
         turns = np.array([unit == "rad" for unit in robot.joint_units])
         _TURNS_FIT[robot] = bool((turns & (room + 2.0 * AT_LIMIT >= FULL_TURN)).any())
-    return _TURNS_FIT[robot]
+    inside = ((lower - AT_LIMIT <= q) & (q <= upper + AT_LIMIT)).all(axis=-1)
+    return np.asarray(inside & (not _TURNS_FIT[robot]))
 
 
 def starts(

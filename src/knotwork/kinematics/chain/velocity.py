@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import SingularityError, WaypointDataError
 from knotwork.kinematics.arguments import check_tolerance
-from knotwork.kinematics.chain.joint_axes import joint_axes
-from knotwork.kinematics.chain.joint_ranges import limits_of, middle
+from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of, middle
 from knotwork.robot import Robot
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only
@@ -22,6 +21,9 @@ NEAR_SINGULAR = 1e-3
 # Beyond this no joint of an arm goes, so near a singularity it stands for a limit that is not given
 # [rad/s or m/s].
 FASTEST_JOINT = 10.0
+# The normal equations are used where their condition number is below this: one correction then
+# takes rounding back to that of a singular value decomposition.
+WELL_CONDITIONED = 1e8
 # Singular values below this part of the largest are taken for rounding of zero: a joint rotated
 # by a few times 1e-13 rad off a singularity has one of that size.
 RANK_TOLERANCE = 1e-11
@@ -113,8 +115,8 @@ def solve_velocity_ik(
     J = robot.jacobian(q)
     if not wanted.any() and rest is None:
         return np.zeros(robot.dof)
-    (v,), _, (smallest,) = solve_velocities(robot, np.array([q], float), wanted, rest)
-    residual = wanted - J @ v
+    (v,), _ = solve_velocities(robot, J[None], wanted, rest)
+    residual, smallest = wanted - J @ v, smallest_singular_value(robot, q)
     linear, angular = float(np.linalg.norm(residual[:3])), float(np.linalg.norm(residual[3:]))
     scale = max(1.0, float(np.linalg.norm(wanted)))
     if linear > linear_tolerance * scale or angular > angular_tolerance * scale:
@@ -134,48 +136,58 @@ def solve_velocity_ik(
 
 
 def solve_velocities(
-    robot: Robot, q: FloatArray, twists: FloatArray, preferred: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    robot: Robot, J: FloatArray, twists: FloatArray, preferred: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Find joint velocities for many configurations at once, as `solve_velocity_ik` does for one.
 
     Args:
         robot: The robot.
-        q: Joint positions [rad or m], shape (n, d).
+        J: Its Jacobians, shape (n, 6, d).
         twists: Linear [m/s], then angular [rad/s], in base axes: shape (n, 6) or (6,).
         preferred: Joint velocities to come near to [rad/s or m/s], shape (d,).
 
     Returns:
         Velocities [rad/s or m/s], shape (n, d), for more than six joints of least norm measured by
-        the velocity limits; what they leave of the twist [m/s, rad/s], shape (n,); and the
-        smallest singular value, shape (n,).
-    """
-    J = joint_axes(robot).jacobians(q)
-    v, s = least_velocities(robot, J, twists, preferred)
-    smallest = s[:, -1] if robot.dof <= 6 else np.linalg.svd(J, compute_uv=False)[:, -1]
-    wanted = np.broadcast_to(twists, (len(q), 6))[:, :, None]
-    left = np.abs((J @ v[:, :, None] - wanted)[:, :, 0]).max(axis=1)
-    return v, left, np.asarray(smallest, dtype=float)
-
-
-def least_velocities(
-    robot: Robot, J: FloatArray, twists: FloatArray, preferred: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Joint velocities by Jacobians (n, 6, d), and the singular values of these, scaled.
-
-    Other arguments and what is returned as of `solve_velocities`.
+        the velocity limits; and what they leave of the twist [m/s, rad/s], shape (n,).
     """
     scale = joint_scales(robot)
-    weighted = J * scale
-    U, s, Vt = np.linalg.svd(weighted, full_matrices=False)
+    weighted, wanted = J * scale, np.broadcast_to(twists, (len(J), 6))[:, :, None]
+    w, done = np.empty((*weighted.shape[::2], 1)), np.zeros(len(J), dtype=bool)
+    if preferred is None and robot.dof >= 6:
+        w, done = _by_normal_equations(weighted, wanted)
+    if not done.all():
+        free = None if preferred is None else (preferred / scale)[:, None]
+        w[~done] = _by_decomposition(weighted[~done], wanted[~done], free)
+    left = np.abs((wanted - weighted @ w)[:, :, 0]).max(axis=1)
+    return w[:, :, 0] * scale, left
+
+
+def _by_normal_equations(J: FloatArray, wanted: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Least velocities (n, d, 1) of at least six joints, and for which they are exact."""
+    across = J.transpose(0, 2, 1)
+    gram = J @ across
+    try:
+        inverse = np.linalg.inv(gram)
+    except np.linalg.LinAlgError:
+        return np.empty((*J.shape[::2], 1)), np.zeros(len(J), dtype=bool)
+    w = across @ (inverse @ wanted)
+    w += across @ (inverse @ (wanted - J @ w))
+    # the product bounds the condition number
+    size = (gram * gram).sum(axis=(1, 2)) * (inverse * inverse).sum(axis=(1, 2))
+    return w, size < WELL_CONDITIONED**2
+
+
+def _by_decomposition(J: FloatArray, wanted: FloatArray, free: FloatArray | None) -> FloatArray:
+    """Least velocities (n, d, 1), or those nearest to free ones (d, 1), singular or not."""
+    U, s, Vt = np.linalg.svd(J, full_matrices=False)
     kept = s > RANK_TOLERANCE * s[:, :1]
     inverse = np.where(kept, 1.0 / np.maximum(s, 1e-300), 0.0)[:, :, None]
-    V, wanted = Vt.transpose(0, 2, 1), np.broadcast_to(twists, (len(J), 6))[:, :, None]
+    V = Vt.transpose(0, 2, 1)
     w = V @ (inverse * (U.transpose(0, 2, 1) @ wanted))
-    w += V @ (inverse * (U.transpose(0, 2, 1) @ (wanted - weighted @ w)))  # undo most rounding
-    if preferred is not None:
-        free = (preferred / scale)[:, None]
+    w += V @ (inverse * (U.transpose(0, 2, 1) @ (wanted - J @ w)))  # undo most rounding
+    if free is not None:
         w += free - V @ (kept[:, :, None] * (Vt @ free))
-    return w[:, :, 0] * scale, s
+    return np.asarray(w)
 
 
 def pull_to_middle(robot: Robot, q: ArrayLike, rate: float = 1.0) -> FloatArray:
@@ -304,6 +316,6 @@ def describe_direction(twist: FloatArray) -> str:
         if abs(unit[axis]) > 0.999:
             parts.append(f"{verb} {'xyz'[axis]}")
         else:
-            values = ", ".join(f"{value + 0.0:.2f}" for value in unit)
+            values = ", ".join(f"{round(value, 2) + 0.0:.2f}" for value in unit)
             parts.append(f"{verb} ({values})")
     return f"{' and '.join(parts)} of the base frame"

@@ -9,6 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from knotwork.errors import OutsideLimitsError, UnreachablePoseError, WaypointDataError
+from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import (
     held_joints,
     limits_of,
@@ -28,7 +29,7 @@ from knotwork.kinematics.diagnosis.closest import (
     square,
     starts_from,
 )
-from knotwork.units import SI, Units
+from knotwork.units import SI, Units, readable
 from knotwork.waypoints import FloatArray
 
 # How much more a metre counts than a radian when the point is to be kept and the tool turned.
@@ -237,7 +238,11 @@ def _on_point(search: PoseSearch, found: list[LocalSolution], near: FloatArray) 
     point = search.reweighted(position_weight=1.0, orientation_weight=0.0)
     turned = search.reweighted(position_weight=POINT_FIRST, orientation_weight=1.0)
     choices = [(True, turning_limits(robot)), (False, no_limits(robot))]
-    for inside, limits in choices if np.isfinite(choices[0][1]).any() else choices[:1]:
+    if not np.isfinite(choices[0][1]).any():
+        choices.pop()
+    # where the arm is too short no search gets there
+    missed = joint_axes(robot).certain_miss(search.pose.translation) > search.tolerances[0]
+    for inside, limits in [] if missed else choices:
         starts = [*(s.q for s in found), *starts_from(robot, near, limits, POINT_SEARCHES)]
         at_point = [s for s in (point.solve(q, limits) for q in starts) if s.converged]
         if at_point:
@@ -247,7 +252,7 @@ def _on_point(search: PoseSearch, found: list[LocalSolution], near: FloatArray) 
             at_point += [s for s in (point.solve(q, limits) for q in refined) if s.converged]
             best = min(at_point, key=lambda s: s.orientation_error)
             return _Point(best.position_error, best.orientation_error, inside)
-    nearest = (come_close(point, s.q, limits) for s in found)
+    nearest = (come_close(point, s.q, choices[-1][1]) for s in found)
     return _Point(min(s.position_error for s in nearest), None, False)
 
 
@@ -273,7 +278,7 @@ def _length(value: float, units: Units) -> str:
 
 def _angle(value: float, units: Units) -> str:
     value = _rounded(value)
-    in_degrees = f" ({np.degrees(value):.3g}°)" if units.angle == "rad" else ""
+    in_degrees = f" ({readable(np.degrees(value), '.3g')}°)" if units.angle == "rad" else ""
     return f"{units.text(value, 'rad', '.4g')}{in_degrees}"
 
 

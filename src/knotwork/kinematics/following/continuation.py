@@ -7,9 +7,8 @@ that the self-motion of a redundant arm stays that of the integral. Branch and t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +40,7 @@ DIFFERENCE = 2e-3
 DIFFERENCE_TIME = 1e-2
 
 
-@dataclass(frozen=True, eq=False)
-class Continuation:
+class Continuation(NamedTuple):
     """Joints along a path from m starts; NaN where a start leads no further.
 
     Attributes:
@@ -50,7 +48,6 @@ class Continuation:
         time: Of every step [s], shape (n,).
         position: Joint positions then [rad or m], shape (n, m, d).
         velocity: Joint velocities then [rad/s or m/s], shape (n, m, d).
-        smallest: Smallest singular values then, shape (n, m).
         full: Whether the tool has the full speed of its stretch then, shape (n,).
         lost: When each start leads no further [s], shape (m,); infinite where it leads to the end.
         smallest_lost: Smallest singular values then, shape (m,).
@@ -60,10 +57,20 @@ class Continuation:
     time: FloatArray
     position: FloatArray
     velocity: FloatArray
-    smallest: FloatArray
     full: NDArray[np.bool_]
     lost: FloatArray
     smallest_lost: FloatArray
+
+    def taken(self, start: int, turns: FloatArray) -> Continuation:
+        """One of the starts, by index, with each joint turned so far from it [rad]."""
+        own = [start]
+        return self._replace(
+            q=self.q[:, own] + turns,
+            position=self.position[:, own] + turns,
+            velocity=self.velocity[:, own],
+            lost=self.lost[own],
+            smallest_lost=self.smallest_lost[own],
+        )
 
     def free(self, robot: Robot, starts: NDArray[np.intp], turns: FloatArray) -> NDArray[np.bool_]:
         """Whether nothing is in the way of starts, whole turns away from them.
@@ -93,7 +100,7 @@ class Continuation:
         """
         steps = Steps(
             self.time, self.position[:, start], self.velocity[:, start], turns,
-            self.smallest[:, start], self.full,
+            JointField(robot).smallest(self.position[:, start]), self.full,
         )  # fmt: skip
         return hindrance_of(robot, steps, float(self.lost[start]), float(self.smallest_lost[start]))
 
@@ -124,13 +131,13 @@ def continue_along(
     result[0] = q
     stops = np.union1d(times, [t for t in path.breaks if times[0] < t < times[-1]])
     at = {float(t): i for i, t in enumerate(times)}
-    steps: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
+    steps: list[tuple[float, FloatArray, FloatArray]] = []
     lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)
     for start, end in pairwise(stops):
         now = float(start)
         least = float(_piece_durations(path, np.array([0.5 * (start + end)]), "right")[0])
         least = min(least / LEAST_STEPS, end - start)
-        v, smallest = _velocities(field, path, q, now, "right")
+        v = _velocities(field, path, q, now, "right")
         fastest = float(np.nanmax(np.abs(v), initial=0.0))
         while now < end and np.isfinite(q).any():
             h = min(least, step / fastest) if fastest else least
@@ -147,26 +154,24 @@ def continue_along(
                 if far > TOO_FAR * step:
                     fastest = max(far / h, fastest)
                     break  # joints became faster on the way: shorter steps from here
-                steps.append((float(when[k]), q.copy(), v, smallest))
+                steps.append((float(when[k]), q.copy(), v))
                 q[alive] = end_of.q
                 gone = np.isnan(end_of.q).any(axis=1)
                 lost[alive[gone]], smallest_lost[alive[gone]] = (
                     end_of.reached[gone],
                     end_of.smallest[gone],
                 )
-                v, smallest = _finite_velocities(
-                    field, q, stages.twist[k + 2], float(stages.share[k + 2])
-                )
+                v = _finite_velocities(field, q, stages.twist[k + 2], float(stages.share[k + 2]))
                 now = float(when[k + 2])
                 fastest = float(np.nanmax(np.abs(v), initial=0.0))
                 if h * fastest > SLACK * step:
                     break  # joints have become faster: shorter steps from here
-        steps.append((now, q.copy(), v, smallest))
+        steps.append((now, q.copy(), v))
         if float(end) in at:
             result[at[float(end)]] = q
-    time, positions, velocities, values = (np.array(column) for column in zip(*steps, strict=True))
+    time, positions, velocities = (np.array(column) for column in zip(*steps, strict=True))
     return Continuation(
-        result, time, positions, velocities, values, at_full_speed(path, time), lost, smallest_lost
+        result, time, positions, velocities, at_full_speed(path, time), lost, smallest_lost
     )
 
 
@@ -177,20 +182,20 @@ def at_full_speed(path: TimedPath, time: FloatArray) -> NDArray[np.bool_]:
 
 def _velocities(
     field: JointField, path: TimedPath, q: FloatArray, time: float, side: str
-) -> tuple[FloatArray, FloatArray]:
-    """Joint velocities and smallest singular values; NaN for starts that lead no further."""
+) -> FloatArray:
+    """Joint velocities; NaN for starts that lead no further."""
     (twist,), (share,) = _demand(path, np.array([time]), time, side)
     return _finite_velocities(field, q, twist, share)
 
 
 def _finite_velocities(
     field: JointField, q: FloatArray, twist: FloatArray, share: float
-) -> tuple[FloatArray, FloatArray]:
-    v, smallest = np.full(q.shape, np.nan), np.full(len(q), np.nan)
+) -> FloatArray:
+    v = np.full(q.shape, np.nan)
     alive = np.flatnonzero(np.isfinite(q).all(axis=1))
     if alive.size:
-        v[alive], smallest[alive] = field.velocities(q[alive], twist, share)
-    return v, smallest
+        v[alive] = field.velocities(q[alive], twist, share)
+    return v
 
 
 def _demand(
@@ -208,7 +213,7 @@ def velocity_on_path(
     """Joint velocities that follow a path at a time [rad/s or m/s], shape (d,)."""
     side = "left" if time >= path.end_time else "right"
     time = min(max(time, path.start_time), path.end_time)
-    v, _ = JointField(robot, pull).velocities(q[None], *_demand(path, np.array([time]), time, side))
+    v = JointField(robot, pull).velocities(q[None], *_demand(path, np.array([time]), time, side))
     return np.asarray(v[0])
 
 
@@ -235,14 +240,14 @@ def accelerations(
         pull: See `JointField`.
     """
     field = JointField(robot, pull)
-    v, _ = field.velocities(q, *_demand(path, times, times, side))
+    v = field.velocities(q, *_demand(path, times, times, side))
     fastest, length = np.abs(v).max(axis=1), _piece_durations(path, times, side)
     h = np.minimum(DIFFERENCE / np.maximum(fastest, 1e-300), length)
     h = np.where(fastest == 0.0, DIFFERENCE_TIME * length, h)
     offsets = np.multiply.outer([-1.0, -0.5, 0.5, 1.0], h)
     around = (q + offsets[:, :, None] * v).reshape(-1, q.shape[1])
     demand = _demand(path, (times + offsets).ravel(), np.tile(times, 4), side)
-    f = field.velocities(around, *demand)[0].reshape(4, *q.shape)
+    f = field.velocities(around, *demand).reshape(4, *q.shape)
     coarse, fine = (f[3] - f[0]) / (2.0 * h[:, None]), (f[2] - f[1]) / h[:, None]
     return v, (4.0 * fine - coarse) / 3.0
 

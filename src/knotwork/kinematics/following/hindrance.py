@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ SINGULAR = 0.01
 ROOM = 0.999
 
 
-@dataclass(frozen=True)
-class Hindrance:
+class Hindrance(NamedTuple):
     """What keeps the arm from following a path from some start.
 
     Attributes:
@@ -77,8 +76,7 @@ class Hindrance:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Steps:
+class Steps(NamedTuple):
     """The joints along a path from one start; NaN where it leads no further.
 
     Attributes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,7 @@ EVEN_ROUNDS = 3
 SHORTEST = 1e-5
 
 
-@dataclass(frozen=True, eq=False)
-class FollowedPath:
+class FollowedPath(NamedTuple):
     """Waypoints that hold the joints to a path.
 
     Attributes:
@@ -142,7 +141,7 @@ class _Insertion:
         self._check_lengths(known, use)
         more = self.at(0.5 * (known.time[1:] + known.time[:-1])[open_])
         order = np.argsort(np.concatenate((known.time, more.time)))
-        values = zip(vars(known).values(), vars(more).values(), strict=True)
+        values = zip(known, more, strict=True)
         return FollowedPath(*(np.concatenate(both)[order] for both in values))
 
     def use(self, followed: FollowedPath) -> FloatArray:
@@ -181,10 +180,8 @@ def errors(
     robot: Robot, path: TimedPath, q: FloatArray, v: FloatArray, times: FloatArray
 ) -> FloatArray:
     """How far joints are off a path: distance [m], angle [rad], part of the full speed; (k, 3)."""
-    axes = joint_axes(robot)
-    tip, columns, points, directions = axes.forward(q)
-    J = axes.jacobian(tip, points, directions).transpose(2, 0, 1)
-    moved = np.einsum("nij,nj->ni", J, v)[:, :3]
+    tip, columns, J = joint_axes(robot).placed(q)
+    moved = np.einsum("ijn,nj->ni", J[:3], v)
     rotations = columns.transpose(2, 1, 0)
     _, distance, gap = path.path.gaps(tip.T, rotations, path.arc_length(times))
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.speed_asked_for(times)

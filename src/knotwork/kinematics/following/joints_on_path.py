@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import FollowingError
-from knotwork.kinematics.diagnosis.other_starts import described_starts, other_starts
 from knotwork.kinematics.following.continuation import (
     Continuation,
     accelerations,
@@ -23,9 +22,11 @@ from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# Joints move by no more than this in a step [rad or m]: self-motion is then exact to about 1e-9,
-# and what lies between two steps is near enough to be brought onto the path.
-STEP = 0.05
+# Joints move by no more than this in a step [rad or m]: what lies between two steps is near enough
+# to be brought onto the path. Self-motion, which that leaves alone, is exact to about 1e-9 with
+# half of it.
+STEP = 0.1
+SELF_MOTION_STEP = 0.05
 # Where limits are broken, so many parts of each step are looked at.
 CLOSELY = 8
 # A curve, which is a little off the path, breaks a limit beyond this [rad or m, relative].
@@ -44,6 +45,7 @@ class JointsOnPath:
         path: Poses of the tool over time.
         start: Joint positions near where it begins [rad or m], shape (d,).
         pull: See `JointField`.
+        found: The way from there, if it is known already; only for arms without self-motion.
 
     Attributes:
         robot, path: As given.
@@ -54,13 +56,22 @@ class JointsOnPath:
         FollowingError: The arm can't go on somewhere, whatever its limits.
     """
 
-    def __init__(self, robot: Robot, path: TimedPath, start: FloatArray, pull: float) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        path: TimedPath,
+        start: FloatArray,
+        pull: float,
+        found: Continuation | None = None,
+    ) -> None:
         self.robot, self.path, self.pull = robot, path, pull
         self.field = JointField(robot, pull)
+        self._step = SELF_MOTION_STEP if robot.dof > 6 else STEP
         self._start = start
-        place, rotation, _, _ = path.state([path.start_time])
-        q = self.field.corrected(start[None], place, rotation)[0]
-        found = continue_along(robot, path, q, path.breaks, pull=pull, step=STEP)
+        if found is None or robot.dof > 6:
+            place, rotation, _, _ = path.state([path.start_time])
+            q = self.field.corrected(start[None], place, rotation)[0]
+            found = continue_along(robot, path, q, path.breaks, pull=pull, step=self._step)
         self._seen = found.hindrance(robot, 0, np.zeros(robot.dof))
         if self._seen is not None and np.isfinite(found.lost[0]):
             raise self._error(self._seen)
@@ -125,6 +136,8 @@ class JointsOnPath:
     def _error(self, one: Hindrance) -> FollowingError:
         """The error for what is in the way."""
         what = "the path can't be followed from start:"
+        from knotwork.kinematics.diagnosis.other_starts import described_starts, other_starts
+
         starts = other_starts(self.robot, self.path, self._start, self.pull)
         remedy = "Move the path or turn the tool: no other solution found where it begins leads on"
         if len(starts):
@@ -145,7 +158,7 @@ class JointsOnPath:
             own = stray & (before == i)
             asked = np.append(self.time[i], times[own])
             q[own] = continue_along(
-                self.robot, self.path, self.position[[i]], asked, pull=self.pull, step=STEP
+                self.robot, self.path, self.position[[i]], asked, pull=self.pull, step=self._step
             ).q[1:, 0]
         return q
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,7 @@ NARROWER = 1e-6
 ABOVE_ROUNDING = 4.0
 
 
-@dataclass(frozen=True)
-class PathTolerance:
+class PathTolerance(NamedTuple):
     """How near a motion has to be to its path.
 
     Attributes:

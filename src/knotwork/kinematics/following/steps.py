@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,8 +46,7 @@ class Stages:
         return Stages(*(value[rows] for value in vars(self).values()))
 
 
-@dataclass(frozen=True, eq=False)
-class Moved:
+class Moved(NamedTuple):
     """Where a step leads: NaN if it leads nowhere, and then how far it led and how singular."""
 
     q: FloatArray
@@ -75,7 +75,7 @@ def moved(
     if not stray.any():
         return found
     found.reached[stray] = start
-    found.smallest[stray] = field.velocities(q[stray], stages.twist[0], stages.share[0])[1]
+    found.smallest[stray] = field.smallest(q[stray])
     found.q[stray] = np.nan
     again = np.flatnonzero(stray & ~hopeless)
     if not halvings or not again.size:
@@ -83,7 +83,7 @@ def moved(
     now, going = q[again], again
     for a, b in ((start, middle), (middle, end)):
         half = Stages.of(path, np.linspace(a, b, 3), middle)
-        rates, _ = field.velocities(now, half.twist[0], half.share[0])
+        rates = field.velocities(now, half.twist[0], half.share[0])
         part = moved(field, path, limit, now, rates, half, halvings - 1)
         found.q[going] = part.q
         found.reached[going], found.smallest[going] = part.reached, part.smallest
@@ -101,8 +101,8 @@ def _step(
 
     `v` are the velocities at its start, twists are at three times.
     """
-    k2, _ = field.velocities(q + 0.5 * h * v, twist[1], share[1])
-    k3, _ = field.velocities(q + 0.5 * h * k2, twist[1], share[1])
-    k4, _ = field.velocities(q + h * k3, twist[2], share[2])
+    k2 = field.velocities(q + 0.5 * h * v, twist[1], share[1])
+    k3 = field.velocities(q + 0.5 * h * k2, twist[1], share[1])
+    k4 = field.velocities(q + h * k3, twist[2], share[2])
     bent = h * np.abs(k3 - k2).max(axis=1, initial=0.0)
     return q + h / 6.0 * (v + 2.0 * k2 + 2.0 * k3 + k4), bent

@@ -15,7 +15,7 @@ Axis 1 is taken in that of its directions that points along z of the base frame.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -30,8 +30,7 @@ FLAGS = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("no f
 TINY = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
-class Geometry:
+class Geometry(NamedTuple):
     """The wrist of an arm that the flags are defined for.
 
     Attributes:

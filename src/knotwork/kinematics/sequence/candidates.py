@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,8 +17,6 @@ from knotwork.kinematics.sequence.costs import AT_LIMIT
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
 from knotwork.kinematics.solutions.inside import brought_inside, in_order
-from knotwork.kinematics.solutions.pose import solve_pose_ik
-from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
 from knotwork.robot import Robot
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -35,8 +32,7 @@ SPREAD = 24
 TOLERANCE = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Candidates:
+class Candidates(NamedTuple):
     """The configurations that may be chosen at one waypoint.
 
     Attributes:
@@ -105,6 +101,8 @@ def find_candidates(
                 solutions = distinct(robot, targets.take([i]), both)
         kept = brought_inside(search, solutions)
         if free and not redundant:
+            from knotwork.kinematics.solutions.self_motion import farthest_apart
+
             kept = farthest_apart(robot, kept, SPREAD)
         if not free:
             # The order decides ties, and must not hang on which search came to which solution.
@@ -112,6 +110,8 @@ def find_candidates(
         copies = [all_turns(robot, q) for q in kept]
         if free or not copies:
             # Where to be is refined later; at first anywhere near will do.
+            from knotwork.kinematics.solutions.pose import solve_pose_ik
+
             near = reference if before is None else before
             before = solve_pose_ik(
                 robot,
@@ -135,6 +135,8 @@ def nearest_candidate(
     Raises:
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
     """
+    from knotwork.kinematics.solutions.pose import solve_pose_ik
+
     q = solve_pose_ik(
         robot, waypoint.pose, near, waypoint=waypoint.name, where=waypoint.where, units=units
     ).q
@@ -156,6 +158,8 @@ def _branches(robot: Robot, targets: Targets) -> list[FloatArray]:
 
 def _tracked(robot: Robot, targets: Targets) -> list[FloatArray]:
     """Samples of the self-motion at each pose, and where those of the pose before lead."""
+    from knotwork.kinematics.solutions.self_motion import farthest_apart, sample_self_motion
+
     fresh = [farthest_apart(robot, q, SPREAD) for q in sample_self_motion(robot, targets)]
     found = [fresh[0]]
     for i in range(1, len(targets)):
@@ -188,12 +192,13 @@ def _valued(
     first = np.array([turns[0] for copies, _ in copied for turns in copies])
     twists = np.array([np.concatenate([one.linear, one.angular]) for one in waypoints])
     twists = np.repeat(twists, counts, axis=0)
-    v, left, smallest = solve_velocities(robot, first, twists)
+    J = joint_axes(robot).jacobians(first)
+    v, left = solve_velocities(robot, J, twists)
     fastest = (np.abs(v) / robot.velocity_limit).max(axis=1)
     excess = np.where(fastest > AT_LIMIT, fastest, 0.0)
     most = RESIDUAL * np.maximum(1.0, np.abs(twists).max(axis=1))
     lost = np.where(left > most, 1.0 + left, 0.0)
-    flags, singular = configuration_flags(robot, first), singular_nearness(smallest)
+    flags, singular = configuration_flags(robot, first), singular_nearness(J)
     result, begin = [], 0
     for (copies, free), count in zip(copied, counts, strict=True):
         branch = np.repeat(np.arange(count), [len(turns) for turns in copies])

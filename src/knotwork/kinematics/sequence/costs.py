@@ -100,8 +100,7 @@ class Cost(NamedTuple):
 UNBOUNDED = Cost(*[np.inf] * len(Cost._fields))
 
 
-@dataclass(frozen=True, eq=False)
-class Layer:
+class Layer(NamedTuple):
     """The candidates at one waypoint.
 
     Attributes:
@@ -141,8 +140,7 @@ class Layer:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class CollidingStep:
+class CollidingStep(NamedTuple):
     """A step on which the motion was found to collide.
 
     Attributes:
@@ -170,8 +168,7 @@ class CollidingStep:
         return np.asarray(near[0][:, None] & near[1][None, :])
 
 
-@dataclass(frozen=True, eq=False)
-class Rules:
+class Rules(NamedTuple):
     """Rules for the cost of a step from one waypoint to the next.
 
     Attributes:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -52,7 +51,7 @@ def choose_with_intervals(
         samples: Times between two waypoints at which steps are evaluated; ends count half each.
         interval_cost: Evaluates steps.
     """
-    least = [replace(layer, weight=1.0 + (layer.weight - 1.0) / (samples + 1)) for layer in layers]
+    least = [layer._replace(weight=1.0 + (layer.weight - 1.0) / (samples + 1)) for layer in layers]
     first = choose_sequence(least, durations, rules)
     if first.blocked is not None:
         return first

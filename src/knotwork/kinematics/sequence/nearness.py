@@ -31,9 +31,18 @@ def _room(robot: Robot, q: FloatArray) -> FloatArray:
     return np.asarray(room.min(axis=1))
 
 
-def singular_nearness(smallest: FloatArray) -> FloatArray:
-    """How near a smallest singular value is to a singularity: 0 far, 1 on it."""
-    return np.asarray(np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2)
+def singular_nearness(J: FloatArray) -> FloatArray:
+    """How near configurations of Jacobians (n, 6, d) are to singularities, shape (n,).
+
+    0 far, 1 on one: the square of how far below `SINGULAR_MARGIN` the smallest singular value is.
+    """
+    # Of J Jᵀ or Jᵀ J the smaller; its smallest eigenvalue is the square of what is asked for.
+    gram = J @ J.transpose(0, 2, 1) if J.shape[2] > 6 else J.transpose(0, 2, 1) @ J
+    near, result = np.flatnonzero(_any_below(gram, SINGULAR_MARGIN**2)), np.zeros(len(J))
+    if near.size:
+        smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(gram[near])[:, 0], 0.0))
+        result[near] = np.maximum(0.0, 1.0 - smallest / SINGULAR_MARGIN) ** 2
+    return result
 
 
 def weights(robot: Robot, q: FloatArray, J: FloatArray | None = None) -> FloatArray:
@@ -42,14 +51,7 @@ def weights(robot: Robot, q: FloatArray, J: FloatArray | None = None) -> FloatAr
     Their Jacobians (n, 6, d) are taken where they are given.
     """
     J = joint_axes(robot).jacobians(q) if J is None else J
-    # Of J Jᵀ or Jᵀ J the smaller; its smallest eigenvalue is the square of what is asked for.
-    gram = J @ J.transpose(0, 2, 1) if robot.dof > 6 else J.transpose(0, 2, 1) @ J
-    near = np.flatnonzero(_any_below(gram, SINGULAR_MARGIN**2))
-    result = 1.0 + limit_nearness(robot, q)
-    if near.size:
-        smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(gram[near])[:, 0], 0.0))
-        result[near] += singular_nearness(smallest)
-    return result
+    return 1.0 + limit_nearness(robot, q) + singular_nearness(J)
 
 
 def _any_below(gram: FloatArray, margin: float) -> BoolArray:

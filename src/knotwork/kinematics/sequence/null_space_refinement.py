@@ -11,7 +11,7 @@ import numpy as np
 from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of
-from knotwork.kinematics.chain.velocity import least_velocities
+from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.sequence.costs import AT_LIMIT, Rules, likely_durations
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.robot import Robot
@@ -121,7 +121,7 @@ class _Refinement:
         owner = np.concatenate([np.array(chosen), owner[found.converged]])
         q = np.vstack([self.q[chosen], found.q[found.converged]])
         J = self.chain.jacobians(q)
-        v = least_velocities(self.robot, J, self.twists[self.number[owner]])[0]
+        v, _ = solve_velocities(self.robot, J, self.twists[self.number[owner]])
         v[np.isin(owner, list(self.given.unsped))] = 0.0
         *before, travel = self._costs(owner, q, v, J)
         moved = 0.0

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.kinematics.chain.batch import Targets
+from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
 from knotwork.kinematics.chain.joint_ranges import (
     AT_LIMIT,
+    at_only_turn,
     clipped,
     limits_of,
     middle,
@@ -42,21 +44,24 @@ def solutions_inside(search: PoseSearch) -> FloatArray:
 
 def brought_inside(search: PoseSearch, solutions: FloatArray) -> FloatArray:
     """Solutions that whole turns bring inside the limits, at that turn, shape (k, d)."""
+    if not len(solutions):
+        return solutions
     robot, limits = search.robot, limits_of(search.robot)
-    centre, kept = middle(limits), []
-    for solution in solutions:
-        turned = nearest_turns(robot, solution, centre)
-        q = clipped(turned, limits)
-        beyond = float(np.abs(turned - q).max())
-        if beyond > EDGE:
-            continue
-        if beyond > AT_LIMIT or not search.within(*search.errors(q)):
-            found = search.solve(q, limits)
-            if not found.converged or np.abs(found.q - turned).max() > EDGE:
-                continue
-            q = found.q
-        kept.append(q)
-    return np.array(kept).reshape(-1, robot.dof)
+    centre, turned = middle(limits), solutions.copy()
+    for i in np.flatnonzero(~at_only_turn(robot, solutions)):
+        turned[i] = nearest_turns(robot, solutions[i], centre)
+    q = clipped(turned, limits)
+    beyond = np.abs(turned - q).max(axis=1, initial=0.0)
+    tip, rotation, _ = joint_axes(robot).placed(q)
+    target = Targets.of([search.pose])
+    _, distance, angle = pose_errors(tip, rotation, target.position, target.rotation)
+    within = (distance <= search.tolerances[0]) & (angle <= search.tolerances[1])
+    kept = beyond <= EDGE
+    for i in np.flatnonzero(kept & ((beyond > AT_LIMIT) | ~within)):
+        found = search.solve(q[i], limits)
+        kept[i] = found.converged and np.abs(found.q - turned[i]).max() <= EDGE
+        q[i] = found.q
+    return np.asarray(q[kept])
 
 
 def in_order(q: FloatArray) -> tuple[float, ...]:
