@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from knotwork import Plan
 from knotwork.errors import KnotworkError, UnknownNameError, UnreachablePoseError
-from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
 FAILING = Path(__file__).parent / "failing"

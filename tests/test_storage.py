@@ -17,9 +17,8 @@ from scipy.interpolate import CubicHermiteSpline, PPoly
 
 import knotwork as kw
 from command_line import Command
-from knotwork import storage
+from knotwork import Plan, storage
 from knotwork.errors import DocumentError, InputError
-from knotwork.pipeline import Plan
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
 
@@ -206,6 +205,7 @@ def test_an_impossible_rate_writes_nothing(rate: float, deburring: Plan, tmp_pat
 def test_the_report_in_the_file_is_the_report(deburring: Plan, stored: Path) -> None:
     data = json.loads((stored / "report.json").read_text(encoding="utf-8"))
     assert set(data.pop("files")) == {"samples.csv", "trajectory.json"}
+    assert data.pop("scenario_file") == "ur5_deburring"
     assert data == deburring.report_to_dict()
     assert data["ok"] is True
     solutions = data.pop("solutions")

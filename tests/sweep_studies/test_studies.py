@@ -6,9 +6,8 @@ import json
 import os
 import shutil
 import sys
-import time
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pyarrow.parquet as parquet
@@ -16,14 +15,9 @@ import pytest
 from tasks import LIFT
 
 import knotwork as kw
-from knotwork.documents import Document, edited
-from knotwork.scenario import scenario_of
-from knotwork.sweeps import work
-from knotwork.sweeps.bench import Bench, Block
-from knotwork.sweeps.outcome import outcome_of
-from knotwork.sweeps.placing import Placing, poses_of
-from knotwork.sweeps.spec import StudySpec, scenario_document
-from knotwork.sweeps.variations import make_axes
+from knotwork.errors import OutOfReachError
+from knotwork.verification import CHECKS, Motion
+from sweeps import first_of
 
 VARY = {"waypoints[up].after": "1:3:5", "knots": "paper,balanced"}
 
@@ -82,7 +76,7 @@ def test_going_on_does_only_what_is_missing(lifted: Path, tmp_path: Path) -> Non
     ("task", "vary", "said"),
     [
         (LIFT, {**VARY, "knots": "paper,optimal"}, "knots[1] is 'balanced' there and 'optimal'"),
-        ({**LIFT, "rate": 50}, VARY, "it has no scenario.rate"),
+        ({**LIFT, "rate": 50}, VARY, "scenario.rate is only here"),
     ],
 )
 def test_another_study_is_refused(lifted: Path, task: Any, vary: Any, said: str) -> None:
@@ -100,6 +94,46 @@ def test_a_folder_is_not_gone_on_with_unasked(lifted: Path, tmp_path: Path) -> N
         kw.sweep(LIFT, VARY, workers=0, resume=True)
 
 
+def test_rows_of_another_study_are_not_taken_over(lifted: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(lifted, tmp_path / "lift")
+    described = folder / "study.json"
+    text = described.read_text(encoding="utf-8")
+    described.unlink()
+    with pytest.raises(kw.InputError, match=r"holds rows of a study, and no study\.json"):
+        kw.sweep(LIFT, {"rate": [50]}, out=folder, workers=0)
+    older = {**json.loads(text), "knotwork": "0.0.1"}
+    described.write_text(json.dumps(older), encoding="utf-8")
+    with pytest.raises(kw.InputError, match=r"begun by version 0\.0\.1 of knotwork, and this is"):
+        kw.sweep(LIFT, VARY, out=folder, workers=0, resume=True)
+
+
+@pytest.mark.parametrize("changed", ["lift.urdf", "other.urdf", "block.stl"])
+def test_a_study_stands_on_all_files_that_are_named(changed: str, tmp_path: Path) -> None:
+    """The robot's file names a URDF, which names a mesh; and so may a value that is varied."""
+    link = (
+        '<link name="{}"><visual><geometry><mesh filename="block.stl"/></geometry></visual></link>'
+    )
+    joint = (
+        '<joint name="lift" type="prismatic"><parent link="base"/><child link="plate"/>'
+        '<axis xyz="0 0 1"/><limit lower="0" upper="2" velocity="2" effort="9"/></joint>'
+    )
+    urdf = f'<robot name="lift">{link.format("base")}{link.format("plate")}{joint}</robot>'
+    for name in ("lift", "other"):
+        (tmp_path / f"{name}.urdf").write_text(urdf, encoding="utf-8")
+        robot = f"urdf: {name}.urdf\ntool_frame: plate\n"
+        (tmp_path / f"{name}.yaml").write_text(robot, encoding="utf-8")
+    (tmp_path / "block.stl").write_bytes(b"a")
+    task = tmp_path / "task.yaml"
+    task.write_text(json.dumps({**LIFT, "robot": "./lift.yaml"}), encoding="utf-8")
+    vary = {"robot": "./lift.yaml,./other.yaml"}
+    kw.sweep(task, vary, out=tmp_path / "study", workers=0)
+    assert len(kw.sweep(task, vary, out=tmp_path / "study", workers=0, resume=True)) == 2
+    with (tmp_path / changed).open("a", encoding="utf-8") as file:
+        file.write(" ")
+    with pytest.raises(kw.InputError, match=f"another study: files.*{changed}"):
+        kw.sweep(task, vary, out=tmp_path / "study", workers=0, resume=True)
+
+
 def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(lifted, tmp_path / "lift")
     chunk = sorted(folder.rglob("*.parquet"))[1]
@@ -107,9 +141,13 @@ def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
     with pytest.raises(kw.InputError, match=f"{chunk.name}: can't be read"):
         kw.Study.open(folder).rows().__next__()
     table = parquet.read_table(chunk.with_stem("0000000"), partitioning=None)
-    for other, said in ((table.drop(["verdict"]), "columns"), (table.take([0] * 99), "rows")):
+    for other, said in (
+        (table.drop(["verdict"]), "its rows are of another study"),
+        (table.replace_schema_metadata({}), "its rows are of another study"),
+        (table.take([0] * 99), "it has more rows than the study"),
+    ):
         parquet.write_table(other, chunk)
-        with pytest.raises(kw.InputError, match=f"it has (other|more) {said} than the study"):
+        with pytest.raises(kw.InputError, match=said):
             kw.Study.open(folder).rows().__next__()
     data = json.loads((folder / "study.json").read_text(encoding="utf-8"))
     for wrong, said in (
@@ -189,17 +227,14 @@ def test_the_best_row_is_frozen_with_its_comments(tmp_path: Path) -> None:
 
 
 def test_out_of_reach_is_found_without_planning(monkeypatch: pytest.MonkeyPatch) -> None:
-    from knotwork.sweeps import outcome
-
     vary = {"frames.block.position[0]": [450, 1500, 2500]}
     planned: list[float] = []
-    real = outcome.plan
 
-    def counted(scenario: Any) -> Any:
+    def counting(motion: Motion, scenario: kw.Scenario, space: Any) -> tuple[()]:
         planned.append(scenario.frames["block"].translation[0])
-        return real(scenario)
+        return ()
 
-    monkeypatch.setattr(outcome, "plan", counted)
+    monkeypatch.setitem(CHECKS, "counting", counting)
     study = kw.sweep("ur5_deburring", vary, workers=0)
     assert planned == [0.45]
     assert study["reason"] == ["", "out of reach", "out of reach"]
@@ -208,120 +243,99 @@ def test_out_of_reach_is_found_without_planning(monkeypatch: pytest.MonkeyPatch)
     assert study["clearance"][1:] == [None, None]
 
 
-PLACES = tuple(("frames", "block", key, i) for key in ("position", "rpy") for i in range(3))
-"""Six numbers that place the block of ur5_deburring."""
+def refused_for_a_reason(study: kw.Study) -> int:
+    """How many rows were refused before planning; planning refuses each of them, too."""
+    refused = [row["row"] for row in study.rows() if row["plan_time"] == 0]
+    for row in refused:
+        assert study["reason"][row] == "out of reach"
+        with pytest.raises(OutOfReachError):
+            kw.plan(study.scenario(row))
+    return len(refused)
 
 
-def random_places(count: int) -> Block:
-    """Rows that place the block anywhere around the robot."""
+@pytest.mark.parametrize("count", first_of(6, 60))
+def test_what_the_test_of_poses_refuses_planning_refuses_for_the_same_reason(
+    count: int, tmp_path: Path
+) -> None:
+    """The block anywhere around the robot, turned in any way."""
     most = [800, 800, 300, 30, 30, 180]
     values = np.random.default_rng(5).uniform(-1, 1, (count, 6)) * most
-    document = scenario_document("ur5_deburring")
-    return Block(document, PLACES, {i: tuple(row) for i, row in enumerate(values.tolist())})
+    places = [f"frames.block.{key}[{i}]" for key in ("position", "rpy") for i in range(3)]
+    lines = [",".join(map(str, row)) for row in [places, *values.tolist()]]
+    (tmp_path / "rows.csv").write_text("\n".join(lines), encoding="utf-8")
+    study = kw.sweep("ur5_deburring", rows=tmp_path / "rows.csv", workers=0)
+    assert 0.2 * count < refused_for_a_reason(study) < 0.9 * count
 
 
-def test_moved_frames_move_the_poses_that_reading_gives() -> None:
-    block = random_places(5)
-    placing = Placing(block.document)
-    for row in block.values:
-        read = poses_of(scenario_of(edited(block.document, block.edits(row))))
-        moved = placing.poses(block.edits(row))
-        assert moved is not None
-        assert [name for name, _ in moved] == [name for name, _ in read]
-        for (_, one), (_, other) in zip(moved, read, strict=True):
-            assert np.abs(one.homogeneous - other.homogeneous).max() < 1e-12
-
-
-@pytest.mark.parametrize(
-    ("edits", "changes"),
-    [
-        ({("rate",): 100}, {}),  # not a frame
-        ({("frames", "block", "rpy", 2): "much"}, {}),
-        ({("frames", "block", "in"): "nowhere"}, {}),
-        ({("frames", "block", "position", 0): 1e9}, {}),
-        # one waypoint stays where it is
-        ({("frames", "block", "position", 0): 400}, {("waypoints", 0, "frame"): "base"}),
-    ],
-)
-def test_rows_that_have_to_be_read(edits: dict[Any, Any], changes: dict[Any, Any]) -> None:
-    document = edited(scenario_document("ur5_deburring"), changes)
-    assert Placing(document).poses(edits) is None
-
-
-@pytest.mark.parametrize("count", [12, pytest.param(120, marks=pytest.mark.exhaustive)])
-def test_what_the_test_of_poses_refuses_planning_refuses_for_the_same_reason(count: int) -> None:
-    block = random_places(count)
-    known = Bench().begin(block, True)
-    assert 0.2 * count < len(known) < 0.9 * count
-    for row in list(known) if count > 12 else list(known)[:3]:
-        alone = outcome_of(scenario_of(edited(block.document, block.edits(row))))
-        assert (alone.verdict, alone.reason) == (known[row].verdict, known[row].reason)
-
-
-def test_rows_that_are_wrong_and_out_of_reach_are_wrong() -> None:
-    block = random_places(8)
-    locations = (*PLACES, ("planner",))
-    values = {row: (*given, "nonsense") for row, given in block.values.items()}
-    assert Bench().begin(Block(block.document, locations, values), True) == {}
-    wrong = edited(block.document, {("planner",): "nonsense"})
-    assert Bench().begin(Block(wrong, PLACES, block.values), True) == {}
+def test_rows_that_are_wrong_and_out_of_reach_are_wrong(tmp_path: Path) -> None:
+    file = tmp_path / "rows.csv"
+    file.write_text(
+        "frames.block.position[0],frames.block.rpy[2],frames.block.in,planner\n"
+        "450,0,base,cubic\n"
+        "2500,0,base,nonsense\n"
+        "450,much,base,cubic\n"
+        "450,0,nowhere,cubic\n"
+        "2500,0,base,cubic\n",
+        encoding="utf-8",
+    )
+    study = kw.sweep("ur5_deburring", rows=file, workers=0)
+    assert study["reason"][1:] == [*["wrong input"] * 3, "out of reach"]
 
 
 @pytest.mark.exhaustive
 def test_an_arm_without_a_closed_form_is_searched_for() -> None:
     vary = {"frames.bench.position[0]": "0.3:0.9:7", "frames.bench.rpy[2]": "0:4.5:4"}
-    spec = StudySpec(scenario_document("panda_pick_place"), make_axes(vary), 60.0)
-    block = Block(spec.document, spec.locations, {i: spec.values(i) for i in range(len(spec))})
-    known = Bench().begin(block, True)
-    assert 4 < len(known) < 28
-    for row in known:
-        alone = outcome_of(scenario_of(spec.document_of(row)))
-        assert (alone.verdict, alone.reason) == (known[row].verdict, known[row].reason)
+    study = kw.sweep("panda_pick_place", vary, workers=0)
+    assert 4 < refused_for_a_reason(study) < 28
 
 
-class Unpickled:
-    """A value that does something in the process that it is sent to."""
+FAULTY = """
+import os, time
+from knotwork.verification import CHECKS
 
-    def __init__(self, action: Any, *arguments: Any) -> None:
-        self.action, self.arguments = action, arguments
+def faulty(motion, scenario, space):
+    seconds = motion.trajectory.duration
+    if seconds == 1.5: os.abort()
+    if seconds == 2.0: time.sleep(60)
+    if seconds == 3.0: os._exit(7)
+    return ()
 
-    def __reduce__(self) -> Any:
-        return self.action, self.arguments
+CHECKS["faulty"] = faulty
+"""
 
 
 @pytest.mark.exhaustive
 def test_rows_that_hang_or_crash_say_so_and_the_others_go_on(
-    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(work, "BLOCK_LIMIT", 0.5)
-    values = {
-        0: (1.5,),
-        1: (Unpickled(os.abort),),
-        2: (Unpickled(time.sleep, 60),),
-        3: (2.5,),
-        4: (Unpickled(os._exit, 7),),
-    }
-    block = Block(Document(LIFT), (("waypoints", 1, "after"),), values)
-    worker = work.ChildWorker()
-    chunk = work.Chunk(0, 0, 5, (block,), (), 0.5)
-    found = {row: done for row, _, done in work.outcomes(chunk, worker)}
-    worker.close()
-    verdicts = [done.verdict for done in found.values()]
-    assert verdicts == ["passed", "crashed", "time limit", "passed", "crashed"]
-    assert "SIGABRT" in found[1].message
-    assert found[2].message == "took longer than 0.5 s"
-    assert "code 7" in found[4].message
+    """By a check of one's own in the processes that plan."""
+    (tmp_path / "sitecustomize.py").write_text(FAULTY, encoding="utf-8")
+    paths = (str(tmp_path), *sys.path[1:])
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
+    vary = {"waypoints[up].after": [1.25, 1.5, 2, 2.5, 3]}
+    study = kw.sweep(LIFT, vary, workers=1, time_limit=0.5)
+    assert study["verdict"] == ["passed", "crashed", "time limit", "passed", "crashed"]
+    messages = study["message"]
+    assert "SIGABRT" in messages[1]
+    assert messages[2] == "took longer than 0.5 s"
+    assert "code 7" in messages[4]
 
 
 def test_faults_in_planning_are_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(scenario: Any) -> Any:
+    def broken(*_: Any) -> NoReturn:
         raise ZeroDivisionError("no")
 
-    monkeypatch.setattr("knotwork.sweeps.outcome.plan", broken)
+    monkeypatch.setitem(CHECKS, "broken", broken)
     study = kw.sweep(LIFT, {"rate": [100]}, workers=0)
     (row,) = study.rows()
     assert row["verdict"] == "crashed"
     assert row["message"] == "internal error: ZeroDivisionError: no"
+    for planned in (
+        lambda: kw.sweep(LIFT, {"rate": [100]}, workers=1),
+        lambda: kw.plan_many([LIFT], workers=1),
+    ):
+        with pytest.raises(kw.InputError, match=r"do not know your own checks \(broken\)"):
+            planned()
 
 
 def test_plans_of_many() -> None:
@@ -335,3 +349,5 @@ def test_plans_of_many() -> None:
     assert first.report.findings == kw.plan(LIFT).report.findings
     with pytest.raises(kw.InputError, match="workers is 0"):
         kw.plan_many(tasks, workers=0)
+    with pytest.raises(kw.InputError, match=r"scenarios\[1\] is 5; accepted: a name"):
+        kw.plan_many([LIFT, 5], workers=1)  # type: ignore[list-item]

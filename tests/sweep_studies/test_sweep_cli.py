@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork.cli.sweep import progress_line
 
 TASK = """
 name: lift # kept
@@ -40,7 +42,7 @@ def test_a_study_is_made_shown_drawn_and_frozen(knotwork: Command, task: Path) -
     assert again.out == made.out
     shown = knotwork("sweep", "study", "--plot", "--best", "velocity_use", "--freeze", "best.yaml")
     assert shown.code == 0, shown.err
-    assert "in row 4, waypoints[up].after = 2.0" in shown.out
+    assert "in row 4, waypoints[up].after = 2" in shown.out
     assert (Path("study") / "study.png").read_bytes().startswith(b"\x89PNG")
     assert "# kept" in Path("best.yaml").read_text(encoding="utf-8")
     assert kw.plan("best.yaml").trajectory.duration == 2.0
@@ -59,6 +61,24 @@ def test_none_passes(knotwork: Command, task: Path) -> None:
     assert ran.code == 2
     assert "no row passes" in ran.err
     assert not Path("best.yaml").exists()
+
+
+def test_what_is_wrong_with_some_values_is_said(knotwork: Command, task: Path) -> None:
+    after = ("--vary", "waypoints[up].after=2", "--workers", 0)
+    for values, row in (("paper,balancd", 1), ("balancd,paper", 0)):
+        ran = knotwork("sweep", task, "--vary", f"knots={values}", *after)
+        assert ran.code == 0
+        said = " ".join(ran.out.split())
+        assert f"wrong input, first in row {row}: " in said
+        assert "knots: 'balancd'" in said
+
+
+def test_rows_are_shown_where_none_has_the_figure(knotwork: Command, task: Path) -> None:
+    made = ("sweep", task, "--vary", "waypoints[up].after=2,3", "--workers", 0)
+    ran = knotwork(*made, "--best", "clearance")
+    assert ran.code == 2
+    assert "there is no best row: none of them has clearance" in ran.err
+    assert "2 rows, 2 pass" in ran.out
 
 
 @pytest.mark.parametrize(
@@ -90,6 +110,29 @@ def test_a_folder_of_a_study_is_not_planned(knotwork: Command, task: Path) -> No
     assert "--vary: study is the folder of a study, whose rows are only shown" in ran.err
 
 
-def test_progress_has_rate_time_left_and_how_many_pass() -> None:
+def test_progress_has_rate_time_left_and_how_many_pass(
+    knotwork: Command, task: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a terminal, of a sweep that is as far as we say."""
     at = kw.SweepProgress(done=2500, total=10_000, passed=500, before=500, seconds=100.0)
-    assert progress_line(at) == "2500 of 10000 rows, 20 a second, 6 min 15 s left, 500 pass (20 %)"
+
+    def far(
+        _: object, vary: Any, *, progress: Callable[[kw.SweepProgress], None], **__: Any
+    ) -> Any:
+        progress(at)
+        return sweep(task, vary, workers=0)
+
+    sweep = kw.sweep
+    monkeypatch.setattr("knotwork.sweeps.sweep", far)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "200")
+    ran = knotwork("sweep", task, "--vary", "rate=100")
+    assert "2500 of 10000 rows, 20 a second, 6 min 15 s left, 500 pass (20 %)" in ran.err
+
+
+def test_a_log_of_a_sweep_has_lines_of_progress(
+    knotwork: Command, task: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("knotwork.cli.sweep.LOG_INTERVAL", 0.0)
+    ran = knotwork("sweep", task, "--vary", "waypoints[up].after=2:3:9", "--workers", 0)
+    assert [line.partition(" rows")[0] for line in ran.err.splitlines()] == ["8 of 9", "9 of 9"]

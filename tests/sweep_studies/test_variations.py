@@ -10,27 +10,24 @@ import pytest
 from tasks import LIFT
 
 import knotwork as kw
-from knotwork.documents import Document
-from knotwork.sweeps.spec import StudySpec
-from knotwork.sweeps.variations import make_axes
 
 
 def rows_of(vary: dict[str, Any], document: Any = None, **options: Any) -> list[tuple[Any, ...]]:
-    spec = StudySpec(Document(document or LIFT), make_axes(vary, **options), 60.0)
+    spec = kw.sweep(document or LIFT, vary, workers=0, **options).spec
     return [spec.values(i) for i in range(len(spec))]
 
 
 def test_ranges_have_both_ends() -> None:
-    (axis,) = make_axes({"rate": "-200:200:41"})
-    assert axis.columns[0] == tuple(float(x) for x in range(-200, 201, 10))
-    assert make_axes({"rate": "1e-3:1e-3:1"})[0].columns[0] == (1e-3,)
+    lift = "waypoints[up].joints.lift"
+    assert rows_of({lift: "-200:200:41"}) == [(float(x),) for x in range(-200, 201, 10)]
+    assert rows_of({lift: "1e-3:1e-3:1"}) == [(1e-3,)]
 
 
 def test_lists_hold_what_a_file_may() -> None:
-    given = {"knots": "paper, {balanced: 0.2}, 0.5", "rate": np.array([100, 200])}
-    axes = make_axes(given)
-    assert axes[0].columns[0] == ("paper", {"balanced": 0.2}, 0.5)
-    assert axes[1].columns[0] == (100, 200)
+    given = {"knots": "paper, {balanced: 0.2}, null", "rate": np.array([100, 200])}
+    rows = rows_of(given)
+    assert [row[0] for row in rows[::2]] == ["paper", {"balanced": 0.2}, None]
+    assert [row[1] for row in rows[:2]] == [100, 200]
 
 
 def test_the_last_value_varies_fastest() -> None:
@@ -58,7 +55,7 @@ def test_random_samples_are_drawn_together_and_again_the_same() -> None:
 
 def test_rows_of_a_file_go_together(tmp_path: Path) -> None:
     file = tmp_path / "rows.csv"
-    file.write_text("knots,waypoints[1].after\npaper,1\nbalanced,2.5\n", encoding="utf-8")
+    file.write_text("knots,waypoints[1].after\npaper,1\nbalanced,2.5\n", encoding="utf-8-sig")
     assert rows_of({"rate": [100, 200]}, rows=file) == [
         ("paper", 1, 100),
         ("paper", 1, 200),
@@ -86,7 +83,10 @@ def test_rows_of_a_file_go_together(tmp_path: Path) -> None:
         ({"rate": "1:2:100000", "knots": "1:2:100000"}, {}, "10000000000 scenarios"),
         ({"rat": [1]}, {}, None),
         ({"waypoints[7].after": [1]}, {}, "has 2 items, and there is no [7]; accepted: 0 to 1"),
+        ({"waypoints[-1].after": [1]}, {}, "has 2 items, and there is no [-1]; accepted: 0 to 1"),
         ({"waypoints[ups].after": [1]}, {}, "waypoints has no 'ups'; did you mean 'up'?"),
+        ({5: [1]}, {}, "vary is {5: [1]}; accepted: a mapping of paths to their values"),
+        (["rate"], {}, "vary is ['rate']; accepted: a mapping of paths"),
         ({"tolerances.path": [1]}, {}, "the scenario has no 'tolerances'"),
         ({"waypoints.after": [1]}, {}, "waypoints is a list, which .after can't follow"),
         ({"waypoints[0].name.x": [1]}, {}, "is a single value"),
@@ -95,7 +95,7 @@ def test_rows_of_a_file_go_together(tmp_path: Path) -> None:
         ({"limits": [{}], "limits.velocity": [1]}, {}, "vary the same value"),
     ],
 )
-def test_what_is_refused(vary: dict[str, Any], options: dict[str, Any], said: str | None) -> None:
+def test_what_is_refused(vary: Any, options: dict[str, Any], said: str | None) -> None:
     if said is None:
         with pytest.raises(kw.InputError, match=r"with rat = 1: .*rat: unknown key"):
             kw.sweep(LIFT, vary, workers=0)
@@ -120,6 +120,6 @@ def test_files_of_rows_that_are_refused(tmp_path: Path, text: str, said: str) ->
     file = tmp_path / "rows.csv"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(kw.InputError) as raised:
-        make_axes({}, rows=file)
+        kw.sweep(LIFT, rows=file, workers=0)
     assert str(file) in str(raised.value)
     assert said in str(raised.value)

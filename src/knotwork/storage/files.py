@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import secrets
 import shutil
 import stat
 import sys
@@ -35,6 +34,9 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
 
     Of several writers at once, the files of the last one stay, all of them.
 
+    >>> [path.name for path in write_files("motion", {"a.txt": "one", "b.bin": b"two"})]
+    ['a.txt', 'b.bin']
+
     Args:
         folder: Made if it does not exist.
         contents: Text, written in UTF-8, or bytes by file name.
@@ -57,6 +59,9 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
 
 def write_file(path: Path | str, content: str | bytes, *, what: str = "") -> Path:
     """Write one file, whole or not at all; an existing one is replaced.
+
+    >>> write_file("motion/a.txt", "one").read_text()
+    'one'
 
     Args:
         path: Path of the file; its folder is made if it does not exist.
@@ -89,7 +94,7 @@ def _write(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _alone_in(folder):
-        token = f"{_PREFIX}{secrets.token_hex(6)}"
+        token = f"{_PREFIX}{os.urandom(6).hex()}"
         new, whole, old = (folder / f"{token}{end}" for end in (UNDECIDED, DECIDED, REPLACED))
         try:
             new.mkdir()

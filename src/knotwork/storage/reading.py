@@ -62,6 +62,11 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
     The coefficients are the curve; use `knot_disagreement` to see whether the knots still say
     the same.
 
+    >>> from knotwork import storage
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> trajectory_from_dict(storage.trajectory_to_dict(lift)).position(0.5)
+    array([0.5])
+
     Raises:
         DocumentError: Something is missing, unknown, not finite, of the wrong shape or out of
             order.
@@ -123,6 +128,13 @@ def _array(
 def knot_disagreement(data: Document, trajectory: JointTrajectory) -> str | None:
     """Say where the knots stated in a stored trajectory differ from its coefficients, if they do.
 
+    >>> from knotwork import storage
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> data = storage.trajectory_to_dict(lift)
+    >>> data["knots"]["position"][1] = [2.0]
+    >>> print(knot_disagreement(Document(data), lift))
+    knots.position[1][0] is 2, but the coefficients make it 1; the check is of the coefficients
+
     Raises:
         DocumentError: The knots are not of the trajectory's shape.
     """
@@ -151,6 +163,10 @@ def read_trajectory_document(path: Path | str) -> Document:
     """Read the JSON of a stored trajectory.
 
     Numbers may still be infinite or NaN, which readers refuse with their place.
+
+    >>> characters = Path("motion.json").write_text('{"planner": "cubic"}')
+    >>> read_trajectory_document("motion.json").data
+    {'planner': 'cubic'}
 
     Raises:
         DocumentError: The file can't be read or is no JSON.

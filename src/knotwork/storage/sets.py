@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from knotwork import documents
 from knotwork.errors import DocumentError
@@ -14,7 +15,11 @@ REPORT = "report.json"
 
 
 def digests(contents: Mapping[str, str]) -> dict[str, str]:
-    """SHA-256 of files by name, as `report.json` states them under `files`."""
+    """SHA-256 of files by name, as `report.json` states them under `files`.
+
+    >>> digests({"trajectory.json": "{}"})["trajectory.json"][:15]
+    'sha256:44136fa3'
+    """
     return {name: _digest(content.encode()) for name, content in contents.items()}
 
 
@@ -25,16 +30,44 @@ def _digest(content: bytes) -> str:
 def set_disagreement(path: Path) -> str | None:
     """Say that a file is not the one that the report beside it was written with, if it is not.
 
+    >>> paths = kw.plan("paper_case").save("motion")
+    >>> set_disagreement(Path("motion")) is None
+    True
+    >>> characters = Path("motion/trajectory.json").write_text("{}")
+    >>> set_disagreement(Path("motion"))
+    'is not the file that report.json beside it was written with: it was changed since'
+
     Args:
         path: A file, or a folder with a `trajectory.json`.
     """
     path = path / "trajectory.json" if path.is_dir() else path
     try:
-        report = json.loads(documents.read_text(path.parent / REPORT))
-        stated = report["files"][path.name]
+        stated = _report_beside(path)["files"][path.name]
         found = _digest(path.read_bytes())
-    except (OSError, ValueError, LookupError, TypeError, RecursionError, DocumentError):
+    except (OSError, LookupError, TypeError):
         return None  # there is no report, or it says nothing of the file
     if stated == found:
         return None
     return f"is not the file that {REPORT} beside it was written with: it was changed since"
+
+
+def stated_scenario(path: Path) -> str | None:
+    """Name of a shipped scenario or path of a file, as the report beside a plan states it.
+
+    Args:
+        path: A trajectory, or a folder with a `trajectory.json`.
+    """
+    folder = path if path.is_dir() else path.parent
+    try:
+        stated = _report_beside(folder / "trajectory.json")["scenario_file"]
+    except (LookupError, TypeError):
+        return None
+    return stated if isinstance(stated, str) else None
+
+
+def _report_beside(path: Path) -> Any:
+    """The report in the folder of a file; `None` where there is none that can be read."""
+    try:
+        return json.loads(documents.read_text(path.parent / REPORT))
+    except (OSError, ValueError, RecursionError, DocumentError):
+        return None

@@ -47,7 +47,13 @@ def trajectory_to_dict(trajectory: JointTrajectory) -> dict[str, Any]:
 
 
 def to_csv(columns: Mapping[str, FloatArray]) -> str:
-    """Write columns of numbers, each of shape (n,), as CSV with one header row."""
+    """Write columns of numbers, each of shape (n,), as CSV with one header row.
+
+    >>> print(to_csv({"time": np.array([0, 1]), "lift": np.array([0, 0.5])}), end="")
+    time,lift
+    0,0
+    1,0.5
+    """
     text = io.StringIO()
     np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
     return ",".join(map(_quoted, columns)) + "\n" + text.getvalue()
@@ -73,6 +79,12 @@ def _quoted(cell: str) -> str:
 
 
 def to_json(data: Mapping[str, Any]) -> str:
-    """Write plain data as JSON text, rows of numbers on a line each so that it can be read."""
+    """Write plain data as JSON text, rows of numbers on a line each so that it can be read.
+
+    >>> print(to_json({"lift": [0.0, 0.5]}), end="")
+    {
+     "lift": [ 0.0, 0.5 ]
+    }
+    """
     text = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
     return _NUMBERS.sub(lambda row: " ".join(row.group().split()), text) + "\n"

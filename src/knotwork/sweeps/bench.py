@@ -63,12 +63,14 @@ class Bench:
 
     def outcome(self, row: int) -> Outcome:
         """Plan a row."""
-        from knotwork.sweeps.outcome import outcome_of, refused
+        from knotwork.sweeps.outcome import crashed, outcome_of, refused
 
         try:
             scenario = self._scenario(row)
         except InputError as error:
             return refused(error)
+        except Exception as error:
+            return crashed(error)
         return outcome_of(scenario)
 
     def _scenario(self, row: int) -> Scenario:
@@ -97,6 +99,8 @@ class Bench:
                 scenario = self._scenario(row)
             except InputError as error:
                 known[row] = refused(error)
+            except Exception:
+                continue  # `outcome` says so
             else:
                 asked[row] = PosesOfRow(scenario, poses_of(scenario))
         return known | self._reach.refused(asked)

@@ -18,6 +18,8 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
+from knotwork.errors import InputError
+
 GRACE = 30.0
 """So much later than its parent a child ends itself [s]."""
 START_LIMIT = 120.0
@@ -34,6 +36,20 @@ class ChildTimeoutError(Exception):
 
 class ChildCrashedError(Exception):
     """The child ended during a call; says how."""
+
+
+def refuse_own_checks(instead: str) -> None:
+    """Refuse to plan in child processes where the user has checks, which only this process knows.
+
+    Raises:
+        InputError: There are some; `instead` says what to do.
+    """
+    from knotwork.verification.checks import own_checks
+
+    if own := own_checks():
+        raise InputError(
+            f"processes that plan do not know your own checks ({', '.join(own)}); {instead}"
+        )
 
 
 class Child:

@@ -17,7 +17,7 @@ def read_rows(file: Path, schema: Any, most_rows: int, most_bytes: int) -> Any:
 
     Args:
         file: The file.
-        schema: Columns that it must have, a `pyarrow.Schema`.
+        schema: Columns and metadata that it must have, a `pyarrow.Schema`.
         most_rows: Rows that it may have.
         most_bytes: What they may take.
 
@@ -25,13 +25,14 @@ def read_rows(file: Path, schema: Any, most_rows: int, most_bytes: int) -> Any:
         A `pyarrow.Table`.
 
     Raises:
-        InputError: It can't be read, has other columns, or holds more.
+        InputError: It can't be read, is of another study, or holds more.
     """
     pa, parquet = arrow()
     texts = [field.name for field in schema if pa.types.is_string(field.type)]
     try:
-        if not parquet.read_schema(file).equals(schema):
-            raise InputError("it has other columns than the study")
+        found = parquet.read_schema(file)
+        if not found.equals(schema) or found.metadata != schema.metadata:
+            raise InputError("its rows are of another study")
         # Texts are read once each, however many rows have them.
         with parquet.ParquetFile(file, read_dictionary=texts) as opened:
             said = opened.metadata

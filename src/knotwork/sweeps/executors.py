@@ -65,15 +65,21 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Finished
         stack.enter_context(dask_config().set(QUIET))
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="knotwork-"))
         with _interrupts_for_this_process():
-            cluster = dask.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=":0",
-                memory_limit=0,
-                local_directory=folder,
-                silence_logs=SILENT,
-            )
+            try:
+                cluster = dask.LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address=":0",
+                    memory_limit=0,
+                    local_directory=folder,
+                    silence_logs=SILENT,
+                )
+            except RuntimeError as error:  # for example a worker was ended from outside
+                raise InputError(
+                    f"the {workers} worker processes could not be started ({error}); a script that "
+                    'starts some must have `if __name__ == "__main__":`'
+                ) from error
         stack.enter_context(cluster)
         yield from _by(stack.enter_context(dask.Client(cluster)), chunks)
 

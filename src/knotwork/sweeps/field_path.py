@@ -71,17 +71,18 @@ def _parts(path: str) -> list[tuple[str, bool]]:
 
 
 def _index(path: str, location: Location, key: str, items: list[Any]) -> int:
-    if key.isdecimal():
-        if int(key) < len(items):
-            return int(key)
-        raise InputError(
-            f"{path}: {_where(location)} has {len(items)} items, and there is no [{key}]; "
-            f"accepted: 0 to {len(items) - 1}"
-        )
-    names = [str(item.get("name")) if isinstance(item, Mapping) else "" for item in items]
-    if key in names:
+    if key.isdecimal() and int(key) < len(items):
+        return int(key)
+    names = [str(item.get("name", "")) if isinstance(item, Mapping) else "" for item in items]
+    if key and key in names:
         return names.index(key)
-    raise _missing(path, location, key, [n for n in names if n])
+    known = [name for name in names if name]
+    if known and not key.lstrip("-").isdecimal():
+        raise _missing(path, location, key, known)
+    accepted = f"; accepted: 0 to {len(items) - 1}" if items else ""
+    raise InputError(
+        f"{path}: {_where(location)} has {len(items)} items, and there is no [{key}]{accepted}"
+    )
 
 
 def _missing(path: str, location: Location, key: str, known: Any) -> InputError:

@@ -63,8 +63,13 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
     """Make the folder of a study.
 
     Raises:
-        InputError: It can't be made.
+        InputError: It can't be made, or has rows of a study whose description is gone.
     """
+    folder = StudyFolder(path, spec, size)
+    if next(folder.finished(), None) is not None:
+        raise InputError(
+            f"{path} holds rows of a study, and no {STUDY} that says of which; give another folder"
+        )
     data = {
         "format": FORMAT,
         "knotwork": own_version(),
@@ -74,8 +79,14 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
         "file": str(spec.document.file) if spec.document.file is not None else None,
         "study": spec.to_dict(),
     }
-    storage.write_file(path / STUDY, json.dumps(data, indent=1, allow_nan=False) + "\n")
-    return StudyFolder(path, spec, size)
+    try:
+        text = json.dumps(data, indent=1, allow_nan=False)
+    except TypeError as error:
+        raise InputError(
+            f"the study can't be written: {error}; accepted: values as a file may have them"
+        ) from error
+    storage.write_file(path / STUDY, text + "\n")
+    return folder
 
 
 def open_study(path: Path) -> StudyFolder:
@@ -108,6 +119,11 @@ def reopen(path: Path, spec: StudySpec) -> StudyFolder:
         InputError: It holds another study.
     """
     data = _read(path)
+    if data.get("knotwork") != own_version():
+        raise InputError(
+            f"{path} was begun by version {data.get('knotwork')} of knotwork, and this is "
+            f"{own_version()}, whose rows may differ; give another folder"
+        )
     there, here = data.get("study"), json.loads(json.dumps(spec.to_dict()))
     if data.get("digest") != spec.digest or there != here:
         said = first_difference(there, here) or "study.json was changed by hand"

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.arguments import finite_number
-from knotwork.errors import InputError, KnotworkError
+from knotwork.errors import InputError, KnotworkError, shown
 from knotwork.pipeline import Plan
 from knotwork.scenario import Scenario
-from knotwork.sweeps.child import Child, ChildCrashedError, ChildTimeoutError
+from knotwork.sweeps.child import Child, ChildCrashedError, ChildTimeoutError, refuse_own_checks
 from knotwork.sweeps.run import TIME_LIMIT
 
 
@@ -35,7 +35,8 @@ def plan_many(
         would raise, or that it took too long or came to its end.
 
     Raises:
-        InputError: The number of workers or the time limit is wrong.
+        InputError: There are checks of your own, or the number of workers, the time limit or the
+            type of a scenario is wrong.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> good, bad = kw.plan_many([{"waypoints": lift}, "no_such_task"], workers=1)
@@ -45,8 +46,14 @@ def plan_many(
     count = os.cpu_count() or 1 if workers is None else workers
     if not isinstance(count, int) or count < 1:
         raise InputError(f"workers is {workers!r}; it must be a whole number of at least 1")
+    refuse_own_checks("use kw.plan")
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
     given = list(scenarios)
+    for i, one in enumerate(given):
+        if not isinstance(one, str | Path | Mapping | Scenario):
+            raise InputError(
+                f"scenarios[{i}] is {shown(one)}; accepted: a name, a path, a mapping or a scenario"
+            )
     children: list[Child] = []
     own = threading.local()
 

@@ -20,7 +20,7 @@ PASSED, FAILED, REFUSED, TIME_LIMIT, CRASHED = VERDICTS = (
 )
 """All checks pass; one fails; there is no motion; it took too long; the process came to its end."""
 
-OUT_OF_REACH = "out of reach"
+OUT_OF_REACH, WRONG_INPUT = "out of reach", "wrong input"
 # The first class that an error is of.
 _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.OutOfReachError, OUT_OF_REACH),
@@ -31,7 +31,7 @@ _REASONS: tuple[tuple[type[Exception], str], ...] = (
     (errors.TimingError, "no time found"),
     (errors.PathError, "path not made"),
     (errors.TaskError, "task"),
-    (errors.InputError, "wrong input"),
+    (errors.InputError, WRONG_INPUT),
 )
 
 
@@ -62,8 +62,7 @@ def outcome_of(scenario: Scenario) -> Outcome:
     except InputError as error:
         return refused(error, time.perf_counter() - begin)
     except Exception as error:  # a fault of Knotwork in one row is not the end of the others
-        message = f"internal error: {type(error).__name__}: {error}"
-        return Outcome(CRASHED, CRASHED, message, {}, time.perf_counter() - begin)
+        return crashed(error, time.perf_counter() - begin)
     return judged(made, time.perf_counter() - begin)
 
 
@@ -74,6 +73,12 @@ def judged(made: Plan, plan_time: float) -> Outcome:
     if not failures:
         return Outcome(PASSED, "", "", figures, plan_time)
     return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)
+
+
+def crashed(error: Exception, plan_time: float = 0.0) -> Outcome:
+    """The outcome of a scenario that Knotwork has a fault with."""
+    message = f"internal error: {type(error).__name__}: {error}"
+    return Outcome(CRASHED, CRASHED, message, {}, plan_time)
 
 
 def refused(error: InputError, plan_time: float = 0.0) -> Outcome:

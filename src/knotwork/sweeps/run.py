@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.arguments import finite_number
-from knotwork.errors import InputError
+from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
+from knotwork.sweeps.child import refuse_own_checks
 from knotwork.sweeps.folder import StudyFolder, create, is_study, reopen
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.packages import arrow, distributed
@@ -58,7 +59,7 @@ class SweepProgress:
         total: Rows of the study.
         passed: Finished rows that pass.
         before: Rows that were finished when it began, which `resume` gave.
-        seconds: Since it began.
+        seconds: Since there were processes that plan.
     """
 
     done: int
@@ -126,8 +127,8 @@ def sweep(
 
     Raises:
         InputError: The scenario is wrong as it stands or with each of some values, the values are
-            not written as accepted, the folder holds another study or can't be written to, or a
-            package is missing.
+            not written as accepted, there are checks of your own and `workers` is not 0, the folder
+            holds another study or can't be written to, or a package is missing.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> task = {"limits": {"velocity": 1.2}, "waypoints": lift}
@@ -143,12 +144,16 @@ def sweep(
     _check_count("stop_after", stop_after, 1)
     _check_count("chunk", chunk, 1)
     _check_count("samples", samples, 1)
+    if scheduler is not None or workers:
+        refuse_own_checks("give workers=0, with which this process plans")
     if scheduler is not None or workers > 1:
         distributed()
     axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
     spec = StudySpec(scenario_document(scenario), axes, limit)
     _refuse_wrong_values(spec)
+    if not isinstance(out, str | Path | None):
+        raise InputError(f"out is {shown(out)}; accepted: the path of a folder")
     folder = Path(out) if out is not None else None
     if resume and folder is None:
         raise InputError("there is no study to go on with: resume is given without out")
@@ -187,10 +192,11 @@ class _Run:
         if self.finished:
             verdicts = study_of(folder)["verdict"]
             self.done, self.passed = len(verdicts), verdicts.count(PASSED)
-        self.before, self.begin = self.done, time.monotonic()
+        self.before, self.begin = self.done, 0.0
 
     def chunks(self) -> Iterator[Chunk]:
-        """What is left to be planned."""
+        """What is left to be planned; the time runs from when the first is asked for."""
+        self.begin = time.monotonic()
         columns = columns_of(self.folder.spec)
         for index in range(self.folder.count):
             if index not in self.finished:
@@ -216,7 +222,11 @@ class _Run:
         if self.in_memory:
             self.kept[chunk.index] = chunk.content
         else:
-            self.folder.write(chunk.index, chunk.content)
+            try:
+                self.folder.write(chunk.index, chunk.content)
+            except InputError as error:
+                error.add("what is finished is kept, go on with --resume")
+                raise
         self.done, self.passed = self.done + chunk.rows, self.passed + chunk.passed
         if self.progress is not None:
             seconds = time.monotonic() - self.begin
@@ -243,7 +253,8 @@ def _check_count(name: str, value: int | None, least: int) -> None:
 
 def _spread(count: int, most: int) -> list[int]:
     """Row numbers from all over a study."""
-    return sorted({i * (count - 1) // max(1, most - 1) for i in range(min(most, count))})
+    most = min(most, count)
+    return [i * (count - 1) // max(1, most - 1) for i in range(most)]
 
 
 def _refuse_wrong_values(spec: StudySpec) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,12 +16,12 @@ from knotwork.documents import Document, Edits, Location, edited, field_path, re
 from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.sweeps.field_path import location_of
+from knotwork.sweeps.named_files import file_digests
 from knotwork.sweeps.variations import Axis
+from knotwork.verification.checks import own_checks
 
 VERSION = 1
 """Of what a row means; a folder of another version is not gone on with."""
-LARGEST = 500_000_000
-"""Bytes of a file that a scenario names: no reader takes more, and a text may name any file."""
 
 
 @dataclass(frozen=True)
@@ -75,23 +75,32 @@ class StudySpec:
         """The scenario's document with the values of a row."""
         return edited(self.document, self.edits(row))
 
+    @cached_property
+    def _files(self) -> dict[str, str]:
+        """The files that the study stands on, each read once."""
+        folder = self.document.file.parent if self.document.file is not None else Path()
+        columns = [column for axis in self.axes for column in axis.columns]
+        return file_digests([self.document.data, *columns], folder)
+
     def to_dict(self) -> dict[str, Any]:
         """Give the study as plain data, ready for JSON."""
         return {
             "version": VERSION,
             "scenario": self.document.data,
-            "files": dict(_files(self.document)),
+            "files": self._files,
             "vary": [
                 {path: list(column) for path, column in zip(axis.paths, axis.columns, strict=True)}
                 for axis in self.axes
             ],
             "time_limit": self.time_limit,
+            "checks": own_checks(),
         }
 
     @cached_property
     def digest(self) -> str:
         """SHA-256 of all that decides what the rows are."""
-        return hashlib.sha256(json.dumps(self.to_dict(), sort_keys=True).encode()).hexdigest()
+        text = json.dumps(self.to_dict(), sort_keys=True, default=repr)
+        return hashlib.sha256(text.encode()).hexdigest()
 
 
 def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
@@ -123,33 +132,13 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Scenario) -> Do
     return scenario.document
 
 
-def _files(document: Document) -> Iterator[tuple[str, str]]:
-    """Files that a scenario names, and the SHA-256 of each."""
-    folder = document.file.parent if document.file is not None else Path()
-    for text in sorted(set(_texts(document.data))):
-        path = folder / text
-        try:
-            if path.is_file() and path.stat().st_size <= LARGEST:
-                yield text, hashlib.sha256(path.read_bytes()).hexdigest()
-        except (OSError, ValueError):
-            continue  # whoever reads the scenario says what is wrong with it
-
-
-def _texts(data: Any) -> Iterator[str]:
-    if isinstance(data, str):
-        yield data
-    elif isinstance(data, Mapping | list):
-        for item in data.values() if isinstance(data, Mapping) else data:
-            yield from _texts(item)
-
-
 def first_difference(one: Any, other: Any, location: Location = ()) -> str | None:
     """Say where two studies differ first, and how."""
     if isinstance(one, Mapping) and isinstance(other, Mapping):
         for key in [*one, *(key for key in other if key not in one)]:
             if key not in one or key not in other:
-                there = "has no" if key not in one else "has"
-                return f"it {there} {field_path((*location, key))}"
+                place = "there" if key in one else "here"
+                return f"{field_path((*location, key))} is only {place}"
             if said := first_difference(one[key], other[key], (*location, key)):
                 return said
         return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +14,14 @@ from knotwork.documents import Document, read
 from knotwork.errors import DocumentError, InputError
 from knotwork.scenario import Scenario, scenario_of
 from knotwork.sweeps.chunk_rows import MOST_BYTES, read_rows
+from knotwork.sweeps.field_unit import unit_of
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.packages import arrow
 from knotwork.sweeps.spec import StudySpec
-from knotwork.sweeps.work import columns_of
+from knotwork.sweeps.work import columns_of, schema_of
+from knotwork.units import Units
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,9 +61,7 @@ class Study:
             InputError: A file of the folder can't be read.
         """
         pa, _ = arrow()
-        schema = pa.schema(
-            [pa.field(name, pa.type_for_alias(kind)) for name, kind in self.columns.items()]
-        )
+        schema = schema_of(self.columns, self.spec.digest)
         parts, left = [schema.empty_table()], MOST_BYTES
         for file in self._files:
             parts.append(read_rows(file, schema, len(self.spec), left))
@@ -78,11 +79,29 @@ class Study:
         return tuple(self.columns)[1 : 1 + len(self.spec.paths)]
 
     @property
+    def together(self) -> tuple[tuple[str, ...], ...]:
+        """The same by the axes of the study, as random samples are varied together."""
+        names = iter(self.varied)
+        return tuple(tuple(islice(names, len(axis.paths))) for axis in self.spec.axes)
+
+    @property
     def name(self) -> str:
         """Name of the scenario."""
         document = self.spec.document
         given = document.data.get("name")
         return str(given or (document.file.stem if document.file is not None else "scenario"))
+
+    @cached_property
+    def titles(self) -> dict[str, str]:
+        """What is varied, by its column, with its unit in brackets where it is known."""
+        units = (unit_of(location, self.units) for location in self.spec.locations)
+        pairs = zip(self.varied, units, strict=True)
+        return {name: f"{name} [{unit}]" if unit else name for name, unit in pairs}
+
+    @cached_property
+    def units(self) -> Units:
+        """Those of the scenario's file; figures are in SI."""
+        return Units(**self.spec.document.data.get("units", {}))
 
     @property
     def figures(self) -> dict[str, RowFigure]:

@@ -74,6 +74,8 @@ def make_axes(
     Raises:
         InputError: Values are not written as accepted, lengths differ, or there are none.
     """
+    if not isinstance(vary, Mapping) or not all(isinstance(path, str) for path in vary):
+        raise InputError(f"vary is {shown(vary)}; accepted: a mapping of paths to their values")
     given = {path: _values(path, spec) for path, spec in vary.items()}
     from_file = _rows(Path(rows)) if rows is not None else {}
     for path in from_file:
@@ -178,7 +180,7 @@ def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
     except DocumentError as error:
         raise InputError(f"{path}: can't read the values {text!r}; accepted: {ACCEPTED}") from error
     looks = [one for one in listed if isinstance(one, str) and re.search(r"[:()]|^$", one)]
-    if not listed or looks or any(one is None for one in listed):
+    if not listed or looks:
         raise InputError(f"{path}: can't read the values {text!r}; accepted: {ACCEPTED}")
     for value in listed:
         _check_finite(path, value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import io
 import threading
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -21,6 +22,8 @@ from knotwork.sweeps.spec import StudySpec
 BLOCK = 8
 """Rows whose poses are tested together: always the same ones, however a study is cut into chunks,
 so that a row does not depend on that."""
+STUDY_KEY = "knotwork.study"
+"""In the metadata of a file of rows: the digest of their study."""
 BLOCK_LIMIT = 20.0
 """Time at least for reading the scenarios of a block and testing their poses [s]."""
 
@@ -34,6 +37,7 @@ class Chunk:
         first, last: Its first row, and the one after its last.
         blocks: All blocks that have rows of it.
         columns: Names and types of the columns.
+        digest: Of the study, which the file of its rows carries.
         time_limit: Of one row [s].
     """
 
@@ -42,6 +46,7 @@ class Chunk:
     last: int
     blocks: tuple[Block, ...]
     columns: tuple[tuple[str, str], ...]
+    digest: str
     time_limit: float
 
 
@@ -52,7 +57,8 @@ def chunk_of(spec: StudySpec, columns: Mapping[str, str], index: int, size: int)
     for begin in range(first - first % BLOCK, last, BLOCK):
         rows = range(begin, min(begin + BLOCK, len(spec)))
         blocks.append(Block(spec.document, spec.locations, {row: spec.values(row) for row in rows}))
-    return Chunk(index, first, last, tuple(blocks), tuple(columns.items()), spec.time_limit)
+    named = tuple(columns.items())
+    return Chunk(index, first, last, tuple(blocks), named, spec.digest, spec.time_limit)
 
 
 class Worker(Protocol):
@@ -97,7 +103,7 @@ class ChildWorker:
 
     def outcome(self, row: int, limit: float) -> Outcome:
         """Plan a row."""
-        block = self._block
+        block, begin = self._block, time.perf_counter()
         try:
             if row not in self._held:
                 alone = Block(block.document, block.locations, {row: block.values[row]})
@@ -105,10 +111,9 @@ class ChildWorker:
                 if row in known:
                     return known[row]
             return self._call("outcome", row, limit=limit)  # type: ignore[no-any-return]
-        except ChildTimeoutError as error:
-            return Outcome(TIME_LIMIT, TIME_LIMIT, str(error))
-        except ChildCrashedError as error:
-            return Outcome(CRASHED, CRASHED, str(error))
+        except (ChildTimeoutError, ChildCrashedError) as error:
+            what = TIME_LIMIT if isinstance(error, ChildTimeoutError) else CRASHED
+            return Outcome(what, what, str(error), {}, time.perf_counter() - begin)
 
     def _given(self, block: Block, tested: bool, limit: float) -> dict[int, Outcome]:
         """Give the child a block."""
@@ -159,7 +164,7 @@ def perform(chunk: Chunk, worker: Worker) -> FinishedChunk:
     """Plan the rows of a chunk."""
     rows = list(outcomes(chunk, worker))
     passed = sum(done.verdict == PASSED for _, _, done in rows)
-    return FinishedChunk(chunk.index, to_parquet(chunk.columns, rows), len(rows), passed)
+    return FinishedChunk(chunk.index, to_parquet(chunk, rows), len(rows), passed)
 
 
 _own = threading.local()
@@ -173,17 +178,15 @@ def perform_in_child(chunk: Chunk) -> FinishedChunk:
     return perform(chunk, _own.worker)
 
 
-def to_parquet(
-    columns: Iterable[tuple[str, str]], rows: Iterable[tuple[int, tuple[Any, ...], Outcome]]
-) -> bytes:
-    """Write rows as a Parquet file.
+def to_parquet(chunk: Chunk, rows: Iterable[tuple[int, tuple[Any, ...], Outcome]]) -> bytes:
+    """Write the rows of a chunk as a Parquet file.
 
     Args:
-        columns: Names and types of the columns, those of the varied values after the row's number.
+        chunk: Says the columns, those of the varied values after the row's number.
         rows: Number, varied values and outcome of each.
     """
     pa, parquet = arrow()
-    schema = pa.schema([pa.field(name, pa.type_for_alias(kind)) for name, kind in columns])
+    schema = schema_of(dict(chunk.columns), chunk.digest)
     table: list[list[Any]] = [[] for _ in schema]
     for row, values, done in rows:
         cells = [
@@ -202,6 +205,13 @@ def to_parquet(
     file = io.BytesIO()
     parquet.write_table(pa.Table.from_arrays(arrays, schema=schema), file, compression="zstd")
     return file.getvalue()
+
+
+def schema_of(columns: Mapping[str, str], digest: str) -> Any:
+    """Schema of a file of rows, which says of which study they are."""
+    pa, _ = arrow()
+    fields = [pa.field(name, pa.type_for_alias(kind)) for name, kind in columns.items()]
+    return pa.schema(fields, metadata={STUDY_KEY: digest})
 
 
 def columns_of(spec: StudySpec) -> dict[str, str]:

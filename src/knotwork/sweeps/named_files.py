@@ -1,0 +1,66 @@
+"""Files that a scenario stands on: those it names, and those that these name."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from knotwork.documents import read, read_text
+from knotwork.errors import InputError
+from knotwork.meshes.finding import find_mesh
+
+LARGEST = 500_000_000
+"""Bytes of a file that is named: no reader takes more, and a text may name any file."""
+_DOCUMENTS = (".yaml", ".yml", ".json")
+_MESH = re.compile(r"""filename\s*=\s*["']([^"']+)["']""")
+
+
+def file_digests(data: Any, folder: Path) -> dict[str, str]:
+    """SHA-256 of all files that texts in data name, and of those that robots and URDFs name.
+
+    Args:
+        data: Plain data: mappings, sequences, texts.
+        folder: That relative paths start from.
+
+    Returns:
+        By the path as it is named, in order; a file named by another, by the paths of both.
+    """
+    found: dict[str, str] = {}
+    _add(found, "", ((text, folder / text) for text in _texts(data)))
+    return dict(sorted(found.items()))
+
+
+def _add(found: dict[str, str], named_by: str, files: Iterator[tuple[str, Path]]) -> None:
+    for text, path in files:
+        name = f"{named_by}{text}"
+        try:
+            if name in found or not path.is_file() or path.stat().st_size > LARGEST:
+                continue
+            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+            if named_by.count(" > ") < 2:  # scenario, robot, URDF, mesh
+                _add(found, f"{name} > ", _named_in(path))
+        except (OSError, ValueError):
+            continue  # whoever reads the scenario says what is wrong with it
+
+
+def _named_in(path: Path) -> Iterator[tuple[str, Path]]:
+    if path.suffix in _DOCUMENTS:
+        for text in _texts(read(path).data):
+            yield text, path.parent / text
+    elif path.suffix == ".urdf":
+        for name in dict.fromkeys(_MESH.findall(read_text(path))):
+            try:
+                yield name, find_mesh(name, path)
+            except InputError:
+                continue
+
+
+def _texts(data: Any) -> Iterator[str]:
+    if isinstance(data, str):
+        yield data
+    elif isinstance(data, Mapping | list | tuple):
+        for item in data.values() if isinstance(data, Mapping) else data:
+            yield from _texts(item)

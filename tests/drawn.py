@@ -1,0 +1,130 @@
+"""What a page of a scene draws, read from its HTML."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from collections.abc import Iterable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+import knotwork as kw
+from knotwork.view import view_trajectory
+from knotwork.view.page import Page
+
+
+def scene(page: Page) -> Any:
+    """The data that a page draws."""
+    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page.html)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def numbers(text: str, kind: str, width: int = 3) -> Any:
+    return np.frombuffer(base64.b64decode(text), kind).reshape(-1, width)
+
+
+def vertices(mesh: Any) -> Any:
+    return np.asarray(numbers(mesh["vertices"], "<f4"), dtype=float)
+
+
+def faces(mesh: Any) -> Any:
+    return numbers(mesh["faces"], "<u4" if mesh["wide"] else "<u2").astype(int)
+
+
+def volume(mesh: Any) -> float:
+    """Positive if the triangles face outwards."""
+    a, b, c = np.moveaxis(vertices(mesh)[faces(mesh)], 1, 0)
+    return float(np.einsum("ij,ij", a, np.cross(b, c)) / 6)
+
+
+def thing(data: Any, name: str) -> Any:
+    """The mesh of something drawn beside the arm."""
+    return next(one["mesh"] for one in data["things"] if one["name"] == name)
+
+
+def at_rest(robot: kw.Robot, q: Any = None) -> Page:
+    """A page on which an arm stands still."""
+    start = np.zeros(robot.dof) if q is None else q
+    still = np.zeros((2, robot.dof))
+    motion = kw.JointTrajectory.from_knots(
+        robot.joint_names, [0, 1], [start, start], still, joint_units=robot.joint_units
+    )
+    return view_trajectory(robot, motion)
+
+
+def beside_an_arm(thing: dict[str, Any], **task: Any) -> Page:
+    """A page on which an arm stands still beside an object of a scenario."""
+    still = {"joints": {"shoulder": 0, "elbow": 0.5}}
+    given = {
+        "robot": "planar2",
+        "scene": {"objects": {"it": {"position": [0, 0, 5], **thing}}},
+        "waypoints": [still, {**still, "after": 1}],
+    }
+    return kw.plan({**given, **task}).view()
+
+
+CUBE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="1"/></asset>
+<library_images><image id="two"><init_from>{image}</init_from></image></library_images>
+<library_effects><effect id="e"><profile_COMMON>
+  <newparam sid="surface"><surface type="2D"><init_from>two</init_from></surface></newparam>
+  <newparam sid="sampler"><sampler2D><source>surface</source></sampler2D></newparam>
+  <technique sid="t"><phong><diffuse><texture texture="sampler" texcoord="UV"/></diffuse></phong>
+  </technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
+<library_geometries><geometry id="g"><mesh>
+  <source id="p"><float_array id="pa" count="24">{points}</float_array><technique_common>
+    <accessor source="#pa" count="8" stride="3"><param name="X" type="float"/>
+    <param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
+  </source>
+  <source id="u"><float_array id="ua" count="8">0 0 1 0 1 1 0 1</float_array><technique_common>
+    <accessor source="#ua" count="4" stride="2"><param name="S" type="float"/>
+    <param name="T" type="float"/></accessor></technique_common></source>
+  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+  <polylist material="s" count="6"><input semantic="VERTEX" source="#v" offset="0"/>
+    <input semantic="TEXCOORD" source="#u" offset="1" set="0"/>
+    <vcount>4 4 4 4 4 4</vcount><p>{faces}</p></polylist>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="scene"><node><instance_geometry url="#g">
+  <bind_material><technique_common><instance_material symbol="s" target="#m"/></technique_common>
+  </bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#scene"/></scene></COLLADA>"""
+
+
+def coloured_cube(image: str) -> str:
+    """A COLLADA file of a cube whose sides are coloured by an image, below and above."""
+    points = [(x, y, z) for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (-0.2, 0.2)]
+    sides = [(1, 5, 7, 3), (0, 2, 6, 4), (0, 4, 5, 1), (6, 2, 3, 7), (2, 0, 1, 3), (4, 6, 7, 5)]
+    return CUBE.format(
+        image=image,
+        points=" ".join(f"{value}" for point in points for value in point),
+        faces=" ".join(f"{point} {corner}" for side in sides for corner, point in enumerate(side)),
+    )
+
+
+def tower(visuals: Iterable[str]) -> str:
+    """A URDF of links `l0`, `l1`, … and `c` upon each other, each but `c` with a visual shape."""
+    shown = {f"l{i}": visual for i, visual in enumerate(visuals)}
+    text = '<link name="base"/>'
+    for i, (below, link) in enumerate(pairwise(["base", *shown, "c"])):
+        visual = f"<visual>{shown[link]}</visual>" if link in shown else ""
+        text += (
+            f'<link name="{link}">{visual}</link>'
+            f'<joint name="j{i}" type="{"fixed" if i else "revolute"}"><origin xyz="0 0 1"/>'
+            f'<parent link="{below}"/><child link="{link}"/><axis xyz="0 0 1"/>'
+            '<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>'
+        )
+    return f'<robot name="tower">{text}</robot>'
+
+
+def mesh_visuals(names: Iterable[str]) -> list[str]:
+    return [f'<geometry><mesh filename="{name}"/></geometry>' for name in names]
+
+
+def shape_warnings(robot: kw.Robot) -> list[str]:
+    """What a page says of the shapes that an arm is drawn with."""
+    return [line for line in at_rest(robot).warnings if not line.startswith("a trajectory")]
