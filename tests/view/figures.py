@@ -13,6 +13,9 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
+QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+"""Of the rows of a picture of joints."""
+
 
 def lines(axis: Axes, kind: str) -> list[Line2D]:
     """Lines of a kind: `curve`, `jump`, `broken`, `worst`, `asked`, `knot-dots`, `limit`."""
@@ -51,7 +54,7 @@ def heading(figure: Figure) -> str:
 def written(figure: Figure) -> Iterator[tuple[str, Bbox]]:
     """Everything written in a figure with its box in pixels, as it was laid out."""
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    texts: list[Text] = []
+    texts: list[Text] = list(figure.texts)
     for axis in figure.axes:
         texts += [
             axis.xaxis.label,

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.view.curves import Strokes, jump_breaks, piecewise_values, strokes
-from knotwork.waypoints import FloatArray
+
+Array = NDArray[np.float64]
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -104,7 +106,7 @@ def test_rounding_makes_no_jump() -> None:
     assert [jump_breaks(curve, 0, order).size for order in range(4)] == [0, 0, 0, 0]
 
 
-def stretches_beyond(drawn: Strokes, lower: float, upper: float) -> list[tuple[FloatArray, ...]]:
+def stretches_beyond(drawn: Strokes, lower: float, upper: float) -> list[tuple[Array, ...]]:
     time, value = drawn.beyond(lower, upper)
     runs = np.ma.clump_unmasked(np.ma.masked_invalid(value))
     return [(time[run], value[run]) for run in runs]

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figures import legend_words, lines, outside, overlaps, waypoint_names
+from figures import QUANTITIES, legend_words, lines, outside, overlaps, waypoint_names
 
 import knotwork as kw
-from knotwork import resources
-from knotwork.joint_quantities import DERIVATIVES
-from knotwork.pipeline import Plan
+from knotwork import Plan
 from knotwork.view import plot_joints, plot_tool
+from shipped import SCENARIO_FILES
 from sweeps import first_of, mostly_exhaustive
 
 JOINTS = [f"left_manipulator_shoulder_and_wrist_joint_{i}_of_seven" for i in range(7)]
@@ -67,7 +66,7 @@ def test_seven_joints_and_many_waypoints(points: int) -> None:
     assert names[0].get_position()[0] == 0.0
     assert all(len(name.get_text()) <= 16 for name in names)
     broken = [found for found in plan.report.select(group="Joint limits") if not found.ok]
-    for axis, quantity in zip(figure.axes, DERIVATIVES, strict=True):
+    for axis, quantity in zip(figure.axes, QUANTITIES, strict=True):
         expected = sum(failure.quantity == quantity for failure in broken)
         assert len(lines(axis, "broken")) == expected
     assert lines(figure.axes[1], "broken")
@@ -102,7 +101,7 @@ def test_waypoints_crowded_at_one_time() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", mostly_exhaustive(resources.names("scenarios"), "ur5_deburring", "paper_case_presets")
+    "name", mostly_exhaustive(SCENARIO_FILES, "ur5_deburring", "paper_case_presets")
 )
 def test_shipped_scenarios(name: str) -> None:
     plan = kw.plan(name)

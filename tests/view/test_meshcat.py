@@ -89,3 +89,17 @@ def test_an_address_that_never_answers_is_given_up(
         ran = knotwork("view", "planar2_closed_form", "--meshcat", address)
     assert ran.code == 2
     assert f"{address}: no Meshcat server answers there within 0.2 s" in ran.err
+
+
+def test_a_viewer_of_the_commands_own_looks_at_the_arm(
+    plan: kw.Plan, knotwork: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = Window()
+    window.web_url = "http://127.0.0.1/"  # type: ignore[attr-defined]
+    viewer = meshcat.Visualizer(window=window)
+    monkeypatch.setattr("knotwork.cli.meshcat_viewer._viewer", lambda: viewer)
+    monkeypatch.setattr("time.sleep", lambda _: (_ for _ in ()).throw(KeyboardInterrupt))
+    ran = knotwork("view", "planar2_closed_form", "--no-open", "--meshcat")
+    assert ran.out.endswith("until Ctrl-C\nstopped\n")
+    (eye,) = [one["value"] for one in window.kinds("set_property") if "Cameras" in one["path"]]
+    assert 0.5 < np.linalg.norm(eye) < 4.0  # of an arm that is 0.9 m long

@@ -11,8 +11,8 @@ from figures import collections, data, lines, notes, outside, overlaps, waypoint
 
 import knotwork as kw
 from command_line import Command
+from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.pipeline import Plan
 from knotwork.view import plot_joints, plot_tool
 from seams import ON, task
 

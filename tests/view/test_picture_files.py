@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.pipeline import Plan
 from knotwork.view import plot_joints, save_figure
 
 START = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}

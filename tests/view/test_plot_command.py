@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from knotwork.pipeline import Plan
+from knotwork import Plan
 
 FAILING = Path(__file__).parents[1] / "failing"
 PNG = b"\x89PNG"

@@ -9,9 +9,9 @@ import pytest
 from figures import data, lines
 
 import knotwork as kw
+from knotwork import Plan
 from knotwork.deviation import straight_path_deviation
 from knotwork.errors import InputError
-from knotwork.pipeline import Plan
 from knotwork.view import plot_tool
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,16 @@ from PIL import Image
 
 import knotwork as kw
 from command_line import Command
-from knotwork.meshes.part import MeshPart
-from knotwork.meshes.reading import read_mesh
-from knotwork.view import images, links, objects
-from knotwork.view.links import link_shapes
-from knotwork.view.mesh import from_triangles
-from knotwork.view.scene import make_scene
+from drawn import (
+    beside_an_arm,
+    coloured_cube,
+    faces,
+    mesh_visuals,
+    scene,
+    shape_warnings,
+    thing,
+    tower,
+)
 
 STL = "solid a\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\nendsolid a\n"
 FLAT = STL.format("vertex 0 0 0\n" * 3)
@@ -83,31 +88,28 @@ def arm(tmp_path: Path):
     return make
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_shape_that_can_not_be_drawn_is_a_warning(shape: str, arm) -> None:
-    shapes = link_shapes(arm(urdf(shape)))
-    (warning,) = shapes.warnings
-    assert SHAPES[shape] in warning
-    assert warning.startswith("link 'a': ")
-    assert warning.endswith("drawn as a line")
-    assert len(warning) < 500
-    assert len(shapes.parts[0]) == 1  # the line
-    assert len(shapes.parts[1]) == 1  # the box of the other link
+def test_shapes_that_can_not_be_drawn_are_warnings(arm) -> None:
+    warnings = shape_warnings(arm(tower([f"<geometry>{shape}</geometry>" for shape in SHAPES])))
+    for i, (warning, said) in enumerate(zip(warnings, SHAPES.values(), strict=True)):
+        assert said in warning
+        assert warning.startswith(f"link 'l{i}': ")
+        assert warning.endswith("drawn as a line")
+        assert len(warning) < 500
 
 
-@pytest.mark.parametrize("place", PLACES)
-def test_a_shape_that_is_nowhere_is_a_warning(place: str, arm) -> None:
-    (warning,) = link_shapes(arm(urdf(beside=place))).warnings
-    assert PLACES[place] in warning
+def test_shapes_that_are_nowhere_are_warnings(arm) -> None:
+    visuals = [f"<geometry>{BOX}</geometry>{place}" for place in PLACES]
+    warnings = shape_warnings(arm(tower(visuals)))
+    for warning, said in zip(warnings, PLACES.values(), strict=True):
+        assert said in warning
 
 
-@pytest.mark.parametrize("colour", COLOURS)
-def test_a_shape_without_a_true_colour_is_drawn_grey(colour: str, arm) -> None:
-    shapes = link_shapes(arm(urdf(beside=colour)))
-    (warning,) = shapes.warnings
-    assert COLOURS[colour] in warning
-    assert warning.endswith("it is drawn grey")
-    np.testing.assert_allclose(shapes.parts[0][0].vertices.max(axis=0), 0.5)
+def test_shapes_without_a_true_colour_are_drawn_grey(arm) -> None:
+    visuals = [f"<geometry>{BOX}</geometry>{colour}" for colour in COLOURS]
+    warnings = shape_warnings(arm(tower(visuals)))
+    for warning, said in zip(warnings, COLOURS.values(), strict=True):
+        assert said in warning
+        assert warning.endswith("it is drawn grey")
 
 
 def test_the_commands_show_what_is_left_of_the_arm(
@@ -128,8 +130,8 @@ def test_the_commands_show_what_is_left_of_the_arm(
 
 
 def test_triangles_of_all_shapes_together_are_bounded(arm, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(links, "MOST_TRIANGLES", 20)
-    (warning,) = link_shapes(arm(urdf())).warnings
+    monkeypatch.setattr("knotwork.view.links.MOST_TRIANGLES", 20)
+    (warning,) = shape_warnings(arm(urdf()))
     assert "more than 20 triangles" in warning
 
 
@@ -137,42 +139,27 @@ def test_each_mesh_file_is_read_once_and_all_together_are_bounded(
     arm, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also one that can't be read, and whatever name it is given."""
-    read: list[Path] = []
-
-    def counted(path: Path, inside: Path) -> tuple[MeshPart, ...]:
-        read.append(path)
-        return read_mesh(path, inside)
-
-    monkeypatch.setattr(links, "read_mesh", counted)
     names = ("good.stl", "./good.stl", "flat.stl", ".//flat.stl")
     shapes = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names]
     robot = arm(urdf().replace("<visual>", "".join(shapes) + "<visual>", 1))
-    assert len(link_shapes(robot).parts[0]) == 4  # two, the box and the line
-    assert len(read) == 2
-    monkeypatch.setattr(links, "MOST_BYTES", len(GOOD))
-    assert "flat.stl is not read" in link_shapes(robot).warnings[0]
+    monkeypatch.setattr("knotwork.view.links.MOST_BYTES", len(GOOD) + len(FLAT))
+    assert not [line for line in shape_warnings(robot) if "is not read" in line]
+    monkeypatch.setattr("knotwork.view.links.MOST_BYTES", len(GOOD))
+    assert "flat.stl is not read" in shape_warnings(robot)[0]
 
 
-def test_an_image_that_is_not_taken_is_a_warning(arm, monkeypatch: pytest.MonkeyPatch) -> None:
-    part = MeshPart(np.eye(3), np.array([[0, 1, 2]]), fault="image 'a.png' is not taken")
-    monkeypatch.setattr(links, "read_mesh", lambda *_: (part, part))
-    shape = '<mesh filename="good.stl"/>'
-    (warning,) = link_shapes(arm(urdf(shape))).warnings
-    assert warning == "link 'a': image 'a.png' is not taken"
-    painted = '<material name="m"><color rgba="1 0 0 1"/></material>'
-    assert not link_shapes(arm(urdf(shape, painted))).warnings
-
-
-def test_a_mesh_whose_faces_all_share_a_point_is_drawn_at_once() -> None:
+def test_a_mesh_whose_faces_all_share_a_point_is_drawn_at_once(tmp_path: Path) -> None:
     """A mean over each pair of them would take hundreds of gigabytes."""
     turn = np.linspace(0.0, 6.0, 100_001)
     rim = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
-    corners = np.stack([np.zeros_like(rim[1:]), rim[:-1], rim[1:]], axis=1)
+    record = np.zeros(100_000, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("a", "<u2")])
+    record["corners"][:, 1], record["corners"][:, 2] = rim[:-1], rim[1:]
+    path = tmp_path / "disc.stl"
+    path.write_bytes(bytes(80) + len(record).to_bytes(4, "little") + record.tobytes())
     begun = time.process_time()
-    mesh = from_triangles(corners, (1, 1, 1, 1))
+    mesh = thing(scene(beside_an_arm({"mesh": str(path), "visual": True})), "objects")
     assert time.process_time() - begun < 5.0
-    assert len(mesh.faces) == 100_000
-    np.testing.assert_allclose(mesh.normals, np.broadcast_to([0, 0, 1], mesh.normals.shape))
+    assert len(faces(mesh)) == 100_000
 
 
 def test_meshes_come_from_the_users_packages(
@@ -184,12 +171,12 @@ def test_meshes_come_from_the_users_packages(
     there.mkdir(parents=True)
     (there / "there.stl").write_text(GOOD, encoding="utf-8")
     description = {"urdf": "arm.urdf", "tool_frame": "c"}
-    lost = link_shapes(kw.load_robot(description, relative_to=tmp_path))
-    assert "there is no mesh 'package://mine/meshes/there.stl'" in lost.warnings[0]
+    lost = shape_warnings(kw.load_robot(description, relative_to=tmp_path))
+    assert "there is no mesh 'package://mine/meshes/there.stl'" in lost[0]
     description["package_paths"] = ["elsewhere"]
     found = kw.load_robot(description, relative_to=tmp_path)
     assert found.package_paths == (tmp_path / "elsewhere",)
-    assert not [line for line in link_shapes(found).warnings if "no mesh" in line]
+    assert not [line for line in shape_warnings(found) if "no mesh" in line]
     (tmp_path / "task.yaml").write_text(
         "robot: {urdf: arm.urdf, tool_frame: c}\nwaypoints:\n"
         "  - joints: {j: 0}\n  - {joints: {j: 0.5}, after: 2}\n",
@@ -209,32 +196,35 @@ def test_meshes_come_from_the_users_packages(
     assert "lost" in ran.err
 
 
+def with_images(folder: Path, names: Iterable[str]) -> None:
+    """Meshes beside each other, each coloured by an image."""
+    for name in names:
+        (folder / f"{name}.dae").write_text(coloured_cube(name), encoding="utf-8")
+
+
 def test_pictures_that_are_too_large_or_of_other_kinds_are_warnings(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(images, "MOST_PIXELS", 5000)
-    monkeypatch.setattr(images, "MOST_PIXELS_TOGETHER", 6000)
-    paths = [tmp_path / name for name in ("a.png", "b.png", "large.png", "c.eps")]
-    for path, side in zip(paths, (50, 60, 80, 10), strict=True):
-        Image.new("RGB", (side, side)).save(path)
-    addresses, warnings = images.image_addresses(paths)
-    assert [address is not None for address in addresses] == [True, False, False, False]
-    assert "3600 pixels beside others; at most 6000 are read" in warnings[0]
-    assert "6400 pixels; at most 5000" in warnings[1]
-    assert "cannot identify" in warnings[2]
+    monkeypatch.setattr("knotwork.view.images.MOST_PIXELS", 5000)
+    monkeypatch.setattr("knotwork.view.images.MOST_PIXELS_TOGETHER", 6000)
+    names = ("a.png", "b.png", "large.png", "c.eps")
+    for name, side in zip(names, (50, 60, 80, 10), strict=True):
+        Image.new("RGB", (side, side)).save(tmp_path / name)
+    with_images(tmp_path, names)
+    shapes = mesh_visuals(f"{name}.dae" for name in names)
+    said = "\n".join(shape_warnings(arm(tower(shapes))))
+    assert "3600 pixels beside others; at most 6000 are read" in said
+    assert "6400 pixels; at most 5000" in said
+    assert "cannot identify" in said
+    assert "a.png" not in said
 
 
-def test_an_image_of_an_object_that_is_not_taken_is_a_warning(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "good.stl").write_text(GOOD, encoding="utf-8")
-    part = MeshPart(np.eye(3), np.array([[0, 1, 2]]), fault="image 'a.png' is not taken")
-    monkeypatch.setattr(objects, "read_mesh", lambda *_: (part, part))
-    sign = {"mesh": str(tmp_path / "good.stl"), "visual": True, "position": [3, 0, 0]}
-    ends = [{"joints": {"shoulder": 0, "elbow": 0.5}}, {"joints": {"elbow": 0.6}, "after": 2}]
-    ends[1]["joints"] |= {"shoulder": 0.1}
-    task = {"robot": "planar2", "scene": {"objects": {"sign": sign}}, "waypoints": ends}
-    plan = kw.plan(task)
-    robot = kw.load_robot("planar2")
-    warnings = make_scene(robot, plan.trajectory, scenario=plan.scenario)["warnings"]
-    assert "object 'sign': image 'a.png' is not taken" in warnings
+def test_an_image_that_is_not_taken_is_a_warning(arm, tmp_path: Path) -> None:
+    with_images(tmp_path, ["lost.png"])
+    shape = '<mesh filename="lost.png.dae"/>'
+    (warning,) = shape_warnings(arm(urdf(shape)))
+    assert warning.startswith("link 'a': image 'lost.png' ")
+    painted = '<material name="m"><color rgba="1 0 0 1"/></material>'
+    assert not shape_warnings(arm(urdf(shape, painted)))
+    page = beside_an_arm({"mesh": str(tmp_path / "lost.png.dae"), "visual": True})
+    assert any(line.startswith("object 'it': image 'lost.png' ") for line in page.warnings)

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from drawn import coloured_cube
 from knotwork.view.page import Page
 
 # As it was when it was opened: shown what is shown at first, at the start, from the first camera.
@@ -72,32 +73,6 @@ def tabs(all_tabs: Tabs) -> Iterator[Tabs]:
     assert not complaints
 
 
-CUBE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit meter="1"/></asset>
-<library_images><image id="two"><init_from>two%20colours.png</init_from></image></library_images>
-<library_effects><effect id="e"><profile_COMMON>
-  <newparam sid="surface"><surface type="2D"><init_from>two</init_from></surface></newparam>
-  <newparam sid="sampler"><sampler2D><source>surface</source></sampler2D></newparam>
-  <technique sid="t"><phong><diffuse><texture texture="sampler" texcoord="UV"/></diffuse></phong>
-  </technique></profile_COMMON></effect></library_effects>
-<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
-<library_geometries><geometry id="g"><mesh>
-  <source id="p"><float_array id="pa" count="24">{points}</float_array><technique_common>
-    <accessor source="#pa" count="8" stride="3"><param name="X" type="float"/>
-    <param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common>
-  </source>
-  <source id="u"><float_array id="ua" count="8">0 0 1 0 1 1 0 1</float_array><technique_common>
-    <accessor source="#ua" count="4" stride="2"><param name="S" type="float"/>
-    <param name="T" type="float"/></accessor></technique_common></source>
-  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-  <polylist material="s" count="6"><input semantic="VERTEX" source="#v" offset="0"/>
-    <input semantic="TEXCOORD" source="#u" offset="1" set="0"/>
-    <vcount>4 4 4 4 4 4</vcount><p>{faces}</p></polylist>
-</mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="scene"><node><instance_geometry url="#g">
-  <bind_material><technique_common><instance_material symbol="s" target="#m"/></technique_common>
-  </bind_material></instance_geometry></node></visual_scene></library_visual_scenes>
-<scene><instance_visual_scene url="#scene"/></scene></COLLADA>"""
 ROBOT = """<robot name="dice">
   <link name="base"><visual><geometry><mesh filename="cube.dae"/></geometry></visual></link>
   <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/>
@@ -116,13 +91,7 @@ def textured_robot(tmp_path: Path) -> Any:
 
     import knotwork as kw
 
-    points = [(x, y, z) for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (-0.2, 0.2)]
-    sides = [(1, 5, 7, 3), (0, 2, 6, 4), (0, 4, 5, 1), (6, 2, 3, 7), (2, 0, 1, 3), (4, 6, 7, 5)]
-    text = CUBE.format(
-        points=" ".join(f"{value}" for point in points for value in point),
-        faces=" ".join(f"{point} {corner}" for side in sides for corner, point in enumerate(side)),
-    )
-    (tmp_path / "cube.dae").write_text(text, encoding="utf-8")
+    (tmp_path / "cube.dae").write_text(coloured_cube("two%20colours.png"), encoding="utf-8")
     rows = np.zeros((8, 8, 3), dtype=np.uint8)
     rows[:4, :, 1] = rows[4:, :, 0] = 230
     Image.fromarray(rows).save(tmp_path / "two colours.png")

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from test_scene_in_browser import changed, is_red, picture
-from test_scene_parts import numbers, scene, thing, vertices
 
 import knotwork as kw
-from knotwork.view.report_page import report_page
-from knotwork.view.show import view_plan
+from drawn import numbers, scene, thing, vertices
+from knotwork.view import plot_tool, report_page
 from seams import ON, task
 
 SEAM = task(
@@ -37,7 +36,7 @@ def planned(planner: str | None) -> kw.Plan:
 
 @cache
 def drawn(planner: str | None) -> Any:
-    return scene(view_plan(planned(planner)))
+    return scene(planned(planner).view())
 
 
 def off_seam(points: Any) -> Any:
@@ -106,14 +105,14 @@ def test_only_waypoints_of_the_scenario_have_labels_and_ghosts() -> None:
 
 
 def test_a_scenario_without_paths_has_none_in_its_scene() -> None:
-    data = scene(view_plan(kw.plan("planar2_closed_form")))
+    data = scene(kw.plan("planar2_closed_form").view())
     names = {one["name"] for one in data["things"]}
     assert not names & {"path asked for", "deviation"}
     assert "tolerance" not in data["legend"]
 
 
 def test_the_browser_draws_the_path_and_on_demand_the_deviation(tabs: Any, tmp_path: Path) -> None:
-    page = view_plan(planned("bspline"))
+    page = planned("bspline").view()
     tab = tabs.new()
     tab.set_viewport_size({"width": 1200, "height": 800})
     tab.goto(page.save(tmp_path / "seam.html").as_uri() + "#paused")
@@ -138,15 +137,9 @@ def test_the_browser_draws_the_path_and_on_demand_the_deviation(tabs: Any, tmp_p
     assert not is_red(picture(tab)).any()
 
 
-def test_the_report_lists_paths_and_draws_their_deviation(monkeypatch: pytest.MonkeyPatch) -> None:
-    from knotwork.view import report_page as module
-
-    figures = []
-    real = module.plot_tool
-    monkeypatch.setattr(module, "plot_tool", lambda plan: figures.append(real(plan)) or figures[0])
+def test_the_report_lists_paths_and_draws_their_deviation() -> None:
     page = report_page(planned(None))
-    (figure,) = figures
-    titles = [axis.get_ylabel() for axis in figure.axes]
+    titles = [axis.get_ylabel() for axis in plot_tool(planned(None)).axes]
     assert "off tool path [mm]" in titles
     assert "speed error [%]" in titles
     text = re.sub(r"<[^>]+>", " ", page.html)

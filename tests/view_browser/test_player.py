@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
-from knotwork.view.report_page import report_page
+from knotwork.view import report_page
 
 FRAMES = 120
 NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
@@ -125,6 +125,11 @@ def test_arrow_keys_move_by_frames_while_the_slider_has_the_focus(scene: Any) ->
 
 
 def test_space_on_a_button_or_list_is_its_own(scene: Any) -> None:
+    scene.evaluate("document.getElementById('shown').open = true")
+    for kept in ("#loop", "#switches input >> nth=0"):  # other keys stay the player's after a click
+        scene.focus(kept)
+        scene.evaluate("knotwork.seek(1)")
+        assert press(scene, "Home") == 0.0
     scene.focus("#shown summary")
     opened = scene.locator("#shown").get_attribute("open") is not None
     before = press(scene, " ")

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 import knotwork as kw
-from knotwork.view.report_page import report_page
+from knotwork.view import report_page
 
 
 def test_the_report_reads_on_screen_phone_and_paper(tabs: Any, tmp_path: Path) -> None:

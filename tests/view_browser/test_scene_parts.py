@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import coal
 import numpy as np
@@ -17,48 +15,14 @@ import pytest
 from PIL import Image
 
 import knotwork as kw
+from drawn import at_rest, faces, numbers, scene, thing, vertices
 from knotwork.errors import InputError
+from knotwork.view import view_trajectory
 from knotwork.view.page import Page
-from knotwork.view.show import view_plan, view_trajectory
-from knotwork.waypoints import FloatArray
 from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
 LEAST_RATE = 60.0  # frames a second
-
-
-def scene(page: Page) -> Any:
-    """The data that a page draws."""
-    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page.html)
-    assert found is not None
-    return json.loads(found[1])
-
-
-def numbers(text: str, kind: str, width: int = 3) -> Any:
-    return np.frombuffer(base64.b64decode(text), kind).reshape(-1, width)
-
-
-def vertices(mesh: Any) -> FloatArray:
-    return np.asarray(numbers(mesh["vertices"], "<f4"), dtype=float)
-
-
-def faces(mesh: Any) -> Any:
-    return numbers(mesh["faces"], "<u4" if mesh["wide"] else "<u2").astype(int)
-
-
-def thing(data: Any, name: str) -> Any:
-    """The mesh of something drawn beside the arm."""
-    return next(one["mesh"] for one in data["things"] if one["name"] == name)
-
-
-def at_rest(robot: kw.Robot, q: Any = None) -> Page:
-    """A page on which an arm stands still."""
-    start = np.zeros(robot.dof) if q is None else q
-    still = np.zeros((2, robot.dof))
-    motion = kw.JointTrajectory.from_knots(
-        robot.joint_names, [0, 1], [start, start], still, joint_units=robot.joint_units
-    )
-    return view_trajectory(robot, motion)
 
 
 def shape_warnings(page: Page) -> list[str]:
@@ -227,6 +191,23 @@ def test_the_joints_on_a_page_are_the_robot_s(name: str) -> None:
         assert place.isApprox(true, 1e-9)
 
 
+def test_the_scale_of_speeds_has_those_asked_for_that_are_not_reached() -> None:
+    plan = kw.plan("planar2_closed_form", planner="trapezoidal")
+    assert not plan.report.ok
+    legend = scene(plan.view())["legend"]
+    assert legend["high"] == max(legend["marks"]) == pytest.approx(np.hypot(0.25, 0.3))
+
+
+def test_all_of_a_motion_is_in_view_at_first() -> None:
+    """Between its two waypoints the folded arm's elbow is where neither it nor the tool was."""
+    robot = kw.load_robot("planar2")
+    ends, still = [[-1.5, 2.6], [1.5, 2.6]], np.zeros((2, 2))
+    motion = kw.JointTrajectory.from_knots(robot.joint_names, [0, 2], ends, still)
+    points = np.array(scene(view_trajectory(robot, motion))["view"]["points"])
+    elbow = robot.model.jointPlacements[2].translation[0]
+    assert points[:, 0].max() > elbow
+
+
 def test_the_path_is_red_where_a_limit_is_broken() -> None:
     plan = kw.plan(FAILING / "velocity_limit_broken.yaml")
     robot = plan.space.robot
@@ -250,7 +231,7 @@ def test_the_path_is_red_where_a_limit_is_broken() -> None:
 def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) -> None:
     plan = kw.plan("planar2_closed_form")
     name = "</script><b onload=x>&"
-    page = view_plan(replace(plan, scenario=replace(plan.scenario, name=name)))
+    page = replace(plan, scenario=replace(plan.scenario, name=name)).view()
     assert name not in page.html
     assert "&lt;/script&gt;&lt;b onload=x&gt;&amp;" in page.html
     assert not re.search(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", page.html)
@@ -260,9 +241,7 @@ def test_a_page_needs_nothing_else_and_escapes_what_it_is_given(tmp_path: Path) 
     assert inline.startswith("<iframe")
     assert inline.count("<") == 2
     name = "</script>\u2028"
-    assert (
-        scene(view_plan(replace(plan, scenario=replace(plan.scenario, name=name))))["title"] == name
-    )
+    assert scene(replace(plan, scenario=replace(plan.scenario, name=name)).view())["title"] == name
 
 
 def test_a_page_makes_its_folder_and_is_never_one(tmp_path: Path) -> None:
@@ -452,7 +431,7 @@ def test_knots_on_a_path_are_shown_on_demand_only_as_they_would_cover_it() -> No
     knots = plan.trajectory.polynomial.x
     inside = (knots > path.motion.start_time) & (knots < path.motion.end_time)
     assert inside.sum() > 10
-    data = scene(view_plan(plan))
+    data = scene(plan.view())
     hidden = {one["name"]: one["hidden"] for one in data["things"]}
     assert hidden["knots on paths"]
     assert not hidden["knots"]
@@ -465,6 +444,6 @@ def test_knots_on_a_path_are_shown_on_demand_only_as_they_would_cover_it() -> No
 def test_a_wait_has_one_label_where_it_begins() -> None:
     plan = kw.plan("xarm7_bead")
     assert len(plan.space.waits) == 2
-    names = [one["text"] for one in scene(view_plan(plan))["labels"] if one["kind"] == "waypoint"]
+    names = [one["text"] for one in scene(plan.view())["labels"] if one["kind"] == "waypoint"]
     assert "bead end" in names
     assert not [name for name in names if "wait" in name]

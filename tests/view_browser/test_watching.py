@@ -6,25 +6,46 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import knotwork as kw
-from knotwork.cli import watching
-from knotwork.cli.view import _named_in
-from knotwork.cli.watching import Files
-from knotwork.view.live_server import LiveServer
 
 STATE = "[knotwork.time(), ...viewer.camera.position.toArray()]"
-
+# What is on the graphics card, and which objects are the arm's
+HELD = """() => {
+  viewer.render();
+  const arm = viewer.scene_tree.find(["Knotwork", "arm"]).object;
+  return [viewer.renderer.info.memory.geometries, arm.uuid];
+}"""
 
 FETCHED = "performance.getEntriesByType('resource').map((one) => one.name.split('/').pop())"
 ANOTHER_ROBOT = """
 description: Another robot
 robot: z1
+scene: {objects: {sign: {mesh: sign.stl, visual: true, position: [3, 0, 0]}}}
 waypoints: [{joints: home}, {joints: home, after: 1}]
+"""
+SIGN = "solid a\nfacet normal 0 0 0\nouter loop\n{}endloop\nendfacet\nendsolid a\n".format(
+    "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+)
+# The command, with a check that has a fault.
+FAULTY = """
+import sys
+from knotwork.cli.main import main
+from knotwork.verification import CHECKS
+
+def faulty(motion, scenario, space):
+    if "fault" in scenario.description:
+        raise ZeroDivisionError("boom")
+    return ()
+
+CHECKS["faulty"] = faulty
+sys.argv[0] = "knotwork"
+main()
 """
 
 
@@ -37,7 +58,7 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
     assert source is not None
     good = source.read_text(encoding="utf-8")
     task.write_text("waypoints: 5\n", encoding="utf-8")
-    command = [sys.executable, "-u", "-m", "knotwork", "view", "task.yaml", "--watch", "--no-open"]
+    command = [sys.executable, "-u", "-c", FAULTY, "view", "task.yaml", "--watch", "--no-open"]
     with subprocess.Popen(
         command,
         stdout=subprocess.PIPE,
@@ -57,11 +78,16 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             tab.wait_for_selector("html[data-ready=true]", state="attached")
             tab.evaluate("viewer.camera.position.x += 0.5; viewer.controls.update()")
             tab.evaluate("knotwork.seek(0.8)")
-            seen = tab.evaluate(STATE)
+            seen, held = tab.evaluate(STATE), tab.evaluate(HELD)
 
             task.write_text(good.replace("waypoints:", "way:"), encoding="utf-8")
             tab.wait_for_selector("#live.wrong:text('way')")
+            assert tab.locator("#live").bounding_box()["width"] > 0.9 * 640
             assert tab.locator("body.outdated").count() == 1
+            said = tab.locator("#head .verdict").evaluate(
+                "it => getComputedStyle(it, '::after').content"
+            )
+            assert said == '" before"'
             changed = tmp_path / "new.yaml"  # as editors save
             changed.write_text(good.replace("description:", "description: Changed!"), "utf-8")
             changed.replace(task)
@@ -70,13 +96,29 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             assert not tab.locator("#live").is_visible()
             assert tab.evaluate(STATE) == pytest.approx(seen, abs=1e-6)
             assert tab.inner_text("#head .verdict") == "passed"
+            tab.emulate_media(color_scheme="dark")
+            for words in ("Again!", "Once more!"):
+                task.write_text(good.replace("description:", f"description: {words}"), "utf-8")
+                tab.wait_for_selector(f"#head .description:text('{words}')", state="attached")
+                tab.wait_for_function("viewer.needs_render === false")
+            assert tab.evaluate(HELD) == held
             assert "changing" in tab.evaluate(FETCHED)
             assert "still" not in tab.evaluate(FETCHED)  # the robot is the same
 
+            task.write_text(good.replace("description:", "description: fault"), encoding="utf-8")
+            tab.wait_for_selector("#live.wrong:text('ZeroDivisionError: boom')")
+            assert "Please report it" in tab.inner_text("#live")
+
+            task.unlink()  # an editor may be about to put another in its place
+            (tmp_path / "sign.stl").write_text(SIGN, encoding="utf-8")
+            time.sleep(0.3)
             task.write_text(ANOTHER_ROBOT, encoding="utf-8")
             tab.wait_for_selector("#head .description:text('Another')", state="attached")
             assert "still" in tab.evaluate(FETCHED)
             assert tab.locator("#joint-rows > div").count() == 6
+
+            (tmp_path / "sign.stl").write_text("no mesh", encoding="utf-8")
+            tab.wait_for_selector("#live.wrong:text('sign.stl')")
         finally:
             process.send_signal(signal.SIGINT)
             out, err = process.communicate(timeout=60)
@@ -84,45 +126,6 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
         tabs.complaints.clear()  # of the connection that has ended
         tab.context.close()
     assert process.returncode == 0
-    assert out.count(" passed: ") == 3
-    assert err.count(" error: task.yaml") == 2
-
-
-def test_files_changed_are_noticed_once(tmp_path: Path) -> None:
-    path = tmp_path / "a.yaml"
-    path.write_text("1", encoding="utf-8")
-    files = Files([path])
-    assert not files.changed()
-    path.write_text("12", encoding="utf-8")
-    assert files.changed()
-    assert not files.changed()
-    path.unlink()
-    assert not files.changed()  # an editor may be about to put another in its place
-    path.write_text("12", encoding="utf-8")
-    assert files.changed()
-
-
-def test_a_fault_of_our_own_is_shown_and_does_not_end_it(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.delenv("KNOTWORK_TRACEBACK", raising=False)
-    faults = [ZeroDivisionError("boom"), KeyboardInterrupt()]
-
-    def made(_: int) -> Any:
-        raise faults.pop(0)
-
-    shown: list[str] = []
-    monkeypatch.setattr(LiveServer, "refuse", lambda _, error: shown.append(error))
-    monkeypatch.setattr(Files, "changed", lambda _: True)
-    with LiveServer("task") as server:
-        watching.follow(server, Files([]), made)
-    assert not faults  # it went on after the first
-    assert "ZeroDivisionError: boom" in shown[0]
-    assert "Please report it" in shown[0]
-    assert shown[0].splitlines()[0] in capsys.readouterr().err
-
-
-def test_files_that_a_scenario_names_are_followed(tmp_path: Path) -> None:
-    (tmp_path / "curve.csv").write_text("x,y,z\n", encoding="utf-8")
-    data = {"waypoints": [{"along": {"points": "curve.csv"}}, {"joints": {"a": 1}}], "name": "a.b"}
-    assert _named_in(data, tmp_path) == [tmp_path / "curve.csv"]
+    assert out.count(" passed: ") == 5
+    assert err.count(" error: ") == 4  # one of them of our own
+    assert err.count("ZeroDivisionError: boom") == 1

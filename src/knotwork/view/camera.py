@@ -28,7 +28,11 @@ SMALL, AROUND = 0.4, 0.35
 
 
 def views(
-    points: FloatArray, path: FloatArray, asked: FloatArray, arms: Sequence[FloatArray] = ()
+    points: FloatArray,
+    path: FloatArray,
+    asked: FloatArray,
+    arms: Sequence[FloatArray] = (),
+    towards: Sequence[float] | None = None,
 ) -> dict[str, Any]:
     """Choose how to look at the whole, and at the work alone.
 
@@ -37,12 +41,16 @@ def views(
         path: Of the tool [m], shape (m, 3), m >= 0.
         asked: Where waypoints are [m], shape (k, 3).
         arms: Triangles of the arm, as for `first_view`.
+        towards: Where to look from, if that is known, as for `first_view`.
 
     Returns:
         `view`, of all, and `work`, of the task alone, `None` if there is none; and `near`, whether
         the work is to be looked at first.
     """
-    view = first_view(points, path, arms)
+    if towards is None:
+        view = first_view(points, path, arms)
+    else:
+        view = {"from": towards, "points": points.tolist()}
     task = np.concatenate([path, asked])
     size, extent = np.ptp(points, axis=0).max(), np.ptp(task, axis=0) if len(task) else np.zeros(3)
     if extent.max() < 1e-3 * size:

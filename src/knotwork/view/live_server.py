@@ -1,13 +1,15 @@
-"""A page that is served while its scenario is written, and told of each new version."""
+"""A scene that is served while its scenario is written; open pages are told of each new one."""
 
 from __future__ import annotations
 
 import json
 import threading
+from collections.abc import Mapping
 from http import HTTPStatus
-from typing import cast
+from typing import Any, cast
 
-from knotwork.view.page import Page, Renewal, waiting_page
+from knotwork.view.page import json_in_html, meshcat_viewer, scene_page, waiting_page
+from knotwork.view.scene import STILL
 from knotwork.view.server import PageHandler, PageServer
 
 # A browser that has gone away is noticed when it is written to [s].
@@ -15,32 +17,44 @@ PULSE = 15.0
 
 
 class LiveServer(PageServer):
-    """Serves the last good page, and tells browsers when there is another, or what is wrong.
+    """Serves the last good scene, and tells browsers when there is another, or what is wrong.
 
     Attributes:
-        version: Number of the page; 0 before there is one.
-        renewal: What pages that are open need of it.
+        version: Number of the scene; 0 before there is one.
+        scene: What is shown, from `make_scene`; `None` before there is one.
     """
 
-    def __init__(self, title: str, port: int = 0) -> None:
-        """Listen on a port, by default any that is free.
+    def __init__(self, title: str, port: int = 0, *, ghosts: bool = True) -> None:
+        """Listen on a port, by default any that is free; `ghosts` as for `scene_page`.
 
         Raises:
-            InputError: The port is in use, or may not be listened on.
+            InputError: The port is in use, or may not be listened on; or the package `meshcat` is
+                not installed.
         """
+        meshcat_viewer()
         super().__init__(waiting_page(title).html, port, _LiveHandler)
-        self.version = 0
-        self.renewal: Renewal | None = None
+        self.version = self._still = 0
+        self.scene: dict[str, Any] | None = None
+        self._ghosts = ghosts
         self._error = ""
         self._busy = False
         self._changed = threading.Condition()
         self._count = 0
 
-    def show(self, page: Page) -> None:
-        """Serve another page, made as version `version + 1`."""
-        self.page = page.html.encode("utf-8")
-        self.renewal = page.renewal
-        self._tell(version=self.version + 1)
+    def show(self, scene: Mapping[str, Any]) -> None:
+        """Serve another scene."""
+        last, version = self.scene, self.version + 1
+        if last is None or any(scene[name] is not last[name] for name in STILL):
+            self._still = version
+        self.scene = {**scene, "still": self._still}
+        self._tell(version=version)
+
+    def whole_page(self) -> bytes:
+        """The page, with which following begins."""
+        version, scene = self.version, self.scene  # in this order: a page may be newer than it says
+        if scene is None:
+            return self.page
+        return scene_page(scene, ghosts=self._ghosts, live=version).html.encode("utf-8")
 
     def refuse(self, error: str) -> None:
         """Show an error over the last good page."""
@@ -68,14 +82,17 @@ class LiveServer(PageServer):
 
 class _LiveHandler(PageHandler):
     def answer_other(self) -> None:
-        """Send parts of the newest page, or each state as a server-sent event."""
+        """Send parts of the newest scene, or each state as a server-sent event."""
         server = cast(LiveServer, self.server)
+        scene = server.scene
         if self.path == "/changes":
             self._tell_changes(server)
-        elif self.path == "/changing" and server.renewal is not None:
-            self.send_text(server.renewal.changing.encode("utf-8"), "text/html")
-        elif self.path == "/still" and server.renewal is not None:
-            self.send_text(server.renewal.still.encode("utf-8"), "application/json")
+        elif self.path == "/changing" and scene is not None:
+            changing = {name: value for name, value in scene.items() if name not in STILL}
+            self.send_text(scene_page(changing, scripts=False).html.encode("utf-8"), "text/html")
+        elif self.path == "/still" and scene is not None:
+            still = {name: scene[name] for name in (*STILL, "still")}
+            self.send_text(json_in_html(still).encode("utf-8"), "application/json")
         else:
             super().answer_other()
 

@@ -51,6 +51,17 @@ def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
     root.set_animation(_animation(scene, joints, nodes))
 
 
+def look_at(scene: Mapping[str, Any], viewer: Visualizer) -> None:
+    """Turn the camera of a `meshcat.Visualizer` to a scene, as near as all of it is seen."""
+    points = np.array(scene["view"]["points"])
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    distance = 1.5 * np.linalg.norm(points - middle, axis=1).max()
+    x, y, z = distance * np.array(scene["view"]["from"])
+    viewer["/Cameras/default"].set_transform(pin.SE3(np.eye(3), middle).homogeneous)
+    eye = viewer["/Cameras/default/rotated/<object>"]
+    eye.set_property("position", [float(x), float(z), float(-y)])
+
+
 def _visualizer(viewer: Any) -> Visualizer:
     """The viewer's own, whichever of the two was given."""
     inner = viewer

@@ -128,7 +128,8 @@ def _lost_images(scenario: Scenario) -> Iterator[str]:
     named = [(f"object {one.name!r}", one.shape) for one in scene.objects]
     named += [(f"object {one.name!r}", one.shape) for one in scene.held]
     for what, shape in (*named, *(("tool", shape) for shape in scene.tool)):
-        parts = read_mesh(shape.path) if shape.path is not None else ()
+        mesh = shape.path if shape.kind == "mesh" else None
+        parts = read_mesh(mesh) if mesh is not None else ()
         faults = dict.fromkeys(part.fault for part in parts if part.fault)
         if faults:
             yield f"{what}: {'; '.join(faults)}"

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import html
 import importlib.metadata
 import importlib.util
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,22 +25,6 @@ SCRIPTS = (
     *("joints", "live", "scene"),
 )
 
-# The greater part of a scene; it changes with the robot alone.
-STILL = ("shapes", "coarse", "images")
-
-
-@dataclass(frozen=True)
-class Renewal:
-    """What an open page needs of another version of its scene.
-
-    Attributes:
-        changing: The page without scripts and without what is still.
-        still: The rest of the scene, JSON; its name `still` is in `changing`, too.
-    """
-
-    changing: str
-    still: str
-
 
 class Page:
     """A page of HTML; a notebook shows it inline.
@@ -51,12 +33,10 @@ class Page:
         title: What it shows.
         html: All of it, with everything it needs.
         warnings: What could not be drawn as described.
-        renewal: For a `LiveServer`: what pages that are open need of it, or `None`.
     """
 
     def __init__(self, title: str, text: str, warnings: tuple[str, ...] = ()) -> None:
         self.title, self.html, self.warnings = title, text, warnings
-        self.renewal: Renewal | None = None
 
     def save(self, path: str | Path) -> Path:
         """Write the page to a file, whole or not at all; an existing one is replaced.
@@ -93,6 +73,7 @@ def scene_page(
     autoplay: bool = True,
     ghosts: bool = True,
     live: int | None = None,
+    scripts: bool = True,
 ) -> Page:
     """Put a scene on a page.
 
@@ -102,6 +83,7 @@ def scene_page(
         autoplay: The motion starts by itself.
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
         live: Number of this version, where a `LiveServer` serves others after it.
+        scripts: It is shown; without, it only brings what it says to a page that is open.
 
     Raises:
         InputError: The package `meshcat` is not installed.
@@ -109,27 +91,22 @@ def scene_page(
     from markupsafe import Markup
 
     options = {"embedded": embedded, "autoplay": autoplay, "ghosts": ghosts, "live": live}
-    template = environment().get_template("scene.html")
-    script = "\n".join(asset(f"scene/{name}.js") for name in SCRIPTS)
-    fixed = {"options": options, "options_json": Markup(json_in_html(options))}
-    fixed["version"] = version()
-
-    def render(shown: Mapping[str, Any], **parts: str) -> str:
-        marked = {name: Markup(part) for name, part in parts.items()}
-        return template.render(data=shown, json=Markup(json_in_html(shown)), **fixed, **marked)
-
-    renewal = None
-    if live is not None:
-        still = {name: scene[name] for name in STILL}
-        name = hashlib.sha256(json_in_html(still).encode()).hexdigest()[:16]
-        scene = {**scene, "still": name}
-        rest = {key: value for key, value in scene.items() if key not in STILL}
-        changing = render(rest, meshcat="", script="", style="")
-        renewal = Renewal(changing, json_in_html({**still, "still": name}))
-    text = render(scene, meshcat=meshcat_viewer(), script=script, style=asset("scene.css"))
-    page = Page(scene["title"], text, tuple(scene["warnings"]))
-    page.renewal = renewal
-    return page
+    parts = {"meshcat": "", "script": "", "style": ""}
+    if scripts:
+        parts["meshcat"], parts["style"] = meshcat_viewer(), asset("scene.css")
+        parts["script"] = "\n".join(asset(f"scene/{name}.js") for name in SCRIPTS)
+    parts |= {"json": json_in_html(scene), "options_json": json_in_html(options)}
+    text = (
+        environment()
+        .get_template("scene.html")
+        .render(
+            data=scene,
+            options=options,
+            version=version(),
+            **{name: Markup(part) for name, part in parts.items()},
+        )
+    )
+    return Page(scene["title"], text, tuple(scene["warnings"]))
 
 
 def waiting_page(title: str) -> Page:
@@ -174,6 +151,7 @@ def asset(name: str) -> str:
     return (ASSETS / name).read_text(encoding="utf-8")
 
 
+@cache
 def meshcat_viewer() -> str:
     """Meshcat's viewer in JavaScript; its Python package is found but not loaded.
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,12 +42,14 @@ from knotwork.view.tool_trace import ToolTrace, tool_speed, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
-GHOST_DETAIL = 0.007
+GHOST_DETAIL = 0.015
 # The first view is chosen by what the arm hides where it stands at so many waypoints.
 MOST_HIDING = 5
 MOST_SPEEDS = 30_000
 # Drawn in their own colours, whatever the light.
 UNLIT = ("path", "limits broken", "failures", "deviation")
+# What of a scene is the robot's: most of it, and the same until the robot is another one.
+STILL = ("joints", "shapes", "images", "coarse")
 # Shown on demand.
 HIDDEN = ("deviation", "knots on paths")
 
@@ -75,7 +76,7 @@ class _Shown:
 
     def points(self) -> FloatArray:
         """Everything that must be in view [m], shape (n, 3)."""
-        points = [self.stops.outlines.reshape(-1, 3)]
+        points = [self.stops.outlines.reshape(-1, 3), self.stops.passed.reshape(-1, 3)]
         if self.path is not None:
             points.append(self.path.position)
             points += asked_points(self.scenario, self.robot, 1.0)
@@ -96,6 +97,7 @@ def make_scene(
     report: Report | None = None,
     others: Mapping[str, JointTrajectory] | None = None,
     warnings: Sequence[str] = (),
+    before: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Compose the scene of a motion, as plain data that is ready for JSON.
 
@@ -107,6 +109,8 @@ def make_scene(
         report: What the check found.
         others: Motions of other planners, by name, shown over the first as translucent arms.
         warnings: What else the page is to say.
+        before: The scene in whose place this one is shown. Of the same robot the parts `STILL` are
+            taken over, the very objects, and it is looked at from the same side.
 
     Raises:
         InputError: A trajectory is not of the robot's joints, or too long to be shown.
@@ -116,11 +120,24 @@ def make_scene(
     parts = [mesh for meshes in shown.shapes.parts for mesh in meshes]
     images = list(dict.fromkeys(mesh.image for mesh in parts if mesh.image is not None))
     addresses, unread = image_addresses(images)
-    arm, objects = _arm_data(shown, trajectory, images)
+    points = shown.points()
+    size = max(float(np.ptp(points, axis=0).max()), 1e-3)
+    still: dict[str, Any] = {
+        "joints": joint_tree(robot),
+        "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
+        "images": addresses,
+    }
+    if before is not None and all(still[name] == before[name] for name in still):
+        still = {name: before[name] for name in STILL}
+    else:
+        before, cell = None, GHOST_DETAIL * size
+        shapes = shown.shapes.shapes
+        still["coarse"] = [packed(coarse(one, cell)) if one else None for one in shapes]
+    arm, objects = _arm_data(shown, trajectory, points, size, before)
     return {
         "title": scenario.name if scenario is not None else f"{robot.name}: stored trajectory",
+        **still,
         **arm,
-        "images": addresses,
         "ok": report.ok if report is not None else None,
         "summary": summary(report) if report is not None else "",
         "failures": [str(item) for item in report.failures] if report is not None else [],
@@ -171,23 +188,25 @@ def _failures(
 
 
 def _arm_data(
-    shown: _Shown, trajectory: JointTrajectory, images: Sequence[Path]
+    shown: _Shown,
+    trajectory: JointTrajectory,
+    points: FloatArray,
+    size: float,
+    before: Mapping[str, Any] | None,
 ) -> tuple[dict[str, Any], Objects]:
-    """The arm, its motions, the task, and where to look from."""
-    robot, shapes, stops, path = shown.robot, shown.shapes.shapes, shown.stops, shown.path
-    points = shown.points()
-    size = max(float(np.ptp(points, axis=0).max()), 1e-3)
+    """The arm's motions, the task, and where to look from."""
+    robot, stops, path = shown.robot, shown.stops, shown.path
     copies = stops.position[stops.distinct(size)]
     moved = {trajectory.planner or "trajectory": shown.curve, **shown.motions}
     things, labels, legend = ([], [], {}) if path is None else _task_data(shown, path, size)
     objects = scene_objects(shown.scenario, robot, shown.curve, shown.report, size)
     things, labels = [*things, *objects.things], [*labels, *objects.labels]
     points = np.concatenate([points, objects.points])
-    hiding = np.concatenate([shown.curve(shown.curve.x[:1]), copies[: MOST_HIDING - 1]])
+    arms: Sequence[FloatArray] = ()
+    if path is not None and before is None:
+        hiding = np.concatenate([shown.curve(shown.curve.x[:1]), copies[: MOST_HIDING - 1]])
+        arms = arm_triangles(robot, shown.shapes, hiding, size)
     data = {
-        "joints": joint_tree(robot),
-        "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
-        "coarse": [packed(coarse(s, GHOST_DETAIL * size)) if s else None for s in shapes],
         "arms": [_motion(name, motion, robot) for name, motion in moved.items()],
         "ghosts": copies.tolist(),
         "things": things,
@@ -203,7 +222,8 @@ def _arm_data(
             _thinned(points),
             path.position if path is not None else np.zeros((0, 3)),
             np.array([one.pose.translation for one in shown.asked]).reshape(-1, 3),
-            arm_triangles(robot, shown.shapes, hiding, size) if path is not None else (),
+            arms,
+            None if before is None else before["view"]["from"],
         ),
     }
     return data, objects

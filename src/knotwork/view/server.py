@@ -49,6 +49,10 @@ class PageServer(ThreadingHTTPServer):
             ) from error
         self.address = f"http://{HOST}:{self.server_port}/"
 
+    def whole_page(self) -> bytes:
+        """The page as it is sent."""
+        return self.page
+
     def handle_error(self, request: object, client_address: object) -> None:
         """Say nothing of a connection that broke; everything else is shown as ever."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
@@ -76,7 +80,7 @@ class PageHandler(BaseHTTPRequestHandler):
                 self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
                 return
             if self.path.partition("?")[0] == "/":
-                self.send_text(self.server.page, "text/html", whole=with_page)
+                self.send_text(self.server.whole_page(), "text/html", whole=with_page)
             else:
                 self.answer_other()
 

@@ -22,7 +22,6 @@ def view_plan(
     ghosts: bool = True,
     autoplay: bool = True,
     embedded: bool = False,
-    live: int | None = None,
 ) -> Page:
     """Show a plan: the arm in motion, the task, and what fails in the check.
 
@@ -32,17 +31,20 @@ def view_plan(
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
         autoplay: The motion starts by itself.
         embedded: The page is a part of another, which has the title and the verdict.
-        live: Number of this version, where a `LiveServer` serves others after it.
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
     """
     scene = scene_of(plan, others)
-    return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts, live=live)
+    return scene_page(scene, embedded=embedded, autoplay=autoplay, ghosts=ghosts)
 
 
-def scene_of(plan: PlanLike, others: Mapping[str, JointTrajectory] | None = None) -> dict[str, Any]:
-    """Compose the scene of a plan, as plain data.
+def scene_of(
+    plan: PlanLike,
+    others: Mapping[str, JointTrajectory] | None = None,
+    before: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Compose the scene of a plan, as plain data; `before` as for `make_scene`.
 
     Raises:
         InputError: The scenario has no robot, or the motion can't be shown.
@@ -54,6 +56,7 @@ def scene_of(plan: PlanLike, others: Mapping[str, JointTrajectory] | None = None
         space=plan.space,
         report=plan.report,
         others=others,
+        before=before,
     )
 
 
@@ -71,22 +74,33 @@ def needed_robot(scenario: Scenario, space: JointSpace) -> Robot:
     return space.robot
 
 
-def view_trajectory(
-    robot: Robot, trajectory: JointTrajectory, *, ghosts: bool = True, live: int | None = None
-) -> Page:
+def view_trajectory(robot: Robot, trajectory: JointTrajectory, *, ghosts: bool = True) -> Page:
     """Show a stored trajectory without its task.
+
+    >>> motion = kw.plan("planar2_closed_form").trajectory
+    >>> view_trajectory(kw.load_robot("planar2"), motion).save("arm.html").name
+    'arm.html'
 
     Args:
         robot: The arm that it moves.
         trajectory: The motion.
         ghosts: Translucent copies of the arm at the waypoints are shown at first.
-        live: Number of this version, where a `LiveServer` serves others after it.
 
     Raises:
         InputError: The trajectory is not of the robot's joints, or can't be shown.
     """
-    scene = make_scene(robot, trajectory, warnings=_tool_warnings(robot))
-    return scene_page(scene, ghosts=ghosts, live=live)
+    return scene_page(scene_of_trajectory(robot, trajectory), ghosts=ghosts)
+
+
+def scene_of_trajectory(
+    robot: Robot, trajectory: JointTrajectory, before: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Compose the scene of a stored trajectory, as plain data; `before` as for `make_scene`.
+
+    Raises:
+        InputError: The trajectory is not of the robot's joints, or can't be shown.
+    """
+    return make_scene(robot, trajectory, warnings=_tool_warnings(robot), before=before)
 
 
 def _tool_warnings(robot: Robot) -> list[str]:

@@ -45,10 +45,11 @@ class SpeedColours:
         curve: PiecewisePolynomial,
         asked: Sequence[CartesianWaypoint],
     ) -> None:
-        self._high = float(path.speed.max())
         self._tolerance = scenario.tolerances.path_speed if scenario is not None else 0.0
         self._waypoints = [float(np.linalg.norm(one.linear)) for one in asked]
         self._along = [part for _, part, *_ in stretches(scenario, curve)]
+        # What fails may be slower than it is asked to be: the scale shows both.
+        self._high = max([float(path.speed.max()), *(() if self._along else self._waypoints)])
         share = path.speed / self._high if self._high > 0 else np.zeros_like(path.speed)
         self.colours = mixed(share, GREYS if self._along else SPEED_COLOURS)
         for part in self._along:

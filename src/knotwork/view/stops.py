@@ -19,6 +19,8 @@ MOST_STOPS = 200
 # Copies of the arm that differ by less than this, relative to the scene's size, hide each other.
 DISTANCE = 0.12
 MOST_COPIES = 4
+# How often the arm is looked at between.
+PASSED = 40
 # Detail of the arm where only what it hides counts, relative to the scene's size.
 DETAIL = 0.03
 
@@ -30,10 +32,12 @@ class Stops:
     Attributes:
         position: Joint positions at each [rad or m], shape (s, d).
         outlines: Corners of boxes about the links at each [m], shape (s, n, 3).
+        passed: The same all along the motion, which must be in view, too, shape (k, n, 3).
     """
 
     position: FloatArray
     outlines: FloatArray
+    passed: FloatArray
 
     def distinct(self, size: float) -> list[int]:
         """Find those that differ from each other, so that copies of the arm can be told apart.
@@ -81,7 +85,11 @@ def find_stops(
             low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
             corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
         boxes.append(corners)
-    return Stops(position, np.array([_placed(robot, boxes, q) for q in position]))
+    outlines, passed = (
+        np.array([_placed(robot, boxes, q) for q in some])
+        for some in (position, curve(np.linspace(curve.x[0], curve.x[-1], PASSED)))
+    )
+    return Stops(position, outlines, passed)
 
 
 def arm_triangles(

@@ -19,6 +19,7 @@ COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#8
 WRONG = "#D55E00"
 FAINT = "#B8B8B8"
 DARK = "#404040"
+GRID = "#E4E4E4"
 # What each colour is where a page is dark: lighter, as far from each other as by day.
 NIGHT = {
     "#ffffff": "#15181c",
@@ -201,7 +202,7 @@ def dress(axis: Axes) -> None:
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     axis.spines[["top", "right"]].set_visible(False)
-    axis.grid(True, axis="y", color="#E4E4E4", linewidth=0.8)
+    axis.grid(True, axis="y", color=GRID, linewidth=0.8)
     axis.set_axisbelow(True)
     axis.yaxis.set_major_locator(MaxNLocator(5))
     for one in (axis.xaxis, axis.yaxis):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from knotwork.view.style import colour, dress, new_figure, printable, settings
@@ -10,6 +10,12 @@ from knotwork.view.style import colour, dress, new_figure, printable, settings
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from knotwork.units import Units
+
+
+WIDE = 20.0
+"""Values that differ by more than this factor are shown on a logarithmic axis."""
 
 
 class Curve(Protocol):
@@ -22,6 +28,10 @@ class Curve(Protocol):
     @property
     def objective(self) -> str:
         """What is made least."""
+
+    @property
+    def units(self) -> Units:
+        """Those of the scenario."""
 
     @property
     def points(self) -> Sequence[Any]:
@@ -37,7 +47,7 @@ def plot_tradeoff(curve: Curve) -> Figure:
     >>> limits = {"velocity": 2, "acceleration": 4, "jerk": 40}
     >>> curve = kw.tradeoff({"limits": limits, "waypoints": swing}, factors=[1, 2])
     >>> [axis.get_ylabel() for axis in plot_tradeoff(curve).axes]
-    ['peak jerk [%]']
+    ['peak jerk [% of its limit]']
 
     Args:
         curve: What `knotwork.tradeoff` returns.
@@ -45,13 +55,16 @@ def plot_tradeoff(curve: Curve) -> Figure:
     Returns:
         A figure, not known to `pyplot`.
     """
+    points = curve.points
+    jerks = [curve.units.shown(one.peak_jerk, one.jerk_unit) for one in points]
+    unit = " or ".join(sorted({unit for _, unit in jerks}))
     panels = [
-        ("∫τ² [N² m² s]", [point.squared_effort for point in curve.points]),
-        _shown("peak torque", "N m", curve.points, "peak_effort", "effort_use"),
-        _shown("peak jerk", "rad/s³", curve.points, "peak_jerk", "jerk_use"),
+        ("∫τ² [N² m² s]", [one.squared_effort for one in points]),
+        _shown("peak torque", "N m", (one.peak_effort for one in points), points, "effort_use"),
+        _shown("peak jerk", unit, (value for value, _ in jerks), points, "jerk_use"),
     ]
     drawn = [(label, values) for label, values in panels if None not in values]
-    durations = [point.duration for point in curve.points]
+    durations = [one.duration for one in points]
     with settings():
         figure = new_figure(len(drawn), 1)
         axes = figure.subplots(len(drawn), 1, sharex=True, squeeze=False)[:, 0]
@@ -62,11 +75,24 @@ def plot_tradeoff(curve: Curve) -> Figure:
             axis.set_ylim(0.0, 1.1 * max(values) or 1.0)
             axis.margins(x=0.04)
             dress(axis)
+            if max(values) > WIDE * min(values) > 0.0:
+                _show_powers(axis, min(values), max(values))
         _legend(figure, list(axes))
         axes[-1].set_xlabel("duration [s]")
         what = {"effort": "torque", "jerk": "jerk"}[curve.objective]
         figure.suptitle(f"{printable(curve.scenario)}: duration against {what}")
     return figure
+
+
+def _show_powers(axis: Axes, least: float, most: float) -> None:
+    """Show positive values on a logarithmic axis that has room around them."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_yscale("log")
+    axis.set_ylim(least / 1.5, 1.5 * most)
+    axis.yaxis.set_major_locator(LogLocator(numticks=6))
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _mark(axis: Axes, points: Sequence[Any], values: Sequence[float]) -> None:
@@ -98,10 +124,10 @@ def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
 
 
 def _shown(
-    name: str, unit: str, points: Sequence[Any], value: str, use: str
+    name: str, unit: str, values: Iterable[Any], points: Sequence[Any], use: str
 ) -> tuple[str, list[Any]]:
     """Values in percent of a limit, or as they are where there is none."""
     uses = [getattr(point, use) for point in points]
     if None not in uses:
-        return f"{name} [%]", [100.0 * share for share in uses]
-    return f"{name} [{unit}]", [getattr(point, value) for point in points]
+        return f"{name} [% of its limit]", [100.0 * share for share in uses]
+    return f"{name} [{unit}]", list(values)

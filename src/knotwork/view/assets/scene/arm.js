@@ -74,39 +74,47 @@ function tracks(joints, arm) {
   });
 }
 
-// Copies of the arm where it stands at the waypoints. Gives a function that hides those that
-// stand where the arm is in a frame of the motion.
-function addCopies(viewer, data) {
-  const shapes = data.coarse.map((mesh) => mesh && { mesh, geometry: geometry(mesh) });
-  const copies = data.ghosts.map((q, number) => {
-    const object = copyAt(data.joints, shapes, q, 10 + 2 * number);
-    viewer.set_object([...ROOT, "ghosts", `${number + 1}`], object);
-    return { q, object };
-  });
-  const positions = floats(data.arms[0].position);
-  return (frame) => {
-    const at = frame * data.joints.length;
-    for (const { q, object } of copies) {
-      object.visible = q.some((value, i) => Math.abs(value - positions[at + i]) > 0.02);
-    }
-  };
-}
+// Copies of the arm where it stands at the waypoints.
+class Copies {
+  constructor(viewer, data) {
+    Object.assign(this, { viewer, joints: data.joints, copies: [] });
+    this.shapes = data.coarse.map((mesh) => mesh && { mesh, geometry: geometry(mesh) });
+  }
 
-function copyAt(joints, shapes, q, renderOrder) {
-  const groups = [new THREE.Group()];
-  joints.forEach((joint, i) => {
-    const group = new THREE.Group();
-    placeJoint(group, joint, q[i]);
-    groups[joint.parent].add(group);
-    groups.push(group);
-  });
-  shapes.forEach((shape, joint) => {
-    if (!shape || joint === 0) return;
-    const copy = translucent(shape, 0.2, COPY, renderOrder);
-    for (const { material: paint } of copy.children) {
-      Object.assign(paint, { stencilWrite: true, stencilRef: 1, stencilFunc: THREE.NotEqualStencilFunc });
+  set(data) {
+    this.ghosts = data.ghosts;
+    this.positions = floats(data.arms[0].position);
+    while (this.copies.length < this.ghosts.length) this.copies.push(this.another());
+    this.ghosts.forEach((q, number) => this.joints.forEach((joint, i) => placeJoint(this.copies[number][i + 1], joint, q[i])));
+  }
+
+  // Those that stand where the arm is in a frame of the motion are not seen.
+  update(frame) {
+    const at = frame * this.joints.length;
+    this.copies.forEach(([object], number) => {
+      const q = this.ghosts[number] ?? [];
+      object.visible = q.some((value, i) => Math.abs(value - this.positions[at + i]) > 0.02);
+    });
+  }
+
+  // What each joint of one more copy carries
+  another() {
+    const number = this.copies.length;
+    const groups = [new THREE.Group()];
+    for (const { parent } of this.joints) {
+      const group = new THREE.Group();
+      groups[parent].add(group);
+      groups.push(group);
     }
-    groups[joint].add(copy);
-  });
-  return groups[0];
+    this.shapes.forEach((shape, joint) => {
+      if (!shape || joint === 0) return;
+      const copy = translucent(shape, 0.2, COPY, 10 + 2 * number);
+      for (const { material: paint } of copy.children) {
+        Object.assign(paint, { stencilWrite: true, stencilRef: 1, stencilFunc: THREE.NotEqualStencilFunc });
+      }
+      groups[joint].add(copy);
+    });
+    this.viewer.set_object([...ROOT, "ghosts", `${number + 1}`], groups[0]);
+    return groups;
+  }
 }

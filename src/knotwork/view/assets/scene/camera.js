@@ -23,11 +23,6 @@ class Camera {
     window.onload = null; // Meshcat's own would take the whole window
     window.addEventListener("resize", () => this.resized());
     for (const [id, name] of Camera.BUTTONS) byId(id).addEventListener("click", () => this.choose(name));
-    document.addEventListener("keydown", (event) => {
-      const name = { a: "whole arm", w: "work" }[event.key];
-      if (!name || event.altKey || event.ctrlKey || event.metaKey) return;
-      if (!event.target.closest("input:not([type=range]):not([type=checkbox]), select")) this.choose(name);
-    });
   }
 
   static BUTTONS = [["whole-arm", "whole arm"], ["work", "work"]];

@@ -42,30 +42,30 @@ function fit(points, part, pane, fov) {
     (extremes[i][1] - extremes[i][0]) / (high - low)));
   const at = bounds.map(([low, high], i) =>
     (extremes[i][0] - low * distance + extremes[i][1] - high * distance) / 2);
-  const onScreen = points.map((p) => {
+  const outline = () => hull(points.map((p) => {
     const [x, y] = [0, 1].map((i) => (p[i] - at[i]) / ((distance - p[2]) * scale[i]));
     return [((x + 1) / 2) * pane.width, ((1 - y) / 2) * pane.height];
-  });
-  return { distance, at, outline: hull(onScreen) };
+  }));
+  return { distance, at, outline };
 }
 
 // Parts of the pane that may do, between its edges and those of panels
 function parts(taken, pane) {
   const gap = 22; // for axes and arrows, too
-  const inner = [gap, gap, pane.width - gap, pane.height - gap];
-  const lefts = [inner[0], ...taken.map((box) => box[2] + gap)];
-  const tops = [inner[1], ...taken.map((box) => box[3] + gap)];
-  const bottoms = [inner[3], ...taken.map((box) => box[1] - gap)];
-  const least = Math.min(90, pane.height / 4);
-  return lefts.flatMap((left) => tops.flatMap((top) => bottoms.map((bottom) => [left, top, inner[2], bottom])))
-    .filter(([left, top, right, bottom]) => right - left > 2 * least && bottom - top > least);
+  const edges = (first, side, sign) => [...new Set([first, ...taken.map((box) => Math.round(box[side] + sign * gap))])];
+  const [lefts, tops] = [edges(gap, 2, 1), edges(gap, 3, 1)];
+  const [rights, bottoms] = [edges(pane.width - gap, 0, -1), edges(pane.height - gap, 1, -1)];
+  return lefts.flatMap((left) => tops.flatMap((top) => rights.flatMap((right) => bottoms.map((bottom) => [left, top, right, bottom]))))
+    .filter(([left, top, right, bottom]) => right - left > gap && bottom - top > gap);
 }
 
 // The nearest of the places for the camera from which no panel hides anything; if there is none,
 // the one at which the whole pane is filled.
 function nearest(points, taken, pane, fov) {
-  const choices = parts(taken, pane).map((part) => fit(points, part, pane, fov));
-  const free = choices.filter(({ outline }) => !taken.some((box) => touches(outline, box)));
-  const whole = () => fit(points, [0, 0, pane.width, pane.height], pane, fov);
-  return free.length ? free.reduce((best, one) => (one.distance < best.distance ? one : best)) : whole();
+  const choices = parts(taken, pane).map((part) => fit(points, part, pane, fov)).sort((one, other) => one.distance - other.distance);
+  const free = ({ outline }) => {
+    const polygon = outline();
+    return !taken.some((box) => touches(polygon, box));
+  };
+  return choices.find(free) ?? fit(points, [0, 0, pane.width, pane.height], pane, fov);
 }

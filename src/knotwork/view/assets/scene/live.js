@@ -13,9 +13,9 @@ function followChanges(stage, version) {
     const data = JSON.parse(page.getElementById("data").textContent);
     // The robot's shapes are most of a scene: they are sent again only if they are others.
     const known = data.still === stage.data.still;
-    const { shapes, coarse, images, still } = known ? stage.data : await (await fetched("still")).json();
-    if (still !== data.still) return; // there is another version already, of which it will be told
-    renew(stage, page, { ...data, shapes, coarse, images });
+    const still = known ? stage.data : await (await fetched("still")).json();
+    if (still.still !== data.still) return; // there is another version already, of which it will be told
+    renew(stage, page, { ...still, ...data });
     document.documentElement.dataset.version = state.version;
   };
   changes.onerror = () => tell({ error: "", busy: false, gone: true });

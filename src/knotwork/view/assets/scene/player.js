@@ -19,6 +19,18 @@ class Player {
     byId("rate").addEventListener("change", () => this.setRate());
     byId("keys").addEventListener("click", () => this.showKeys(false));
     byId("help").addEventListener("click", () => this.showKeys(byId("keys").hidden));
+    this.uses = {
+      " ": () => this.toggle(),
+      ArrowLeft: () => this.step(-1),
+      ArrowRight: () => this.step(1),
+      Home: () => this.seek(0),
+      End: () => this.seek(this.animator.duration),
+      n: () => this.toWaypoint(1),
+      p: () => this.toWaypoint(-1),
+      l: () => this.loop(!this.loops),
+      "?": () => this.showKeys(byId("keys").hidden),
+      Escape: () => this.showKeys(false),
+    };
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -115,22 +127,11 @@ class Player {
   key(event) {
     // With these the keys are the browser's: Alt and an arrow go back a page.
     if (event.altKey || event.ctrlKey || event.metaKey) return;
-    // Buttons, lists and Meshcat's controls have a use of their own for these keys.
-    if (event.target.closest("input:not(#scrub), select, button, summary, .dg")) return;
-    const uses = {
-      " ": () => this.toggle(),
-      ArrowLeft: () => this.step(-1),
-      ArrowRight: () => this.step(1),
-      Home: () => this.seek(0),
-      End: () => this.seek(this.animator.duration),
-      n: () => this.toWaypoint(1),
-      p: () => this.toWaypoint(-1),
-      l: () => this.loop(!this.loops),
-      "?": () => this.showKeys(byId("keys").hidden),
-      Escape: () => this.showKeys(false),
-    };
-    if (!(event.key in uses)) return;
-    uses[event.key]();
+    // Lists and Meshcat's controls have a use of their own for these keys; what is clicked, for space.
+    if (event.target.closest("select, .dg")) return;
+    if (event.key === " " && event.target.closest("button, summary, input:not(#scrub)")) return;
+    if (!Object.hasOwn(this.uses, event.key)) return;
+    this.uses[event.key]();
     event.preventDefault();
   }
 

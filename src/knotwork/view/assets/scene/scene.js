@@ -38,17 +38,29 @@ class Stage {
     this.joints = new Joints(this.player);
     this.camera = new Camera(viewer);
     this.switches = new Switches(viewer, options.ghosts === false ? ["ghosts"] : []);
+    Object.assign(this.player.uses, {
+      a: () => this.camera.choose("whole arm"),
+      w: () => this.camera.choose("work"),
+      c: () => document.querySelector('#switches input[name="collision shapes"]')?.click(),
+    });
   }
 
   // Gives a promise that all images are there.
   show(data) {
     const { viewer, labels, player } = this;
-    const { images, ready } = textures(data.images);
-    viewer.delete_path(ROOT);
+    const names = (scene) => scene.arms.map((arm) => arm.name).join("\n");
+    const before = this.data && data.still === this.data.still && names(data) === names(this.data) ? this.data : null;
+    const { images, ready } = textures(before ? [] : data.images);
+    if (!before) {
+      viewer.scene_tree.find(ROOT).object.traverse((object) => object.geometry?.dispose());
+      viewer.delete_path(ROOT);
+      addLamps(viewer, data.view.from);
+      addArms(viewer, data, images);
+      this.copies = new Copies(viewer, data);
+    }
     addSurroundings(viewer, data);
-    addArms(viewer, data, images);
-    this.hideCopies = addCopies(viewer, data);
-    addMarks(viewer, data);
+    this.copies.set(data);
+    addMarks(viewer, data, before);
     animate(viewer, data);
     labels.set(data.labels);
     player.set(data);
@@ -56,6 +68,7 @@ class Stage {
     this.joints.set(data);
     this.switches.set(data, labels);
     this.camera.set(data);
+    if (this.data && !before && !this.camera.touched) this.camera.look(); // another robot
     this.data = data;
     viewer.set_dirty();
     return ready;
@@ -67,7 +80,7 @@ class Stage {
     this.strip.update();
     this.joints.update();
     labels.place();
-    this.hideCopies(player.frame());
+    this.copies.update(player.frame());
     showWhenThere(data.things, player.start + player.time);
   }
 }
@@ -79,11 +92,6 @@ class Switches {
     this.chosen = new Map(hidden.map((name) => [name, false]));
     this.add("Meshcat's own controls", (on) => document.body.classList.toggle("controls", on), false);
     this.lasting = byId("switches").childElementCount;
-    document.addEventListener("keydown", (event) => {
-      const box = document.querySelector('#switches input[name="collision shapes"]');
-      if (event.key !== "c" || event.altKey || event.ctrlKey || event.metaKey || !box) return;
-      if (!event.target.closest("input:not([type=range]):not([type=checkbox]), select")) box.click();
-    });
   }
 
   set(data, labels) {
@@ -126,7 +134,7 @@ class Switches {
       this.chosen.set(name, box.checked);
       changed();
     });
-    if (!box.checked) changed();
+    changed();
   }
 }
 

@@ -18,10 +18,10 @@ function addSurroundings(viewer, data) {
   grid.rotateX(Math.PI / 2);
   grid.position.z = data.floor - 0.002 * data.size;
   viewer.set_object([...ROOT, "grid"], grid);
-  addLamps(viewer, data.view.from);
 }
 
-// In place of Meshcat's: from both sides of the one who looks, and from behind
+// In place of Meshcat's: from both sides of the one who looks, and from behind. Meshcat can't put one
+// lamp in another's place.
 function addLamps(viewer, from) {
   for (const name of ["PointLightNegativeX", "PointLightPositiveX", "FillLight"]) {
     viewer.set_property(["Lights", name], "visible", false);
@@ -41,12 +41,25 @@ function addLamps(viewer, from) {
 }
 
 // The path, waypoints, arrows and what fails; the tool moves with the joint that carries it.
-function addMarks(viewer, data) {
-  data.things.forEach((thing, number) => {
+// What stands there already from the scene before, if any, is changed where it is another.
+function addMarks(viewer, data, before) {
+  const placed = (scene) => scene.things.map((thing, number) => [thingPath(scene, thing, number).join("\n"), thing]);
+  const old = new Map(before ? placed(before) : []);
+  for (const [path, thing] of placed(data)) {
     const { mesh, lit } = thing;
-    thing.object = new THREE.Mesh(geometry(mesh), material(mesh, { lit }));
-    viewer.set_object(thingPath(data, thing, number), new THREE.Group().add(thing.object));
-  });
+    const last = old.get(path);
+    old.delete(path);
+    thing.object = last?.object ?? new THREE.Mesh();
+    thing.object.visible = true;
+    if (!last) viewer.set_object(path.split("\n"), new THREE.Group().add(thing.object));
+    else if (lit === last.lit && Object.keys(mesh).every((key) => String(mesh[key]) === String(last.mesh[key]))) continue;
+    thing.object.geometry.dispose();
+    Object.assign(thing.object, { geometry: geometry(mesh), material: material(mesh, { lit }) });
+  }
+  for (const [path, thing] of old) {
+    thing.object.geometry.dispose();
+    viewer.delete_path(path.split("\n"));
+  }
 }
 
 // Where the scene holds a thing; one with a carrier moves with that joint.

@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from knotwork.documents import read_text
-from knotwork.units import Units
+from knotwork.units import Units, readable
 from knotwork.verification import Finding
-from knotwork.verification.brief import NOTABLE, summary
+from knotwork.verification.brief import NOTABLE, summary, told_apart
 from knotwork.view.inline_picture import inline_svg, night_colours
 from knotwork.view.motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
@@ -27,13 +27,22 @@ NO_ROBOT = (
 )
 # Rows of what is tightest.
 MOST = 6
-_VERDICTS = {"met": "ok", "failed": "FAIL", "warning": "warning", "information": "not required"}
+_VERDICTS = {
+    "met": "ok",
+    "failed": "FAIL",
+    "undecided": "undecided",
+    "warning": "warning",
+    "information": "not required",
+}
 
 
 def report_page(plan: PlanLike) -> Page:
     """Put the report of a plan on a page.
 
     Without a robot there is no 3D view: plots only, and the page says so and why.
+
+    >>> report_page(kw.plan("paper_case")).save("report.html").name
+    'report.html'
 
     Args:
         plan: What was planned and checked.
@@ -42,6 +51,7 @@ def report_page(plan: PlanLike) -> Page:
 
     report, scenario, robot = plan.report, plan.scenario, plan.space.robot
     tight = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
+    tight += [one for found in report.groups.values() for one in told_apart(found)]
     plots = [("Joints over time", plot_joints(plan))]
     scene: Page | None = None
     if robot is not None:
@@ -158,4 +168,4 @@ def _vector(values: tuple[float, ...] | None) -> str:
 
 
 def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}".replace("-", "\u2212")
+    return "" if value is None else readable(value).replace("-", "\u2212")

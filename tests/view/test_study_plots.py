@@ -1,0 +1,137 @@
+"""Maps of a study: in the scenario's units, plain numbers, and only where something differs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from figures import outside, overlaps
+
+import knotwork as kw
+from knotwork.view import save_figure
+
+TASK: dict[str, Any] = {
+    "units": {"length": "mm"},
+    "joint_units": {"lift": "m"},
+    "limits": {"velocity": 1000},
+    "frames": {"bench": {"position": [0, 0, 0]}},
+    "waypoints": [{"joints": {"lift": 0}}, {"joints": {"lift": 400}, "after": 1}],
+}
+
+
+def study(vary: dict[str, Any]) -> Any:
+    return kw.sweep(TASK, vary=vary, workers=0)
+
+
+def panels(figure: Any) -> list[str]:
+    return [axes.get_title() for axes in figure.axes if axes.get_title()]
+
+
+def scales(figure: Any) -> list[str]:
+    """Of the figures that maps show."""
+    bars = [axes for axes in figure.axes if axes.get_label() == "<colorbar>"]
+    return [axes.get_ylabel().replace("\n", " ") for axes in bars]
+
+
+def test_axes_say_the_units_of_the_file() -> None:
+    made = study({"waypoints[1].after": [1, 2], "frames.bench.position[0]": [0, 250]})
+    axes = made.plot().axes[0]
+    assert axes.get_xlabel() == "waypoints[1].after [s]"
+    assert axes.figure.get_supylabel() == "frames.bench.position[0] [mm]"
+    other = study({"limits.velocity": [1000, 1100], "knots": ["paper", "balanced"]}).plot()
+    labels = {other.axes[0].get_xlabel(), other.get_supylabel()}
+    assert labels == {"limits.velocity", "knots"}  # mm/s or deg/s, and words
+
+
+def test_figures_are_drawn_in_the_units_of_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = study({"waypoints[1].after": [1, 2], "frames.bench.position[0]": [0, 250]})
+    values = made.table.column("duration")
+    table = made.table.set_column(made.table.column_names.index("clearance"), "clearance", values)
+    monkeypatch.setitem(vars(made), "table", table)
+    figure = made.plot(["clearance"])
+    assert scales(figure) == ["clearance to what stands around [mm]"]
+    (cells,) = figure.axes[0].collections
+    assert cells.get_clim() == (1000, 2000)
+
+
+def test_what_is_the_same_in_all_rows_is_not_drawn_unasked() -> None:
+    made = study({"waypoints[1].after": [1, 1.0001], "frames.bench.position[0]": [0, 250]})
+    assert scales(made.plot()) == []  # the verdict alone
+    asked = made.plot(["duration"])
+    assert scales(asked) == ["duration [s]"]
+    *_, bar = asked.axes
+    asked.draw_without_rendering()
+    assert [label.get_text() for label in bar.get_yticklabels()] == ["1"]
+    assert bar.yaxis.get_offset_text().get_text() == ""
+
+
+def test_verdicts_have_colours_that_change_with_those_of_the_page(tmp_path: Path) -> None:
+    made = study({"waypoints[1].after": [0.5, 1], "frames.bench.position[0]": [0, 250]})
+    drawing = save_figure(made.plot(), tmp_path / "map.svg").read_text(encoding="utf-8")
+    assert "#009e73" in drawing
+    assert "#d55e00" in drawing
+    assert "<image" not in drawing
+
+
+def test_panels_are_told_apart_by_one_line_each() -> None:
+    made = study(
+        {
+            "waypoints[1].after": [1, 1.5, 2],
+            "limits.velocity": [1000, 1100, 1200],
+            "rate": [100, 200],
+            "knots": ["paper", "balanced"],
+        }
+    )
+    assert panels(made.plot([]))[0] == "rate [Hz] = 100, knots = paper"
+
+
+AFTER, SPEED, BENCH = "waypoints[1].after", "limits.velocity", "frames.bench.position[0]"
+SAMPLES = {AFTER: "uniform(0.3, 1)", SPEED: "uniform(500, 1000)", BENCH: "uniform(0, 9)"}
+
+
+def sampled(*paths: str, **more: Any) -> Any:
+    vary = {path: SAMPLES[path] for path in paths}
+    return kw.sweep(TASK, vary=vary | more, samples=6, workers=0)
+
+
+def dots(figure: Any) -> list[int]:
+    """How many each panel has."""
+    panel_axes = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    return [sum(len(one.get_offsets()) for one in axes.collections) for axes in panel_axes]
+
+
+def test_two_values_that_go_together_are_dots_in_one_panel() -> None:
+    assert dots(sampled(AFTER, SPEED).plot([])) == [6]
+    each = sampled(AFTER, SPEED, knots=["paper", "balanced"]).plot([])
+    assert dots(each) == [6, 6]
+    assert panels(each) == ["knots = paper", "knots = balanced"]
+    rows = kw.sweep(TASK, vary={AFTER: [1, 2], "knots": ["paper"] * 2}, together=True, workers=0)
+    assert dots(rows.plot([])) == [2]
+
+
+def test_a_value_that_is_alone_has_a_curve_and_three_that_go_together_a_line_a_row() -> None:
+    (line,) = sampled(AFTER).plot(["duration"]).axes[1].lines
+    assert list(line.get_xdata()) == sorted(line.get_xdata())
+    (axes,) = sampled(*SAMPLES).plot([]).axes
+    assert len([line for line in axes.lines if len(line.get_xdata()) == 3]) == 6
+
+
+def test_powers_of_ten_have_cells_of_one_size() -> None:
+    made = study({SPEED: [1, 10, 100, 1000], AFTER: [1, 2]}).plot([])
+    made.draw_without_rendering()
+    assert [label.get_text() for label in made.axes[0].get_yticklabels()] == [
+        *("1", "10", "100", "1000")
+    ]
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_long_names_are_neither_cut_nor_over_each_other(together: bool) -> None:
+    name = "the_place_above_the_left_holder"
+    task = TASK | {"waypoints": [TASK["waypoints"][0], TASK["waypoints"][1] | {"name": name}]}
+    paths = [AFTER, SPEED, BENCH, "frames.bench.position[1]"]
+    vary = {path.replace("[1].after", f"[{name}].after"): [0.5, 1000.25] for path in paths}
+    figure = kw.sweep(task, vary=vary, together=together, workers=0).plot()
+    figure.draw_without_rendering()
+    assert overlaps(figure) == []
+    assert outside(figure) == []
