@@ -10,8 +10,8 @@ from hypothesis import settings
 
 from browser import chromium
 from command_line import Command, Ran
+from knotwork import Plan, plan
 from knotwork.cli.main import main
-from knotwork.pipeline import Plan, plan
 from sweeps import ALL_EXAMPLES, TIMES
 
 settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_examples, deadline=None)

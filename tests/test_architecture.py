@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from public_names import documented
+
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "knotwork"
 FILES = sorted(SOURCE.rglob("*.py"))
@@ -216,14 +218,59 @@ def test_what_is_slow_to_import_is_imported_where_it_is_used() -> None:
                 assert not packages(node) & set(DRAWING), path
 
 
+# All else is tested through names that docs/api describes and through the command, so that inner
+# modules may change. Those below tests may import, for a reason.
+IMPORTED_BY_TESTS = {
+    "mathematics that is formulated again, independently": (
+        "kinematics.chain",
+        "kinematics.geometry",
+        "kinematics.sequence",
+        "kinematics.solutions",
+        "polynomial.refined",
+        "scene",
+        "timing.binding",
+        "timing.feasible",
+        "timing.problem",
+        "verification.bounds",
+        "view.camera",
+        "view.curves",
+    ),
+    "files of a format: what is written is what is read, for any content": (
+        "documents",
+        "meshes.reading",
+    ),
+    "keys of files: each has its test and its line in the docs": ("robot.file", "scenario.schema"),
+    "a clock of the test's own": ("choosing.choice", "timing.watch"),
+    "the command in this process": ("cli.main",),
+}
+
+
+def test_tests_import_what_users_have() -> None:
+    names = documented()
+    public = {name.rpartition(".")[0] for name in names}
+    endings = {name.rpartition(".")[2] for name in names}
+    inner = tuple(f"knotwork.{one}" for ones in IMPORTED_BY_TESTS.values() for one in ones)
+    used = set()
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        for name in imports(tree_of(path)):
+            module, _, last = name.rpartition(".")
+            if not name.startswith("knotwork.") or name in public:
+                continue
+            reason = [one for one in inner if f"{name}.".startswith(f"{one}.")]
+            used |= set(reason)
+            relied_on = module in public and last in endings
+            assert relied_on or reason or name == "knotwork.__version__", f"{path}: {name}"
+    assert used == set(inner), "not imported any more"
+
+
 def test_user_input_is_not_asserted() -> None:
     for path in FILES:
         found = [node.lineno for node in ast.walk(tree_of(path)) if isinstance(node, ast.Assert)]
         assert not found, path
 
 
-def loaded_after(code: str) -> set[str]:
-    """Top-level modules that a fresh Python holds after running some code."""
+def loaded_after(code: str, *, whole: bool = False) -> set[str]:
+    """Top-level modules, or all by their whole names, of a fresh Python that has run some code."""
     ran = subprocess.run(
         [
             sys.executable,
@@ -236,7 +283,7 @@ def loaded_after(code: str) -> set[str]:
         check=False,
     )
     assert ran.returncode == 0, ran.stderr
-    return {name.split(".")[0] for name in ran.stderr.split()}
+    return {name if whole else name.split(".")[0] for name in ran.stderr.split()}
 
 
 def test_importing_knotwork_loads_next_to_nothing() -> None:
@@ -266,12 +313,31 @@ def test_joints_alone_are_planned_without_pinocchio() -> None:
     assert not loaded & {*DRAWING, "pinocchio"}
 
 
-def test_planning_loads_no_scipy_and_nothing_that_draws() -> None:
+def test_a_plan_loads_what_it_uses_and_nothing_more() -> None:
     loaded = loaded_after(
         "import sys; sys.argv = ['knotwork', 'plan', 'ur5_deburring']\n"
         "from knotwork.cli.main import main\n"
         "try: main()\n"
-        "except SystemExit as stopped: assert stopped.code == 0"
+        "except SystemExit as stopped: assert stopped.code == 0",
+        whole=True,
     )
     assert "pinocchio" in loaded
-    assert not loaded & set(DRAWING)
+    for name in (*DRAWING, "rich", "difflib", "html", "xml.etree", "numpy.polynomial"):
+        assert name not in loaded
+    unused = ("cli.export", "cli.sweep", "storage.files", "kinematics.diagnosis.reason")
+    unused += ("kinematics.solutions.pose", "kinematics.sequence.alternatives", "choosing")
+    assert not loaded & {f"knotwork.{name}" for name in unused}
+
+
+def test_help_loads_no_command() -> None:
+    loaded = loaded_after(
+        "import sys; sys.argv = ['knotwork', '--help']\n"
+        "from knotwork.cli.main import main\n"
+        "try: main()\n"
+        "except SystemExit as stopped: assert stopped.code == 0",
+        whole=True,
+    )
+    assert {name for name in loaded if name.startswith("knotwork.cli.")} == {
+        f"knotwork.cli.{name}" for name in ("main", "parameters", "terminal")
+    }
+    assert not loaded & {"numpy", "pydantic", "yaml", "rich"}

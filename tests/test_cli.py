@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-import signal
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -18,7 +18,7 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
-from knotwork import pipeline, resources
+from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
 COMMANDS = ["plan", "check", "robots", "scenarios", "schema"]
@@ -45,7 +45,7 @@ def run(*arguments: Any, cwd: Path, **options: Any) -> subprocess.CompletedProce
 @pytest.mark.parametrize(
     "name",
     mostly_exhaustive(
-        resources.names("scenarios"), "paper_case", "ur5_deburring", "panda_pick_place", "ur10_weld"
+        SCENARIO_FILES, "paper_case", "ur5_deburring", "panda_pick_place", "ur10_weld"
     ),
 )
 def test_a_plan_is_told_in_few_lines_of_80_characters(name: str, knotwork: Command) -> None:
@@ -55,7 +55,8 @@ def test_a_plan_is_told_in_few_lines_of_80_characters(name: str, knotwork: Comma
     assert re.fullmatch(rf"PASSED {name}: (\d+) of \1 requirements met; [\d.]+ s", first)
     assert 2 <= len(others) <= 14
     assert max(map(len, [first, *others])) <= 80
-    assert others[-1].startswith("next: knotwork view ")
+    shown = "plot" if name.startswith("paper_case") else "view"  # without a robot
+    assert others[-1].startswith(f"next: knotwork {shown} {name} | report ")
 
 
 def test_what_fails_is_told_second_with_what_would_help(knotwork: Command) -> None:
@@ -68,6 +69,81 @@ def test_what_fails_is_told_second_with_what_would_help(knotwork: Command) -> No
     assert "limit 3.15 rad/s (299 %); the move from 'waypoint 1' to 'waypoint 2' needs at" in said
     assert "needs at least 0.9973 s, not 0.5 s" in said  # pi rad at no more than 3.15 rad/s
     assert max(map(len, lines)) <= 80
+
+
+SWING = "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 2}]\n"
+
+
+def test_what_can_be_done_next_shows_the_motion_that_was_judged(
+    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "")  # it is changed
+    monkeypatch.chdir(tmp_path)
+    Path("a task.yaml").write_text(SWING)
+    given = "'a task.yaml' --knots balanced:0.2 --budget 10s --package-path ."
+    ran = knotwork("plan", *shlex.split(given), "-o", "made")
+    # there is no arm to view
+    assert ran.out.splitlines()[-1] == (
+        f"next: knotwork plot {given} | report {given} --html FILE | --full"
+    )
+    assert knotwork("plot", *shlex.split(given), "-o", "joints.svg").code == 0
+    ran = knotwork("check", "./made", "-s", "a task.yaml")
+    assert ran.out.splitlines()[-1].startswith("next: knotwork plot ./made -s 'a task.yaml' | rep")
+    monkeypatch.setenv("COLUMNS", "60")
+    assert knotwork("plan", *shlex.split(given)).out.splitlines()[-1] == (
+        f"next: knotwork plot {given}"
+    )
+
+
+@pytest.mark.parametrize("command", ["view", "plot", "report"])
+def test_commands_that_show_a_motion_take_all_that_decides_it(
+    command: str, knotwork: Command
+) -> None:
+    words = set(re.findall(r"--[\w-]+", knotwork(command, "--help").out))
+    assert {"--planner", "--knots", "--budget", "--package-path"} <= words  # of plan
+    assert {"--scenario", "--log", "--against", "--noise", "--log-unit", "--topic"} <= words
+
+
+@pytest.mark.parametrize(
+    ("place", "limit", "knots", "after"),
+    [
+        (1.1, 0.8, "balanced", None),
+        (1.3, 1.0, None, 1.2),
+        (1.2, 1.3, "balanced", 0.6),
+        (1.3, 0.8, None, None),
+    ],
+)
+def test_what_passes_is_found_by_trying(
+    place: float,
+    limit: float,
+    knots: str | None,
+    after: float | None,
+    knotwork: Command,
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "task.yaml"
+    task = (
+        f"limits: {{velocity: {limit}}}\nwaypoints:\n- joints: {{a: 0}}\n"
+        "- {joints: {a: 1}, velocity: {a: 0}, time: 2}\n"
+        f"- {{name: on, joints: {{a: {place}}}, velocity: {{a: 0.3}}, after: 0.3}}\n"
+        "- {joints: {a: 2.5}, after: 3}\n"
+    )
+    file.write_text(task)
+    ran = knotwork("plan", file)
+    said = " ".join(ran.out.split())
+    assert ran.code == 1
+    assert re.search(
+        r"it is broken between '\w+[ \d]*' and 'waypoint \d'; the same motion in", said
+    )
+    assert ("with `knots: balanced`" in said) == (knots is not None)
+    assert (f"with `after: {after}` for 'on' in place of 0.3" in said) == (after is not None)
+    assert ("beside one of" in said) == (knots is after is None)
+    if knots is not None:
+        assert kw.plan(file, knots=knots).report.ok
+    if after is not None:
+        file.write_text(task.replace("after: 0.3", f"after: {after}"))
+        assert kw.plan(file).report.ok
 
 
 @pytest.mark.parametrize("quantity", ["velocity", "acceleration", "jerk"])
@@ -118,11 +194,12 @@ def test_plan_prints_all_as_tables_and_a_verdict(knotwork: Command) -> None:
     lines = ran.out.splitlines()
     assert lines[0].startswith("ur5_deburring")
     assert re.fullmatch(r"PASSED ur5_deburring: (\d+) of \1 requirements met", lines[-1])
-    words = ("edge start to edge end", "path deviation", "elbow_joint", "none given", "bounded +")
+    words = ("edge start to edge end", "path deviation", "elbow_joint", "none", "off by")
     for word in (*words, "acceleration jump"):
         assert word in ran.out
-    assert max(map(len, lines)) <= 120
+    assert max(map(len, lines)) <= 80
     assert "\x1b" not in ran.out
+    assert "e+" not in ran.out
 
 
 def test_plan_of_a_broken_limit_says_which(knotwork: Command) -> None:
@@ -213,6 +290,7 @@ def test_json_is_alone_on_standard_output(knotwork: Command, tmp_path: Path) -> 
     assert plan["scenario"] == "ur5_deburring"
     report = json.loads((tmp_path / "report.json").read_text())
     assert set(report.pop("files")) == {"samples.csv", "trajectory.json"}
+    assert report.pop("scenario_file") == "ur5_deburring"
     assert plan["report"] == report
     assert plan["trajectory"] == json.loads((tmp_path / "trajectory.json").read_text())
     assert sorted(plan["files"]) == sorted(str(path) for path in tmp_path.iterdir())
@@ -307,7 +385,7 @@ def test_check_prints_the_verdict_again(knotwork: Command, tmp_path: Path) -> No
     assert ran.out.splitlines()[0].startswith("PASSED paper_case")
     ran = knotwork("check", tmp_path / "trajectory.json", "-s", "paper_case", "--json")
     report = json.loads((tmp_path / "report.json").read_text())
-    del report["files"]
+    del report["files"], report["scenario_file"]
     assert json.loads(ran.out) == report
 
 
@@ -350,7 +428,7 @@ def test_robots_lists_all_and_shows_one(knotwork: Command) -> None:
 def test_scenarios_lists_all(knotwork: Command) -> None:
     ran = knotwork("scenarios")
     assert ran.code == 0
-    for name in resources.names("scenarios"):
+    for name in SCENARIO_FILES:
         assert name in ran.out
     assert "paper_case  no robot, 4 waypoints, 25 s\n" in ran.out
     assert "paper_case_fastest  no robot, 4 waypoints, times are free\n" in ran.out
@@ -368,9 +446,9 @@ def validator() -> Any:
     return jsonschema.Draft202012Validator(schema)
 
 
-@pytest.mark.parametrize("name", resources.names("scenarios"))
+@pytest.mark.parametrize("name", SCENARIO_FILES)
 def test_the_schema_accepts_the_shipped_scenarios(name: str, validator: Any) -> None:
-    task = kw.scenario.resolve.documents.read(resources.find("scenarios", name)).data
+    task = kw.load_scenario(name).document.data
     errors = [error.message for error in validator.iter_errors(task)]
     assert errors == []
 
@@ -449,19 +527,6 @@ def test_wrong_usage_is_exit_code_2_on_standard_error(
     assert ran.err
     assert "Traceback" not in ran.err
     assert not list(tmp_path.iterdir())
-
-
-def test_an_interrupt_is_said_and_no_traceback(
-    knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(*_: Any, **__: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(pipeline, "plan", interrupted)
-    ran = knotwork("plan", "paper_case")
-    assert ran.code == 128 + signal.SIGINT
-    assert ran.err.strip() == "interrupted"
-    assert not ran.out
 
 
 # In processes of their own

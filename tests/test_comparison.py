@@ -7,6 +7,7 @@ import functools
 import io
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,11 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork import resources
-from knotwork.cli.compare import print_comparison
 from knotwork.comparison import Comparison, Refusal, Score, best, compare
 from knotwork.errors import InputError, UnknownNameError
 from knotwork.interpolation import PLANNER_SPECS, PLANNERS
+from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
-
-SCENARIOS = resources.names("scenarios")
 
 
 @functools.cache
@@ -41,13 +39,24 @@ def test_it_is_there_by_its_name() -> None:
     assert isinstance(kw.compare("paper_case", ["cubic"]), kw.Comparison)
 
 
+@pytest.fixture
+def printed(knotwork: Command, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
+    """What the command prints of a comparison that was made before."""
+
+    def shown(comparison: Comparison, *options: str) -> str:
+        monkeypatch.setattr("knotwork.comparison.compare", lambda *_, **__: comparison)
+        return knotwork("compare", comparison.scenario, *options).out
+
+    return shown
+
+
 def score(comparison: Comparison, planner: str) -> Score:
     (row,) = (row for row in comparison.scores if row.planner == planner)
     return row
 
 
 @pytest.mark.parametrize(
-    "name", mostly_exhaustive(SCENARIOS, "panda_pick_place", "planar2_closed_form")
+    "name", mostly_exhaustive(SCENARIO_FILES, "panda_pick_place", "planar2_closed_form")
 )
 def test_every_planner_has_its_row_on_every_scenario(name: str) -> None:
     comparison = compared(name)
@@ -218,10 +227,9 @@ def test_the_exit_code_says_whether_any_planner_passes(knotwork: Command) -> Non
 @pytest.mark.parametrize("name", ["paper_case", "ur5_deburring", "panda_pick_place"])
 @pytest.mark.parametrize("in_full", [False, True])
 def test_tables_fit_the_terminal_and_name_every_planner(
-    name: str, in_full: bool, capsys: pytest.CaptureFixture[str]
+    name: str, in_full: bool, printed: Callable[..., str]
 ) -> None:
-    print_comparison(compared(name), in_full=in_full)
-    out = capsys.readouterr().out
+    out = printed(compared(name), *["--all"] * in_full)
     tables = [line for line in out.splitlines() if "refused:" not in line]
     assert max(map(len, tables)) <= (90 if in_full else 78)
     for planner in PLANNERS:
@@ -497,17 +505,14 @@ def test_paths_have_columns_of_their_own(along_a_path: Comparison, paper: Compar
 
 
 def test_the_table_shows_what_is_off_the_path_instead_of_straight_lines(
-    along_a_path: Comparison, capsys: pytest.CaptureFixture[str]
+    along_a_path: Comparison, printed: Callable[..., str]
 ) -> None:
-    print_comparison(along_a_path)
-    heading, units = capsys.readouterr().out.splitlines()[1:3]
+    heading, units = printed(along_a_path).splitlines()[1:3]
     assert re.search(r"off path *$", heading)
     assert re.search(r"\[mm\] *$", units)
-    print_comparison(along_a_path, in_full=True)
-    said = capsys.readouterr().out
+    said = printed(along_a_path, "--all")
     assert "speed off" in said
     assert "off the" not in said
-    print_comparison(compare("planar2_closed_form", ["cubic"]), in_full=True)
-    said = capsys.readouterr().out
+    said = printed(compare("planar2_closed_form", ["cubic"]), "--all")
     assert "line [m]" in said
     assert "off path" not in said

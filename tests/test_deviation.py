@@ -12,7 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
-from knotwork.deviation import RADIAN, deviation_from_line, straight_path_deviation
+from knotwork.deviation import deviation_from_line, straight_path_deviation
+
+RADIAN = 0.1  # what a radian counts where the tool moves and turns at once [m]
 
 
 def pose(x: float, y: float, z: float, angle: float = 0.0) -> pin.SE3:

@@ -25,12 +25,9 @@ from knotwork.documents import (
     Positive,
     StrictModel,
     Text,
-    first_errors,
-    yaml_text,
 )
 from knotwork.errors import DocumentError, KnotworkError
 from knotwork.scenario import Scenario, load_scenario
-from knotwork.scenario.schema import ScenarioFile
 from sweeps import examples
 
 
@@ -257,6 +254,11 @@ def test_a_syntax_error_has_its_line(text: str, line: int) -> None:
     error = refused(text)
     assert "is not valid YAML" in str(error)
     assert error.problems[0].line == line
+
+
+@pytest.mark.parametrize("text", ["a: 1\n\tb: 2\n", "a:\n  \t- 1\n", "a:\r\n\t- 1\r\n"])
+def test_a_tab_before_what_is_in_a_line_is_named(text: str) -> None:
+    assert "line 2: is not valid YAML: there is a tab; lines are" in str(refused(text))
 
 
 def test_characters_yaml_does_not_allow_are_refused() -> None:
@@ -659,15 +661,16 @@ def test_many_problems_are_told_in_few_lines() -> None:
 
 def test_of_very_many_problems_the_first_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """None of them is of what was left out to find them."""
-    monkeypatch.setattr(first_errors, "FEW", 20)
-    monkeypatch.setattr(first_errors, "MANY", 100)
+    monkeypatch.setattr("knotwork.documents.first_errors.FEW", 20)
+    monkeypatch.setattr("knotwork.documents.first_errors.MANY", 100)
     right = {"joints": {"a": 0}, "stop": True, "after": 1}
-    wrong = [{**right, "speedy": 1} for _ in range(400)]
+    wrong = [{**right, "speedy": 1} for _ in range(1500)]
     data = {"waypoints": [right] * 60 + wrong, "name": 1, "limits": {"velocity": "x"}}
-    found = first_errors.first_errors(ScenarioFile, data)
-    assert 20 < len(found) < 100
-    assert found[0]["loc"][:2] == ("waypoints", 60)
-    assert {(one["type"], one["loc"][-1]) for one in found} == {("extra_forbidden", "speedy")}
+    with pytest.raises(DocumentError) as caught:
+        load_scenario(data)
+    fields = [problem.field for problem in caught.value.problems]
+    assert 20 < len(fields) < 100
+    assert fields == [f"waypoints[{60 + i}].speedy" for i in range(len(fields))]
 
 
 @pytest.mark.exhaustive
@@ -693,7 +696,7 @@ def test_a_million_wrong_values_take_little_memory(text: str, tmp_path: Path) ->
 
 def test_a_file_of_more_values_than_are_read_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each takes hundreds of bytes while it is read."""
-    monkeypatch.setattr(yaml_text, "MOST_VALUES", 100)
+    monkeypatch.setattr("knotwork.documents.yaml_text.MOST_VALUES", 100)
     documents.parse(f"[{'1,' * 98}]")
     with pytest.raises(DocumentError, match="holds more than 100 values"):
         documents.parse(f"[{'1,' * 100}]")

@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from knotwork import errors
+from knotwork import errors, plan
 from knotwork.errors import CheckFailedError, KnotworkError
-from knotwork.pipeline import plan
 
 FILES = sorted((Path(__file__).parent / "failing").glob("*.yaml"))
 

@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 
 import knotwork as kw
+from command_line import Command
 from knotwork.verification import CHECKS, Finding, Motion
-from knotwork.view.report_page import report_page
-from knotwork.view.show import view_plan
+from knotwork.view import report_page
 
 FAST = "the tool whistles at 'three four'"
 
@@ -82,7 +82,7 @@ def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
     assert ("loudness", 12.25 / 60) in tight
     kinds = [(found.subject, found.quantity) for found in plan.report.tightest]
     assert len(set(kinds)) == len(kinds)
-    scene = view_plan(plan).html
+    scene = plan.view().html
     assert "three four: loudness 71.5, limit 60 dB" in scene
 
 
@@ -110,6 +110,11 @@ def test_a_check_of_ones_own_shows_on_the_terminal_and_in_the_exit_code(tmp_path
     full = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
     for said in ("Whistling", "loudness [dB]", "71.5", "2.125 to 2.375", FAST):
         assert said in full.stdout
+
+
+def test_a_finding_that_is_no_number_is_refused() -> None:
+    with pytest.raises(kw.InputError, match="on 'play' of joint 'elbow' has the value NaN"):
+        Finding("Play", "joint", "elbow", "play", "met", "none", value=float("nan"))
 
 
 def test_requirements_and_failures_are_counted_over_the_same_things() -> None:
@@ -251,24 +256,20 @@ def test_joint_velocities_that_point_away_or_leave_one_place_are_warnings() -> N
     ],
     ids=str,
 )
-def test_a_finding_shows_whatever_it_leaves_out(
-    rest: dict[str, Any], capsys: pytest.CaptureFixture[str]
-) -> None:
-    from knotwork.cli.report_tables import print_report
-
+def test_a_finding_shows_whatever_it_leaves_out(rest: dict[str, Any], knotwork: Command) -> None:
     given = {"verdict": "failed", "subject": "tool", "name": "", **rest}
     finding = Finding(group="Odd", quantity="oddity", message="it is odd", **given)
     CHECKS["odd"] = lambda motion, scenario, space: [finding]
     try:
         plan = kw.plan("planar2_closed_form")
         page = report_page(plan).html
-        assert view_plan(plan).html
-        print_report(plan.report, plan.scenario)
+        assert plan.view().html
+        printed = knotwork("plan", "planar2_closed_form", "--full").out
         assert str(plan)
     finally:
         del CHECKS["odd"]
     shown = "oddity" if "value" in rest else "it is odd"
-    assert shown in capsys.readouterr().out
+    assert shown in printed
     assert shown in page
     if given["verdict"] == "failed":
         assert "it is odd" in page
@@ -281,7 +282,7 @@ def test_a_missed_waypoint_breaks_no_limit_on_the_path() -> None:
     missed = [found for found in plan.report.failures if found.subject == "waypoint"]
     assert missed
     report = dataclasses.replace(plan.report, findings=tuple(missed))
-    page = view_plan(dataclasses.replace(plan, report=report)).html
+    page = dataclasses.replace(plan, report=report).view().html
     assert '"broken": false' in page or '"broken":false' in page
 
 
@@ -292,13 +293,13 @@ def test_what_fails_over_an_interval_is_marked_where_it_begins_and_on_the_path()
             unit="dB", interval=(1.0, 1.5),
         )  # fmt: skip
 
-    quiet = view_plan(kw.plan("planar2_closed_form")).html
+    quiet = kw.plan("planar2_closed_form").view().html
     CHECKS["noisy"] = noisy
     try:
         plan = kw.plan("planar2_closed_form")
     finally:
         del CHECKS["noisy"]
-    page = view_plan(plan).html
+    page = plan.view().html
     assert "noise 75, limit 60 dB" in page
     assert '"broken": true' in page or '"broken":true' in page
     assert '"broken": false' in quiet or '"broken":false' in quiet

@@ -2,55 +2,69 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
-from knotwork import pipeline
-from knotwork.cli import main as command_line
+from command_line import Command
+from knotwork.verification import CHECKS
 
 
-def broken(*_: object, **__: object) -> None:
-    raise ZeroDivisionError("boom")
+@pytest.fixture
+def fault(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]:
+    """Make a check of one's own that ends with an exception."""
+
+    def check(error: BaseException) -> None:
+        def broken(*_: object) -> NoReturn:
+            raise error
+
+        monkeypatch.setitem(CHECKS, "broken", broken)
+
+    return check
 
 
 def test_a_fault_of_our_own_is_said_in_a_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, knotwork: Command, fault: Callable[[BaseException], None]
 ) -> None:
-    monkeypatch.setattr(pipeline, "plan", broken)
-    monkeypatch.setattr(sys, "argv", ["knotwork", "plan", "paper_case"])
+    fault(ZeroDivisionError("boom"))
     monkeypatch.delenv("KNOTWORK_TRACEBACK", raising=False)
-    with pytest.raises(SystemExit) as stop:
-        command_line.main()
-    assert stop.value.code == 3
-    said = capsys.readouterr().err
-    assert "ZeroDivisionError: boom" in said
-    assert "Traceback" not in said
+    ran = knotwork("plan", "paper_case")
+    assert ran.code == 3
+    assert "ZeroDivisionError: boom" in ran.err
+    assert "Traceback" not in ran.err
 
 
-def test_the_traceback_is_shown_when_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline, "plan", broken)
-    monkeypatch.setattr(sys, "argv", ["knotwork", "plan", "paper_case"])
+def test_the_traceback_is_shown_when_asked_for(
+    monkeypatch: pytest.MonkeyPatch, knotwork: Command, fault: Callable[[BaseException], None]
+) -> None:
+    fault(ZeroDivisionError("boom"))
     monkeypatch.setenv("KNOTWORK_TRACEBACK", "1")
     with pytest.raises(ZeroDivisionError):
-        command_line.main()
-
-
-def out_of_memory(*_: object, **__: object) -> None:
-    raise MemoryError
+        knotwork("plan", "paper_case")
 
 
 def test_too_little_memory_is_no_fault_of_our_own(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    knotwork: Command, fault: Callable[[BaseException], None]
 ) -> None:
-    monkeypatch.setattr(pipeline, "plan", out_of_memory)
-    monkeypatch.setattr(sys, "argv", ["knotwork", "plan", "paper_case"])
-    with pytest.raises(SystemExit) as stop:
-        command_line.main()
-    assert stop.value.code == 2
-    assert "error: out of memory; use a lower rate or fewer scenarios" in capsys.readouterr().err
+    fault(MemoryError())
+    ran = knotwork("plan", "paper_case")
+    assert ran.code == 2
+    assert "error: out of memory; use a lower rate or fewer scenarios" in ran.err
+
+
+def test_an_interrupt_is_said_and_no_traceback(
+    knotwork: Command, fault: Callable[[BaseException], None]
+) -> None:
+    fault(KeyboardInterrupt())
+    ran = knotwork("plan", "paper_case")
+    assert ran.code == 128 + signal.SIGINT
+    assert ran.err.strip() == "interrupted"
+    assert not ran.out
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")

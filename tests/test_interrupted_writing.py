@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import multiprocessing
@@ -16,10 +17,8 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from knotwork import storage
+from knotwork import Plan, storage
 from knotwork.errors import InputError
-from knotwork.pipeline import Plan
-from knotwork.storage import files
 from sweeps import first_of
 
 NAMES = ("a", "b", "c")
@@ -190,12 +189,12 @@ def test_several_writers_at_once_end_with_one_whole_set(times: int, tmp_path: Pa
 def test_another_writer_that_never_ends_is_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(files, "LONGEST_WAIT", 0.05)
-    with (
-        files._alone_in(tmp_path),
-        pytest.raises(InputError, match="another process is writing there"),
-    ):
+    monkeypatch.setattr("knotwork.storage.files.LONGEST_WAIT", 0.05)
+    folder = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(folder, fcntl.LOCK_EX)
+    with pytest.raises(InputError, match="another process is writing there"):
         storage.write_file(tmp_path / "a", "x")
+    os.close(folder)
     assert not list(tmp_path.iterdir())
 
 
@@ -205,7 +204,7 @@ def test_where_folders_have_no_locks_files_are_written_all_the_same(
     def none(*_: object) -> None:
         raise OSError
 
-    monkeypatch.setattr(files.fcntl, "flock", none)
+    monkeypatch.setattr(fcntl, "flock", none)
     storage.write_files(tmp_path, dict.fromkeys(NAMES, "new"))
     assert contents(tmp_path) == {"new"}
     assert not hidden(tmp_path)

@@ -12,20 +12,19 @@ import pytest
 import yaml
 
 from command_line import Command
-from knotwork import resources
+from knotwork import load_robot, plan
 from knotwork.errors import DocumentError, KnotworkError, OutOfReachError
-from knotwork.pipeline import plan
-from knotwork.robot import load_robot
 from knotwork.robot.file import RobotFile
-from knotwork.robot.load import example_robot_data
 from knotwork.scenario import load_scenario
 from knotwork.scenario.schema import ScenarioFile
+from shipped import ROBOT_FILES, SCENARIO_FILES
 
 POSE = {"position": [0.4, 0.1, 0.4], "rpy": [0, 0, 0]}
 AHEAD = {"position": [0.4, 0.2, 0.4], "rpy": [0, 0, 0]}
 TURNED = {"position": [0.5, 0.2, 0.4], "euler": {"order": "ZYX", "angles": [0, 0, 0]}}
-SRDF = example_robot_data("ur5") / "ur_description" / "srdf" / "ur5.srdf"
-MESH = example_robot_data("ur5") / "ur_description" / "meshes" / "ur5" / "collision" / "base.stl"
+UR5 = load_robot("ur5").urdf.parents[1]
+SRDF = UR5 / "srdf" / "ur5.srdf"
+MESH = UR5 / "meshes" / "ur5" / "collision" / "base.stl"
 # Together they hold every key that a scenario file may have.
 SCENARIOS: dict[str, dict[str, Any]] = {
     "poses": {
@@ -208,7 +207,7 @@ ROBOTS: dict[str, dict[str, Any]] = {
     "planar2": {
         "name": "arm",
         "description": "an arm",
-        "urdf": str(resources.folder("robots") / "planar2.urdf"),
+        "urdf": str(ROBOT_FILES / "planar2.urdf"),
         "base_frame": "base",
         "tool_frame": "tip",
         "package_paths": ["/opt/meshes"],
@@ -374,6 +373,11 @@ def test_every_wrong_value_of_every_key_is_refused_in_our_own_words() -> None:
             {"accelerations": []},
             "planner_options.accelerations: []: is empty (zero, estimated, or a mapping by joint",
         ),
+        (
+            ("waypoints",),
+            [],
+            "waypoints: []: is empty (two at least, or one after a start, in order",
+        ),
         (("waypoints", 1), {"after": 1}, "waypoints[1]: must be a mapping with either pose or"),
         (("waypoints", 1), 5, "waypoints[1]: 5: must be a mapping with either pose or joints"),
     ],
@@ -433,14 +437,14 @@ def test_other_robot_formats_are_named_with_what_to_do(
 
 def test_any_file_with_a_robot_element_is_a_urdf(tmp_path) -> None:
     path = tmp_path / "arm.xml"
-    path.write_bytes((resources.folder("robots") / "planar2.urdf").read_bytes())
+    path.write_bytes((ROBOT_FILES / "planar2.urdf").read_bytes())
     assert load_robot(path).joint_names == ("shoulder", "elbow")
 
 
 def test_a_robot_without_tool_frame_is_named_with_file_key_and_frames(
     tmp_path, knotwork: Command
 ) -> None:
-    urdf = resources.folder("robots") / "planar2.urdf"
+    urdf = ROBOT_FILES / "planar2.urdf"
     task = tmp_path / "task.yaml"
     task.write_text(
         f"units: {{length: m}}\nrobot: {urdf}\nwaypoints:\n"
@@ -458,13 +462,13 @@ def test_a_robot_without_tool_frame_is_named_with_file_key_and_frames(
 
 
 def test_joint_values_need_no_tool_frame(tmp_path) -> None:
-    urdf = resources.folder("robots") / "planar2.urdf"
+    urdf = ROBOT_FILES / "planar2.urdf"
     ends = [{"joints": {"shoulder": t, "elbow": 1}, "time": t} for t in (0, 1)]
     assert plan({"robot": str(urdf), "waypoints": ends}).report.ok
 
 
 def test_a_robot_without_tool_frame_has_one_once_the_scenario_names_it(tmp_path) -> None:
-    urdf = resources.folder("robots") / "planar2.urdf"
+    urdf = ROBOT_FILES / "planar2.urdf"
     ends = [{"joints": {"shoulder": t, "elbow": 1}, "time": t} for t in (0, 1)]
     assert plan({"robot": str(urdf), "tool": {"frame": "tip"}, "waypoints": ends}).report.ok
 
@@ -499,7 +503,7 @@ def test_lengths_in_the_wrong_unit_are_suspected_where_the_arm_does_not_reach(
 
 
 def test_a_tool_in_the_wrong_unit_too_hides_no_slip(tmp_path, knotwork: Command) -> None:
-    given = (resources.folder("scenarios") / "ur5_deburring.yaml").read_text()
+    given = SCENARIO_FILES["ur5_deburring"].read_text()
     task = tmp_path / "task.yaml"
     task.write_text(given.replace("units: {length: mm, angle: deg}", "units: {angle: deg}"))
     ran = knotwork("plan", task)

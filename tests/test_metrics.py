@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from knotwork import metrics
 from knotwork.interpolation import PLANNERS, PlannerOptions
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.refined import refined
 from knotwork.trajectory import JointTrajectory
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import JointWaypoints
 from sweeps import examples
+
+Array = NDArray[np.float64]
 
 
 def motion(times: list[float], velocity_pieces: list[list[float]]) -> JointTrajectory:
@@ -95,7 +98,7 @@ class TestFluctuation:
         )
 
 
-def sampled_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints) -> FloatArray:
+def sampled_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints) -> Array:
     total = np.zeros(len(trajectory.joint_names))
     for i in range(len(waypoints.time) - 1):
         t = np.linspace(waypoints.time[i], waypoints.time[i + 1], 4001)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from knotwork import Plan
 from knotwork.errors import InputError, KnotError, KnotworkError, UnknownNameError
-from knotwork.pipeline import Plan
 
 TASK: dict[str, Any] = {
     "waypoints": [

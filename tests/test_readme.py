@@ -38,6 +38,11 @@ def test_the_task_is_planned_with_the_output_shown(
     assert np.abs(drawn - kept).mean() < 0.01  # letters and lines are a tenth of it
 
 
+def test_getting_started_begins_with_the_same_task() -> None:
+    text = (ROOT / "docs" / "getting_started.md").read_text(encoding="utf-8")
+    assert re.findall(r"```{file} glue.yaml\n(.*?)```", text, re.DOTALL) == blocks("yaml")
+
+
 def test_it_can_be_read_in_a_few_minutes() -> None:
     assert len(README.split()) <= 700
 
@@ -87,3 +92,27 @@ def test_how_near_the_tool_stays_to_edge_and_speed() -> None:
         found = proved[quantity]
         assert found.proof == "bounded"
         assert 1e3 * (found.value + found.excess) <= float(most)
+
+
+def test_the_recipes_for_a_urdf_and_a_test_work_as_they_are_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, knotwork: Command
+) -> None:
+    page = (ROOT / "docs" / "recipes.md").read_text(encoding="utf-8")
+    sections = {part.partition("\n")[0]: part for part in page.split("\n## ")}
+    urdf, own = sections["Your own URDF, with meshes"], sections["A pytest of your own"]
+    assert ":hidden:" not in urdf
+    monkeypatch.chdir(tmp_path)
+    for name, text in re.findall(r"```{file} (\S+)\n(.*?)```", urdf + own, re.DOTALL):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (commands,) = re.findall(r"```{run}\n(.*?)```", urdf, re.DOTALL)
+    for command in commands.splitlines():
+        ran = knotwork(*command.split()[1:])
+        assert (ran.code, ran.err) == (0, "")
+        assert "warning" not in ran.out
+    names: dict[str, object] = {}
+    exec((tmp_path / "test_task.py").read_text(encoding="utf-8"), names)
+    tests = [one for name, one in names.items() if name.startswith("test_") and callable(one)]
+    assert len(tests) == 3
+    for one in tests:
+        one()

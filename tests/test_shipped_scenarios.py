@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 import knotwork as kw
 from command_line import Command
-from knotwork import resources
+from knotwork.errors import UnknownNameError
 from knotwork.joint_space import joint_space
-from knotwork.planner_options import planner_options
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.waypoints import CartesianWaypoint, JointWaypoints
 
@@ -40,7 +39,9 @@ def planned(scenario: str | Path) -> kw.Plan:
 
 
 def test_the_folder_holds_the_scenarios_that_are_shipped() -> None:
-    assert [path.stem for path in PATHS] == resources.names("scenarios")
+    with pytest.raises(UnknownNameError) as unknown:
+        kw.load_scenario("none")
+    assert unknown.value.available == tuple(path.stem for path in PATHS)
     assert len(PATHS) == 16
     robots = {str(kw.load_scenario(path).robot) for path in PATHS}
     assert {"ur5", "panda", "kinova", "ur10", "xarm7", "planar2", "None"} <= robots
@@ -367,7 +368,7 @@ def nearest_by_nearest(scenario: Scenario) -> JointWaypoints:
 def test_taking_the_nearest_solution_each_time_fails_where_the_plan_passes(name: str) -> None:
     scenario = kw.load_scenario(name)
     waypoints = nearest_by_nearest(scenario)
-    options = planner_options(scenario, joint_space(scenario))
+    options = kw.PlannerOptions(end_acceleration="zero")
     trajectory = kw.get_planner(scenario.planner)(waypoints, options)
     report = kw.check(trajectory, scenario)
     broken = {found.name for found in report.failures if found.quantity == "velocity"}

@@ -10,19 +10,20 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from knotwork.cli.terminal import plain
 
 CLI = Path(__file__).resolve().parents[1] / "src" / "knotwork" / "cli"
-NAMES = [
-    "[/]",
-    "[bold]x[/bold]",
-    "\x1b[2J\x1b[8mhidden",
-    "a\nPASSED",
-    "\u202eabc",
-    "\x9b31m",
-    "\\",
-    ":smile:",
-]
+# Names, and how they are shown.
+NAMES = {
+    "[/]": "[/]",
+    "[bold]x[/bold]": "[bold]x[/bold]",
+    "\x1b[2J\x1b[8mhidden": r"\x1b[2J\x1b[8mhidden",
+    "a\nPASSED": r"a\nPASSED",
+    "\u202eabc": r"\u202eabc",
+    "\x9b31m": r"\x9b31m",
+    "\\": "\\",
+    ":smile:": ":smile:",
+    "c é": "c é",
+}
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e]")
 
 
@@ -44,7 +45,7 @@ def test_names_from_files_are_printed_as_text(
     path = tmp_path / "task.yaml"
     path.write_text(scenario(name), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    shown = plain(name).replace("\n", r"\n")
+    shown = NAMES[name]
     for command in (
         ("plan", path),
         ("plan", path, "--out", "made"),
@@ -64,11 +65,6 @@ def test_names_from_files_are_printed_as_text(
         ran = knotwork(*command)
         assert ran.code == 2
         assert not CONTROL.search(ran.out + ran.err)
-
-
-def test_what_is_written_out_can_be_read() -> None:
-    assert plain("a\tb\nc é 😀") == "a\tb\nc é 😀"
-    assert plain("\x1b[8m\x07\u202e") == r"\x1b[8m\x07\u202e"
 
 
 def test_only_one_module_prints() -> None:
@@ -129,3 +125,35 @@ def test_an_empty_path_is_refused(
     assert ran.code == 2
     assert "an empty path is not accepted" in ran.err
     assert not list(tmp_path.iterdir())
+
+
+def test_texts_are_wrapped_between_words_and_numbers_stay_whole(
+    knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    out = knotwork("plan", "ur5_deburring", "--planner", "cubic", "--full").out
+    assert "\nBest sequence with another solution there\n" in out  # a title is one line
+    assert "-23.62  -183.3   159.7   1.500  ok    exact" in out
+    texts = [line for line in out.splitlines() if line.startswith(("FAIL ", "robot", "   not"))]
+    assert len(texts) > 10
+    assert max(map(len, texts)) <= 40
+    panda = knotwork("robots", "panda").out.split()
+    assert "429700" in panda  # in deg/s³, not 4.297e+05
+
+
+def test_errors_are_wrapped_on_a_terminal_alone(
+    knotwork: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    whole = knotwork("robots", "nosuch").err
+    assert whole.count("\n") == 1
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    wrapped = knotwork("robots", "nosuch").err
+    assert max(map(len, wrapped.splitlines())) <= 60
+    assert wrapped.split() == whole.split()
+
+
+def test_a_task_without_a_description_has_its_name(knotwork: Command, tmp_path: Path) -> None:
+    path = tmp_path / "lift.yaml"
+    path.write_text("{waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]}")
+    assert knotwork("plan", path, "--full").out.splitlines()[0] == "lift"

@@ -12,10 +12,9 @@ import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
 
+from knotwork import Plan, load_robot, plan
 from knotwork.errors import CheckFailedError, InputError
-from knotwork.pipeline import Plan, plan
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.robot.load import example_robot_data
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Report, check
@@ -293,8 +292,7 @@ class Arm:
     """The UR5 of the deburring scenario, written anew: base_link, tool0 and 180 mm of tool."""
 
     def __init__(self) -> None:
-        folder = example_robot_data("ur5")
-        self.model = pin.buildModelFromUrdf(str(folder / "ur_description/urdf/ur5_robot.urdf"))
+        self.model = pin.buildModelFromUrdf(str(load_robot("ur5").urdf))
         self.data = self.model.createData()
 
     def pose(self, q: Array) -> Any:

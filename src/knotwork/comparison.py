@@ -348,6 +348,13 @@ def best(scores: Sequence[Score]) -> dict[str, set[str]]:
 
     Values within 1 % of the best are ties and share it, and so do all below 1e-9: no machine is
     that exact.
+
+    >>> scores = kw.compare("paper_case", ["cubic", "modified-hermite", "septic"]).scores
+    >>> best(scores)["squared_acceleration"]
+    {'modified-hermite'}
+
+    Args:
+        scores: Of one scenario, such as `Comparison.scores`.
     """
     winners: dict[str, set[str]] = {}
     for column in COLUMNS:

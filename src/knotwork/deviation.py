@@ -41,6 +41,12 @@ def straight_path_deviation(
 ) -> PathDeviation | None:
     """Measure how far the tool strays from straight lines between waypoints given by poses.
 
+    >>> plan = kw.plan("planar2_closed_form")
+    >>> robot, waypoints = plan.space.robot, plan.scenario.waypoints
+    >>> off = straight_path_deviation(robot, plan.trajectory, waypoints)
+    >>> round(off.position, 4), round(off.orientation, 4)
+    (0.0732, 0.0778)
+
     Args:
         robot: The arm.
         trajectory: Its motion, joints in the robot's order.
@@ -79,6 +85,11 @@ def deviation_from_line(pose: pin.SE3, start: pin.SE3, end: pin.SE3) -> tuple[fl
 
     On a line that is short for its turn, distances alone would not tell how far the tool has
     come: a radian counts as 0.1 m.
+
+    >>> points = np.array([[0.0, 0.0, 0.0], [1.0, 0.5, 0.0], [2.0, 0.0, 0.0]])
+    >>> start, pose, end = (pin.SE3(np.eye(3), point) for point in points)
+    >>> deviation_from_line(pose, start, end)
+    (0.5, 0.0)
     """
     line: FloatArray = end.translation - start.translation
     turn = pin.log3(start.rotation.T @ end.rotation)

@@ -6,7 +6,6 @@ The command line turns `InputError` into exit code 2 and `CheckFailedError` into
 from __future__ import annotations
 
 import copyreg
-import difflib
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,7 +35,14 @@ class KnotworkError(Exception):
 
 
 class InputError(KnotworkError, ValueError):
-    """Wrong input: a value, a name, a file or a task that can't be used as it is."""
+    """Wrong input: a value, a name, a file or a task that can't be used as it is.
+
+    >>> try:
+    ...     kw.load_robot("ur6")
+    ... except InputError as error:
+    ...     print(str(error).partition("?")[0])
+    unknown robot 'ur6'; did you mean 'ur5'
+    """
 
     def locate(self, where: str) -> None:
         """Say in front of the message where the fault is, for example which field of a file."""
@@ -62,6 +68,8 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
     """
     names = [str(choice) for choice in available]
     listing = f"accepted: {', '.join(names)}" if names else "none is available"
+    import difflib
+
     near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.6)
     return f"did you mean {near[0]!r}? {listing[:1].upper()}{listing[1:]}" if near else listing
 
@@ -90,6 +98,12 @@ def _flow(value: Any, depth: int) -> str:
 
 class UnknownNameError(InputError):
     """A name that is not among those available.
+
+    >>> try:
+    ...     kw.get_planner("cubics")
+    ... except UnknownNameError as error:
+    ...     print(error.name, error.available[:2])
+    cubics ('modified-hermite', 'cubic')
 
     Attributes:
         kind: What is named, for example `"robot"` or `"joint"`.
@@ -132,6 +146,13 @@ MOST_PROBLEMS = 50
 
 class DocumentError(InputError):
     """A file that can't be read or does not say what it must, with every problem found in it.
+
+    >>> ends = [{"joints": {"lift": "up"}}, {"joints": {"lift": 1}, "after": 0}]
+    >>> try:
+    ...     kw.load_scenario({"waypoints": ends})
+    ... except DocumentError as error:
+    ...     print([problem.field for problem in error.problems])
+    ['waypoints[0].joints.lift', 'waypoints[1].after']
 
     Attributes:
         file: The file, or `None` for a mapping given in Python.
@@ -196,6 +217,13 @@ class OptionError(InputError):
 class KnotError(InputError):
     """Knots that leave a waypoint outside its span, are out of order, too few or too many.
 
+    >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> try:
+    ...     kw.get_planner("modified-hermite")(task, kw.PlannerOptions(knots=[0, 0.5, 0.6, 2]))
+    ... except KnotError as error:
+    ...     print(error.waypoint, error.interval)
+    1 (1.0, 2.0)
+
     Attributes:
         waypoint: Index of the waypoint concerned, or `None`.
         interval: Open interval of times [s] that would do for the knot, or `None`.
@@ -259,6 +287,14 @@ class UnreachablePoseError(OutOfReachError):
     """No configuration of the arm, inside its limits or out, brings the tool to the pose.
 
     It has the attributes of `OutOfReachError` and these:
+
+    >>> import pinocchio as pin
+    >>> far = pin.SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))
+    >>> try:
+    ...     kw.solve_pose_ik(kw.load_robot("ur5"), far, np.zeros(6))
+    ... except UnreachablePoseError as error:
+    ...     print(round(error.point_shortfall, 3))
+    1.052
 
     Attributes:
         position_shortfall: Distance left at the closest pose, limits or not [m].
@@ -330,6 +366,13 @@ class FollowingError(TaskError):
 
 class ExportError(InputError):
     """A motion that a format can't hold without loss.
+
+    >>> from knotwork import export
+    >>> try:
+    ...     export.to_pvt(kw.plan("paper_case", planner="quintic").trajectory)
+    ... except ExportError as error:
+    ...     print(error.joint, round(error.error, 4))
+    joint_1 0.0777
 
     Attributes:
         joint: Joint at which it would be off most, or `None`.
@@ -427,6 +470,16 @@ class StretchTimeError(PathError):
 
 class TimingError(InputError):
     """A motion for which there are no durations that keep its limits.
+
+    >>> ends = [
+    ...     {"joints": {"lift": 0}, "velocity": {"lift": 3}},
+    ...     {"joints": {"lift": 1}, "after": "fastest"},
+    ... ]
+    >>> try:
+    ...     kw.plan({"limits": {"velocity": 1, "acceleration": 2}, "waypoints": ends})
+    ... except TimingError as error:
+    ...     print(error.joint, error.limit, error.value)
+    lift velocity 3.0
 
     Attributes:
         waypoint: Index of the waypoint at fault, or of the one before the interval at fault;

@@ -37,7 +37,7 @@ def rate_unit(unit: str, order: int) -> str:
     >>> rate_unit("rad", 2)
     'rad/s²'
     """
-    return unit + ("", "/s", "/s²", "/s³")[order]
+    return unit + ("", "/s", "/s²", "/s³", "/s⁴")[order]
 
 
 _ALL = (

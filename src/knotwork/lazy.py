@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 import importlib
+import re
 import sys
 from collections.abc import Callable
 from typing import Any
+
+_IMPORT = re.compile(r"^ *from ([\w.]+) import \(?\s*(\w+) as \2\b", re.MULTILINE)
 
 
 def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
@@ -19,14 +21,8 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
         package: Full name of the package.
     """
     module: Any = sys.modules[package]
-    tree = ast.parse(module.__spec__.loader.get_source(package))
-    homes = {
-        alias.name: str(node.module)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-        if alias.asname
-    }
+    source = module.__spec__.loader.get_source(package)
+    homes = {name: home for home, name in _IMPORT.findall(source)}
 
     def load(name: str) -> Any:
         if name not in homes:

@@ -36,6 +36,12 @@ class Peak:
 def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
     """Largest distance of a joint from a waypoint at its time [rad or m].
 
+    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> position_miss(kw.get_planner("cubic")(asked), asked)
+    0.0
+    >>> round(position_miss(kw.get_planner("parabolic-blend")(asked), asked), 6)
+    0.1
+
     Args:
         trajectory: The motion.
         waypoints: What was asked for.
@@ -48,6 +54,12 @@ def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 
 def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> float:
     """Largest difference of a joint's velocity from the one asked for [rad/s or m/s].
+
+    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> velocity_miss(kw.get_planner("cubic")(asked), asked)
+    0.0
+    >>> round(velocity_miss(kw.get_planner("bspline")(asked), asked), 6)
+    0.5
 
     Args:
         trajectory: The motion.
@@ -62,6 +74,12 @@ def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
 def acceleration_jump(trajectory: JointTrajectory) -> float:
     """Largest jump of a joint's acceleration at a break [rad/s² or m/s²].
 
+    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> round(acceleration_jump(kw.get_planner("cubic")(asked)), 6)
+    4.0
+    >>> round(acceleration_jump(kw.get_planner("modified-hermite")(asked)), 6)
+    0.0
+
     Args:
         trajectory: The motion.
     """
@@ -70,6 +88,12 @@ def acceleration_jump(trajectory: JointTrajectory) -> float:
 
 def end_acceleration(trajectory: JointTrajectory) -> float:
     """Largest magnitude of a joint's acceleration at start and end [rad/s² or m/s²].
+
+    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> round(end_acceleration(kw.get_planner("cubic")(asked)), 6)
+    7.0
+    >>> round(end_acceleration(kw.get_planner("quintic")(asked)), 6)
+    0.0
 
     Args:
         trajectory: The motion.
@@ -117,6 +141,12 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
     a joint is the sum over the intervals. A velocity that goes from v₀ to v₁ without turning
     back scores zero; so does one that is constant.
 
+    >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
+    >>> for planner in "cubic", "quintic":
+    ...     print(velocity_fluctuation(kw.get_planner(planner)(asked), asked).round(3))
+    [2.044]
+    [3.54]
+
     Args:
         trajectory: The motion.
         waypoints: What was asked for.
@@ -142,6 +172,10 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
 
 def integral_of_square(trajectory: JointTrajectory, order: int) -> float:
     """Integral over time of the square of a derivative, summed over the joints.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> round(integral_of_square(lift, 2), 6)
+    12.0
 
     Args:
         trajectory: The motion.

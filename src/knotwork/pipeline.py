@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from numpy.typing import ArrayLike
 
-from knotwork import storage
+from knotwork import resources, storage
 from knotwork.avoidance import MOST_TIMED, best_of_sequences
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots, get_planner, planner_and_rule
@@ -152,11 +153,23 @@ class Plan:
         )
         return written[0]
 
+    def _scenario_file(self, folder: Path) -> str | None:
+        """Name of a shipped scenario, or the path from a folder to what the check was against."""
+        source = self.scenario.source
+        if self.chosen is not None:
+            return "scenario.yaml"
+        if source is None:
+            return None
+        if source.parent == resources.folder("scenarios"):
+            return source.stem
+        return Path(os.path.relpath(source, folder)).as_posix()
+
     def save(self, folder: str | Path, *, rate: float | None = None) -> list[Path]:
         """Write `trajectory.json`, `samples.csv` and `report.json` into a folder, all or none.
 
-        The report states the SHA-256 of the other two under `files`. Where times were chosen, the
-        scenario with numbers in their place goes with them as `scenario.yaml`, comments kept.
+        The report states the SHA-256 of the other two under `files`, and where the scenario is
+        under `scenario_file`. Where times were chosen, the scenario with numbers in their place
+        goes with them as `scenario.yaml`, comments kept.
 
         Args:
             folder: Made if it does not exist; files of these names in it are replaced.
@@ -184,7 +197,11 @@ class Plan:
             from knotwork.choosing import saved_text
 
             files["scenario.yaml"] = saved_text(self.chosen, Path(folder))
-        report = {**self.report_to_dict(), "files": storage.digests(files)}
+        report = {
+            **self.report_to_dict(),
+            "scenario_file": self._scenario_file(Path(folder)),
+            "files": storage.digests(files),
+        }
         return storage.write_files(folder, {**files, "report.json": storage.to_json(report)})
 
 

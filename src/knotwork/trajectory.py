@@ -307,10 +307,6 @@ class JointTrajectory(ReadOnlyArrays, Exportable):
             return self.polynomial.extrema(DERIVATIVES.index(quantity))
         return self.polynomial.extrema(quantity)
 
-    def all_extrema(self) -> dict[str, Extrema]:
-        """Extrema of position, velocity, acceleration and jerk, by these names."""
-        return {name: self.extrema(name) for name in DERIVATIVES}
-
     @property
     def knots(self) -> Knots:
         """The trajectory at its breaks."""

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 _FACTORS = {"m": 1.0, "mm": 1e3, "rad": 1.0, "deg": 180.0 / math.pi}
 """What one SI unit is in each of them."""
+MOST_DIGITS = 7
+"""Of numbers without a power of ten."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,22 @@ class Units:
         '180 deg/s²'
         """
         shown, name = self.shown(value, unit)
-        return f"{shown:{form}} {name}".rstrip()
+        return f"{readable(shown, form)} {name}".rstrip()
+
+
+def readable(value: float, form: str = ".4g") -> str:
+    """A number for people: no powers of ten below ten millions, and short ones beside others.
+
+    >>> readable(-429_718.3), readable(1.25e9), readable(2.54e-14, ".3g")
+    ('-429700', '1.25e9', '2.54e-14')
+    """
+    text = format(value, form)
+    digits, power, exponent = text.partition("e")
+    if value == 0.0:
+        return "0"
+    if not power:
+        return text
+    return f"{float(text):.0f}" if 0 < int(exponent) < MOST_DIGITS else f"{digits}e{int(exponent)}"
 
 
 SI = Units()

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from site_build import Site, build
 
+from shipped import SCENARIO_FILES
+
 pytestmark = pytest.mark.usefixtures("extensions")
 
 CONFIG = """
@@ -208,13 +210,12 @@ def test_the_page_of_every_key_is_as_the_schema_says(monkeypatch: pytest.MonkeyP
 
 def test_the_gallery_has_every_scenario_and_robot_and_its_picture() -> None:
     import knotwork as kw
-    from knotwork import resources
 
     page = (DOCS / "gallery.md").read_text(encoding="utf-8")
     pictures = {f"gallery/{path.name}" for path in (DOCS / "gallery").iterdir()}
     assert {part.split(")")[0] for part in page.split("](")[1:]} == pictures
     robots = kw.robot_names()
-    for name in (*resources.names("scenarios"), *robots):
+    for name in (*SCENARIO_FILES, *robots):
         assert f"### {name}\n" in page
         if name in robots:
             assert f"gallery/robot_{name}.webp" in pictures

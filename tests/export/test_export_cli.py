@@ -13,8 +13,8 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
-from knotwork import resources
 from knotwork.export import FORMATS, save
+from shipped import SCENARIO_FILES
 
 ROOT = Path(__file__).parents[2]
 BROKEN = ROOT / "tests" / "failing" / "jerk_limit_broken.yaml"
@@ -100,7 +100,7 @@ def test_a_task_that_starts_late_passes_the_check_again(
     knotwork: Command, tmp_path: Path, options: tuple[str, ...]
 ) -> None:
     late = tmp_path / "late.yaml"
-    task = yaml.safe_load(resources.find("scenarios", SCENARIO).read_text(encoding="utf-8"))
+    task = yaml.safe_load(SCENARIO_FILES[SCENARIO].read_text(encoding="utf-8"))
     for waypoint in task["waypoints"]:
         waypoint["time"] += 5.1
     task["knots"] = "balanced"
@@ -248,7 +248,7 @@ def test_a_fit_that_misses_more_than_the_acceleration_is_not_exported(
     knotwork: Command, tmp_path: Path
 ) -> None:
     """Its acceleration is higher than that of the curve, which is at its limits here."""
-    task = yaml.safe_load(resources.find("scenarios", "ur5_deburring").read_text(encoding="utf-8"))
+    task = yaml.safe_load(SCENARIO_FILES["ur5_deburring"].read_text(encoding="utf-8"))
     curve = kw.plan("ur5_deburring", planner="quintic").trajectory
     reached = curve.extrema("acceleration")
     most = np.maximum(np.abs(reached.minimum), np.abs(reached.maximum))
@@ -267,7 +267,7 @@ def test_a_fit_that_misses_more_than_the_acceleration_is_not_exported(
 def test_a_fit_is_taken_by_a_scenario_that_allows_its_jumps(
     knotwork: Command, tmp_path: Path
 ) -> None:
-    task = yaml.safe_load(resources.find("scenarios", SCENARIO).read_text(encoding="utf-8"))
+    task = yaml.safe_load(SCENARIO_FILES[SCENARIO].read_text(encoding="utf-8"))
     del task["knots"]
     task |= {"planner": "quintic", "continuity": 1}
     scenario, file = tmp_path / "c1.yaml", tmp_path / "m.csv"

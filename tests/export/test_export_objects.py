@@ -12,10 +12,10 @@ from replay import ppval
 from scipy.interpolate import PPoly
 from scipy.io import loadmat
 
+from knotwork import Plan
 from knotwork.errors import InputError
 from knotwork.export import to_scipy_npz
 from knotwork.interpolation import PLANNERS
-from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
 

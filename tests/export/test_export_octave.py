@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knotwork.pipeline import Plan, plan
+from knotwork import Plan, plan
 
 OCTAVE = shutil.which("octave-cli")
 SCRIPT = """

@@ -11,10 +11,10 @@ from motions import hermite_data, motion
 from replay import NANOSECONDS, accepted_by_ros2, controller, nanoseconds
 
 import knotwork as kw
+from knotwork import Plan
 from knotwork.errors import ExportError, InputError
 from knotwork.export import motion_points
 from knotwork.export.ros2 import replay_bound
-from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
 ROUNDING = 2e-14

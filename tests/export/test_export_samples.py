@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from motions import motion
 from replay import hermite
 
+from knotwork import Plan
 from knotwork.errors import ExportError, InputError
 from knotwork.export import content, motion_table
-from knotwork.pipeline import Plan
 from knotwork.trajectory import JointTrajectory
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")

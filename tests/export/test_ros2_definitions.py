@@ -11,7 +11,7 @@ from motions import motion
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from knotwork.pipeline import Plan
+from knotwork import Plan
 
 DISTRIBUTIONS = (Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY)
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"

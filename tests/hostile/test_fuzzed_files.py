@@ -21,7 +21,7 @@ import yaml
 from mutations import as_json, changed_bytes, changed_data, changed_xml, places
 
 import knotwork as kw
-from knotwork import resources
+from shipped import SCENARIO_FILES
 from sweeps import first_of
 
 RUNNER = Path(__file__).parent / "runner.py"
@@ -175,7 +175,7 @@ def command(rng: random.Random, task: str) -> tuple[str, ...]:
 def counts() -> Iterator[Any]:
     """Of `make test` a few of the light ones; of `make test-all` every shipped scenario."""
     yield from ((name, 6) for name in LIGHT)
-    for name in resources.names("scenarios"):
+    for name in SCENARIO_FILES:
         count = TIMES if name in LIGHT else TIMES_HEAVY
         yield pytest.param(name, count, marks=pytest.mark.exhaustive)
 
@@ -183,7 +183,7 @@ def counts() -> Iterator[Any]:
 @pytest.mark.parametrize(("name", "count"), list(counts()))
 def test_changed_scenarios(name: str, count: int, session: Session, tmp_path: Path) -> None:
     rng = random.Random(f"{name} {count}")
-    source = resources.find("scenarios", name).read_text(encoding="utf-8")
+    source = SCENARIO_FILES[name].read_text(encoding="utf-8")
     data = yaml.safe_load(source)
     kw.plan("paper_case").save(tmp_path / "kept")
     codes = []
@@ -202,7 +202,7 @@ def test_changed_scenarios(name: str, count: int, session: Session, tmp_path: Pa
 def test_changed_scenarios_of_least_time(name: str, session: Session, tmp_path: Path) -> None:
     """Numbers alone, so that most of them are planned."""
     rng = random.Random(name)
-    data = yaml.safe_load(resources.find("scenarios", name).read_text(encoding="utf-8"))
+    data = yaml.safe_load(SCENARIO_FILES[name].read_text(encoding="utf-8"))
     codes = []
     for i in range(5):
         changed = copy.deepcopy(data)

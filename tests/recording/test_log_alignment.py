@@ -10,8 +10,8 @@ import pytest
 from robot_logs import START, Samples, record, write
 
 import knotwork as kw
+from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.pipeline import Plan
 from knotwork.recording import Alignment, aligned, deviation_findings, read_log, smoothed
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from robot_logs import record, write
 
+import knotwork as kw
 from command_line import Command
-from knotwork.pipeline import Plan
+from knotwork import Plan
 
 
 @pytest.fixture
@@ -57,12 +58,41 @@ def test_log_is_proposed_where_its_headings_are_not_a_plans(
     assert "check it with --log" in ran.err
 
 
-def test_a_log_against_a_plan_needs_no_scenario(knotwork: Command, log: Path, result: Path) -> None:
+def test_a_log_against_a_plan_needs_no_scenario(
+    knotwork: Command, log: Path, result: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    ran = knotwork("check", log, "--against", result)
+    assert ran.code == 0
+    assert "PASSED ur5_deburring" in ran.out  # which the plan was made for
+    assert re.search(r"_joint up to \S+ deg off.*tool up to \S+ mm off", " ".join(ran.out.split()))
+    assert "next: knotwork view" in ran.out
+    # a plan that does not say what it was made for is compared alone
+    (result / "report.json").unlink()
     ran = knotwork("check", log, "--against", result)
     assert ran.code == 0
     assert re.search(r"_joint up to \S+ rad off", " ".join(ran.out.split()))
     assert "tool up to" not in ran.out
     assert "PASSED log.csv" in ran.out
+    assert "next: knotwork plot" in ran.out
+
+
+def test_a_plan_of_a_file_says_where_the_file_is(knotwork: Command, tmp_path: Path) -> None:
+    task = tmp_path / "tasks" / "swing.yaml"
+    task.parent.mkdir()
+    task.write_text(
+        "units: {angle: deg}\nwaypoints: [{joints: {turn: 0}}, {joints: {turn: 90}, after: 2}]\n"
+    )
+    made = kw.plan(task)
+    made.save(tmp_path / "made")
+    log = write(tmp_path / "log.csv", record(made.trajectory, rate=100.0, noise=1e-4))
+    ran = knotwork("check", log, "--against", tmp_path / "made" / "trajectory.json")
+    assert "PASSED swing" in ran.out
+    assert "deg off" in ran.out
+    task.unlink()
+    ran = knotwork("check", log, "--against", tmp_path / "made")
+    assert "PASSED log.csv" in ran.out
+    assert "swing.yaml, which is not there" in ran.err
 
 
 def test_all_of_it_is_in_json(knotwork: Command, log: Path, result: Path) -> None:
@@ -122,11 +152,16 @@ def test_pages_show_a_log(knotwork: Command, log: Path, result: Path, tmp_path: 
     page = tmp_path / "page.html"
     for line in (
         ("view", log, "--log", "--robot", "ur5"),
-        ("report", log, "--against", result, "-s", "ur5_deburring"),
+        ("report", log, "--against", result),  # of the plan's scenario
     ):
         ran = knotwork(*line, "--html", page)
         assert ran.code == 0, ran.err
         assert page.stat().st_size > 10_000
+        tightest = (
+            page.read_text().partition('<section id="tightest">')[2].partition("</section>")[0]
+        )
+        for row in ("tool deviation", "clearance", "smallest singular value"):
+            assert (row in tightest) == (line[0] == "report")
         page.unlink()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from robot_logs import Samples, record, write
 
-from knotwork.pipeline import Plan, plan
+from knotwork import Plan, plan
 from knotwork.recording import aligned, check_log, read_log, smoothed
 from knotwork.scenario import Scenario
 from knotwork.verification import Report
@@ -56,6 +56,10 @@ def test_a_good_motion_passes_however_noisy_its_log(
     assert "undecided" in said
     assert "estimated from the samples" in said
     assert report.select(quantity="time_shift")
+    count = len(report.select(verdict="undecided"))
+    assert str(report).splitlines()[0].endswith(f"requirements met, {count} undecided; 13 s")
+    assert "undecided: off by less than 4 standard errors" in str(report)
+    assert "not judged" not in str(report)
 
 
 def test_a_fault_beyond_the_noise_fails(tmp_path: Path, deburring: Plan) -> None:
@@ -75,7 +79,7 @@ def limited(made: Plan, share: float) -> Scenario:
 
 
 @pytest.mark.parametrize(("share", "noise", "verdict"), [
-    (0.9, 1e-5, "failed"), (0.9999, 1e-4, "information"), (1.1, 1e-5, "met"),
+    (0.9, 1e-5, "failed"), (0.9999, 1e-4, "undecided"), (1.1, 1e-5, "met"),
 ])  # fmt: skip
 def test_a_limit_is_broken_undecided_or_kept(
     tmp_path: Path, deburring: Plan, share: float, noise: float, verdict: str
@@ -85,7 +89,7 @@ def test_a_limit_is_broken_undecided_or_kept(
     report = judge(tmp_path, deburring, samples, scenario=scenario)
     (found,) = report.select(quantity="tool_speed")
     assert found.verdict == verdict
-    assert ("undecided" in found.message) == (verdict == "information")
+    assert ("undecided" in found.message) == (verdict == "undecided")
 
 
 @pytest.mark.parametrize("noise", [1e-5, 1e-4])

@@ -9,8 +9,8 @@ import pytest
 from robot_logs import Samples, record, write
 from scipy.interpolate import make_lsq_spline
 
+from knotwork import Plan
 from knotwork.errors import InputError
-from knotwork.pipeline import Plan
 from knotwork.recording import Smoothed, read_log, smoothed
 
 BEFORE = 0.5

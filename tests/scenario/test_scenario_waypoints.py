@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 import yaml
 
-from knotwork import resources
-from knotwork.documents import Document
 from knotwork.errors import DocumentError, InputError, UnknownNameError
 from knotwork.joint_space import joint_space
 from knotwork.scenario import JointTarget, Scenario, load_scenario
 from knotwork.waypoints import CartesianWaypoint
+from shipped import SCENARIO_FILES
 
 POSE = {"position": [0.4, 0, 0.4], "rpy": [0, 0, 0]}
 AHEAD = {"position": [0.5, 0, 0.4], "rpy": [0, 0, 0]}
@@ -356,7 +355,7 @@ def test_the_name_of_the_file_is_the_scenario_s(tmp_path: Path) -> None:
 
 
 def test_a_file_and_the_same_mapping_are_the_same_scenario() -> None:
-    path = resources.find("scenarios", "ur10_weld")
+    path = SCENARIO_FILES["ur10_weld"]
     # This file says nothing that YAML 1.1, as PyYAML reads it, takes for something else.
     mapping = yaml.safe_load(path.read_text(encoding="utf-8"))
     from_file, from_mapping = load_scenario(path), load_scenario(mapping)
@@ -398,7 +397,6 @@ def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -
         "waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n"
     )
     robot = load_scenario(path).robot
-    assert isinstance(robot, Document)
     assert robot.where(("tool_frame",)) == f"{path}: line 3: robot.tool_frame"
 
 
@@ -406,21 +404,20 @@ def test_a_robot_may_be_described_in_place_and_keeps_its_lines(tmp_path: Path) -
 
 
 def test_shipped_files_are_found_by_name_and_others_by_path(tmp_path: Path) -> None:
-    assert resources.find("scenarios", "paper_case").name == "paper_case.yaml"
-    assert "paper_case" in resources.names("scenarios")
+    assert load_scenario("paper_case").source == SCENARIO_FILES["paper_case"]
     path = tmp_path / "paper_case.yaml"
-    path.write_text("")
-    assert resources.find("scenarios", str(path)) == path
+    path.write_text("waypoints: [{joints: {a: 0}}, {joints: {a: 1}, after: 1}]\n")
+    assert load_scenario(str(path)).source == path
     with pytest.raises(UnknownNameError, match="did you mean 'paper_case'") as caught:
-        resources.find("scenarios", "paper_cse")
-    assert caught.value.available == tuple(resources.names("scenarios"))
+        load_scenario("paper_cse")
+    assert caught.value.available == tuple(SCENARIO_FILES)
     with pytest.raises(InputError, match=r"no file nowhere/x\.yaml.*paper_case"):
-        resources.find("scenarios", "nowhere/x.yaml")
+        load_scenario("nowhere/x.yaml")
     with pytest.raises(InputError, match="is a folder"):
-        resources.find("scenarios", tmp_path)
+        load_scenario(tmp_path)
     for name in ("", ".", "..", "paper_case\n", "x" * 5000, "a\0b"):
         with pytest.raises(InputError):
-            resources.find("scenarios", name)
+            load_scenario(name)
     for path_text in ("a/\0.yaml", "~nobody-of-this-name/x.yaml", f"{'x' * 5000}.yaml"):
         with pytest.raises(InputError, match="there is no file"):
-            resources.find("scenarios", path_text)
+            load_scenario(path_text)

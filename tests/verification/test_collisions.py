@@ -13,17 +13,17 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
+import yaml
 from collision_truth import Truth
 from numpy.typing import NDArray
 
 import knotwork as kw
 from command_line import Command
-from knotwork import avoidance, documents, resources
+from drawn import scene, thing, vertices
 from knotwork.errors import FollowingError, InputError
 from knotwork.joint_space import joint_space
 from knotwork.verification import Finding
-from knotwork.view.scene import make_scene
-from knotwork.view.tool_trace import tool_trace
+from shipped import ROBOT_FILES, SCENARIO_FILES
 
 Array = NDArray[np.float64]
 ARMS = ("ur3", "ur5", "ur10", "panda", "xarm7", "z1")
@@ -160,8 +160,7 @@ def robot_of(plan: kw.Plan) -> kw.Robot:
 
 def scene_of(plan: kw.Plan) -> dict[str, Any]:
     """What the 3D scene shows of a plan."""
-    robot, scenario, report = robot_of(plan), plan.scenario, plan.report
-    return make_scene(robot, plan.trajectory, scenario=scenario, report=report)
+    return dict(scene(plan.view()))
 
 
 def swing(objects: dict[str, Any], margin: float = 0.0, resolution: float = 1e-4) -> kw.Plan:
@@ -524,7 +523,7 @@ def test_a_sequence_whose_motion_collides_is_not_taken() -> None:
 
 @pytest.mark.exhaustive
 def test_a_sequence_whose_fastest_motion_collides_is_not_taken() -> None:
-    task = dict(documents.read(resources.find("scenarios", "ur5_valve")).data)
+    task = yaml.safe_load(SCENARIO_FILES["ur5_valve"].read_text(encoding="utf-8"))
     task["waypoints"] = [
         {key: value for key, value in one.items() if key != "after"} for one in task["waypoints"]
     ]
@@ -594,12 +593,11 @@ def test_every_contact_of_a_pair_is_told() -> None:
     assert len(found) == 2
     np.testing.assert_allclose(contact.intervals, found, rtol=0, atol=5e-4)
     assert contact.interval in contact.intervals
-    trace = tool_trace(robot_of(plan), plan.trajectory.polynomial, None, plan.report)
-    inside = [(trace.time >= start) & (trace.time <= end) for start, end in contact.intervals]
-    np.testing.assert_array_equal(trace.broken, inside[0] | inside[1])
-    scene = scene_of(plan)
-    assert len(scene["strip"]["broken"]) == 2
-    (label,) = [one["text"] for one in scene["labels"] if one["kind"] == "miss"]
+    drawn = scene_of(plan)
+    np.testing.assert_allclose(drawn["strip"]["broken"], contact.intervals, atol=0.02)
+    red = vertices(thing(drawn, "limits broken"))
+    assert len(red)
+    (label,) = [one["text"] for one in drawn["labels"] if one["kind"] == "miss"]
     assert label.endswith(f"at {contact.time:.2f} s")
 
 
@@ -634,7 +632,7 @@ def test_clearance_is_judged_over_the_whole_motion(monkeypatch: pytest.MonkeyPat
         "waypoints": [{"name": "there", "after": 6, "pose": place}],
     }
     chosen = kw.plan(task).report
-    monkeypatch.setattr(avoidance, "MORE_FOR_ROOM", 0)
+    monkeypatch.setattr("knotwork.avoidance.MORE_FOR_ROOM", 0)
     by_waypoints = kw.plan(task).report
     proved = min((found.value or 0) - found.excess for found in pairs(chosen).values())
     assert proved > 2 * min(found.value or 0 for found in pairs(by_waypoints).values())
@@ -799,7 +797,7 @@ def test_a_tool_that_touches_a_link_at_home_is_told() -> None:
 
 def test_a_robot_file_that_ignores_links_without_shapes_is_warned_of(tmp_path: Path) -> None:
     file = tmp_path / "own.yaml"
-    text = resources.find("robots", "ur5").read_text()
+    text = (ROBOT_FILES / "ur5.yaml").read_text()
     file.write_text(text.replace("[base_link, upper_arm_link]", "[tool0, upper_arm_link]"))
     home = kw.load_robot("ur5")
     joints = dict(zip(home.joint_names, home.configurations["home"].tolist(), strict=True))

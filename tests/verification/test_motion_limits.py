@@ -193,7 +193,7 @@ def test_a_limit_that_takes_too_long_to_prove_is_called_sampled() -> None:
 
 
 def test_the_page_shows_limits_of_tool_and_links(tmp_path: Path) -> None:
-    from knotwork.view.report_page import report_page
+    from knotwork.view import report_page
 
     speed = [{"frame": "forearm_link", "speed": 2.345}]
     limits = {"tool_speed": 1.234, "frame_speed": speed, "singular_value": 0.0123}

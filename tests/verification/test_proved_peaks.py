@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import knotwork as kw
-from knotwork.verification.bounds import (
+from knotwork.verification import (
     Bound,
     singular_value_bound,
     tool_acceleration_bound,

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from knotwork.cli.parameters import FAILED, PASSED, NewPath, json_option, package_path_option
-from knotwork.cli.terminal import cell, echo
+from knotwork.cli.terminal import echo
+from knotwork.units import readable
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -146,7 +147,7 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
             if any(getattr(score, column) is not None for score in scores)
             and not (paths and column in _STRAIGHT)
         }
-        out.print(_table(comparison, shown, f"{comparison.scenario}{duration}"))
+        tables.print_table(_table(comparison, shown, f"{comparison.scenario}{duration}"))
         out.print()
     more = "" if in_full else "  --all: more columns"
     out.print(f"{_joint_unit(comparison)[1]}, s; % of the limit; * best of those that pass{more}")
@@ -155,7 +156,7 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
         out.print("modified-hermite without a rule is the chosen motion.")
     for row in comparison.rows:
         if isinstance(row, Refusal):
-            out.print(f"{cell(row.planner)} refused: {cell(row.reason)}")
+            tables.print_wrapped(f"{row.planner} refused: {row.reason}", "", "    ")
 
 
 def _table(comparison: Comparison, shown: dict[str, str], title: str) -> Table:
@@ -225,7 +226,4 @@ def _short(value: float) -> str:
     """Three digits, and zero for what is only rounding."""
     if abs(value) < 1e-9:
         return "0"
-    if 0.01 <= abs(value) < 1e4:
-        return f"{value:.3g}"
-    digits, exponent = f"{value:.1e}".split("e")
-    return f"{digits}e{int(exponent)}"
+    return readable(value, ".3g" if abs(value) >= 0.01 else ".1e")

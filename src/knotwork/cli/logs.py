@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knotwork.cli.parameters import Command, GivenPath
+from knotwork.cli.parameters import Command, DecidingOption, GivenPath
+from knotwork.cli.terminal import echo
 from knotwork.errors import DocumentError, InputError
 
 if TYPE_CHECKING:
@@ -67,20 +69,21 @@ def log_options(function: Command) -> Command:
                 raise InputError(f"{', '.join(named)} is for logs: give --log with it")
         return function(*arguments, log=log, **others)
 
+    given = functools.partial(click.option, cls=DecidingOption)
     for option in (
-        click.option("--topic", metavar="NAME", help="For a log: the topic that counts, "
-                     "/joint_states for example, where several have all joints."),
-        click.option("--log-unit", type=click.Choice(["rad", "deg"]),
-                     help="For a log: the unit of turning joints where headings name none."),
-        click.option("--noise", type=float, metavar="SIGMA",
-                     help="For a log: standard deviation of its positions [rad or m]; by default "
-                     "it is estimated from the samples."),
-        click.option("--against", metavar="PLAN", type=GivenPath(),
-                     help="TRAJECTORY is a log; say how far it is off this plan, a trajectory.json "
-                     "or the folder with one."),
-        click.option("--log", "is_log", is_flag=True,
-                     help="TRAJECTORY is the log of a robot, CSV with noise: look at the smooth "
-                     "motion behind it."),
+        given("--topic", metavar="NAME", help="For a log: the topic that counts, "
+              "/joint_states for example, where several have all joints."),
+        given("--log-unit", type=click.Choice(["rad", "deg"]),
+              help="For a log: the unit of turning joints where headings name none."),
+        given("--noise", type=float, metavar="SIGMA",
+              help="For a log: standard deviation of its positions [rad or m]; by default "
+              "it is estimated from the samples."),
+        given("--against", metavar="PLAN", type=GivenPath(),
+              help="TRAJECTORY is a log; say how far it is off this plan, a trajectory.json "
+              "or the folder with one."),
+        given("--log", "is_log", is_flag=True,
+              help="TRAJECTORY is the log of a robot, CSV with noise: look at the smooth "
+              "motion behind it."),
     ):  # fmt: skip
         bundled = option(bundled)
     return bundled  # type: ignore[return-value]
@@ -148,6 +151,24 @@ def checked_log(
         plan = _planned(reference)
     alignment = aligned(curve, plan)
     return alignment, check_log(alignment, scenario, space)
+
+
+def planned_scenario(log: LogOptions | None) -> str | None:
+    """The scenario that the plan beside a log was made for, if its report says where it is."""
+    from knotwork import resources
+    from knotwork.storage.sets import stated_scenario
+
+    if log is None or log.against is None:
+        return None
+    plan = Path(log.against)
+    stated = stated_scenario(plan)
+    if stated is None or stated in resources.names("scenarios"):
+        return stated
+    file = (plan if plan.is_dir() else plan.parent) / stated
+    if not file.is_file():
+        echo(f"note: {plan} is a plan of {file}, which is not there", err=True)
+        return None
+    return os.path.relpath(file)
 
 
 def compared_log(path: str | Path, log: LogOptions) -> Report:

@@ -31,12 +31,13 @@ def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
     Raises:
         InputError: No server answers at the address, or the motion can't be shown.
     """
-    from knotwork.view.meshcat_player import play_scene
+    from knotwork.view.meshcat_player import look_at, play_scene
     from knotwork.view.show import scene_of
 
     scene = scene_of(motion)
     if address == OWN:
         viewer = _viewer()
+        look_at(scene, viewer)
         play_scene(scene, viewer)
     else:
         with _answering(address):

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import os
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 import click
+from click.core import ParameterSource
 
 PASSED, FAILED, WRONG_INPUT = 0, 1, 2
+EXIT_CODES = """
+Exit codes: 0 every check passes, 1 a check fails, 2 the input is wrong.
+"""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -65,10 +72,16 @@ class NewPath(GivenPath):
 
 
 class Seconds(click.ParamType[Any]):
-    """A time: `10`, `10s`, `500ms` or `2min`."""
+    """A time: `10`, `10s`, `500ms`, `5m`, `5min` or `1h`."""
 
     name = "time"
-    UNITS: ClassVar[dict[str, float]] = {"ms": 1e-3, "min": 60.0, "s": 1.0}
+    UNITS: ClassVar[dict[str, float]] = {
+        "ms": 1e-3,
+        "min": 60.0,
+        "s": 1.0,
+        "m": 60.0,
+        "h": 3600.0,
+    }
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument, in seconds."""
@@ -85,7 +98,8 @@ class Seconds(click.ParamType[Any]):
             seconds = 0.0
         if not 0.0 < seconds < math.inf:
             self.fail(
-                f"{value!r} is not accepted; give a positive time such as 10s, 500ms or 2min",
+                f"{value!r} is not accepted; give a positive time: a number of seconds, or one "
+                "with ms, s, m (or min) or h after it, such as 10, 500ms, 10s, 5m or 1h",
                 param,
                 ctx,
             )
@@ -112,17 +126,63 @@ class Listed(click.ParamType[Any]):
         return listed
 
 
+class _Deciding(click.Parameter):
+    """A parameter that decides which motion a command is about: the commands after it need it."""
+
+    def consume_value(self, ctx: click.Context, opts: Mapping[str, Any]) -> tuple[Any, Any]:
+        """Take the value, and keep it as it was typed."""
+        value, source = super().consume_value(ctx, opts)
+        if source is ParameterSource.COMMANDLINE:
+            ctx.meta.setdefault(_TYPED, []).append((self, value))
+        return value, source
+
+
+class DecidingOption(_Deciding, click.Option):
+    """An option that decides which motion a command is about."""
+
+
+class DecidingArgument(_Deciding, click.Argument):
+    """An argument that decides which motion a command is about."""
+
+
+_TYPED = "knotwork.typed"
+
+
+def typed() -> str:
+    """What of the command line decides its motion, as it can be typed again."""
+    arguments: list[str] = []
+    options: list[str] = []
+    for parameter, value in click.get_current_context().meta.get(_TYPED, []):
+        values = value if isinstance(value, (list, tuple)) else [value]
+        if isinstance(parameter, click.Argument):
+            arguments += values
+        elif parameter.is_flag:
+            options.append(parameter.opts[0])
+        else:
+            options += [word for one in values for word in (min(parameter.opts, key=len), one)]
+    return shlex.join([*arguments, *options])
+
+
 planner_option = click.option(
     "--planner",
+    cls=DecidingOption,
     metavar="NAME[:RULE]",
     help="Planner, in place of the scenario's; `knotwork planners` lists them and their rules.",
 )
 knots_option = click.option(
     "--knots",
+    cls=DecidingOption,
     type=Knots(),
     metavar="KNOTS",
     help="paper, balanced, optimal, balanced:C, or knot times in s divided by commas; in place of "
     "the scenario's.",
+)
+budget_option = click.option(
+    "--budget",
+    cls=DecidingOption,
+    metavar="TIME",
+    type=Seconds(),
+    help="Where times are free: take the best motion found after so long, for example 10s.",
 )
 full_option = click.option(
     "--full", is_flag=True, help="Print all findings, as tables; by default the tightest alone."
@@ -141,6 +201,7 @@ def _look_in(context: Any, parameter: Any, folders: tuple[str, ...]) -> None:
 
 package_path_option = click.option(
     "--package-path",
+    cls=DecidingOption,
     metavar="DIR",
     multiple=True,
     type=GivenPath(exists=True, file_okay=False, resolve_path=True),
@@ -157,19 +218,43 @@ def scenario_option(use: str, *, required: bool = False) -> Callable[[Command], 
         "--scenario",
         "-s",
         "reference",
+        cls=DecidingOption,
         metavar="SCENARIO",
         required=required,
         help=f"For a TRAJECTORY: the scenario it is for, {use}.",
     )
 
 
+@dataclass(frozen=True)
+class PlanOptions:
+    """How a scenario is planned, in place of what it says itself.
+
+    Attributes:
+        planner: Name of a planner, a rule may follow.
+        knots: Where they are.
+        budget: After which the best motion is taken where times are free [s].
+    """
+
+    planner: str | None = None
+    knots: Any = None
+    budget: float | None = None
+
+
 def motion_options(use: str) -> Callable[[Command], Command]:
-    """Make the argument and options of a command that shows a motion: planned, or from a file."""
+    """Make the argument and options of a command that shows a motion: planned, or from a file.
+
+    The command gets how to plan as `options`.
+    """
 
     def add(command: Command) -> Command:
-        for option in (scenario_option(use), knots_option, planner_option):
-            command = option(command)
-        return click.argument("source", metavar="SCENARIO|TRAJECTORY")(command)
+
+        @functools.wraps(command)
+        def bundled(*arguments: Any, planner: Any, knots: Any, budget: Any, **others: Any) -> Any:
+            return command(*arguments, options=PlanOptions(planner, knots, budget), **others)
+
+        for option in (scenario_option(use), budget_option, knots_option, planner_option):
+            bundled = option(bundled)
+        return click.argument("source", metavar="SCENARIO|TRAJECTORY")(bundled)  # type: ignore[return-value]
 
     return add
 

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from knotwork.cli.logs import LogOptions, log_options
-from knotwork.cli.parameters import PASSED, Listed, NewPath, motion_options, package_path_option
+from knotwork.cli.parameters import (
+    PASSED,
+    Listed,
+    NewPath,
+    PlanOptions,
+    motion_options,
+    package_path_option,
+)
 from knotwork.cli.sources import read_motions, tell_failures
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
@@ -91,8 +98,7 @@ def plot(
     joints: list[str] | None,
     quantities: list[str] | None,
     compare: list[str] | None,
-    planner: str | None,
-    knots: Any,
+    options: PlanOptions,
     tool: bool,
     split: bool,
     size: str | None,
@@ -123,7 +129,7 @@ def plot(
     if out is not None:
         checked_picture_path(out)
     chosen_quantities(quantities)
-    drawn = read_motions(source, reference, planner, knots, compare, log=log)
+    drawn = read_motions(source, reference, options, compare, log=log)
     tell_failures(drawn)
     if tool:
         figure = view.plot_tool(drawn, degrees=degrees, window=(start, end), size=size)

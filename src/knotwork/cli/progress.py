@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rich.status import Status
+
     from knotwork.timing import Progress
 
 SHOWN_AFTER = 0.5
@@ -25,16 +27,18 @@ def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None
     if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    with console.status("", spinner="line") as status:
-        status.stop()
+    status: Status | None = None
+    with ExitStack() as shown:
 
         def show(progress: Progress) -> None:
+            nonlocal status
             if progress.seconds < SHOWN_AFTER:
                 return
-            status.start()
+            if status is None:
+                from rich.console import Console
+
+                made = Console(stderr=True).status("", spinner="line")
+                status = shown.enter_context(made)
             status.update(
                 f"{name}: choosing times, {progress.seconds:.0f} s, step {progress.iterations}, "
                 f"{100 * progress.done:.0f} % of the waypoints done, "

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
 from knotwork.cli.logs import LogOptions, log_options
-from knotwork.cli.parameters import FAILED, PASSED, html_option, motion_options, package_path_option
+from knotwork.cli.parameters import (
+    FAILED,
+    PASSED,
+    PlanOptions,
+    html_option,
+    motion_options,
+    package_path_option,
+)
 from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
@@ -26,8 +32,7 @@ Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 
 def report(
     source: str,
     out: Path,
-    planner: str | None,
-    knots: Any,
+    options: PlanOptions,
     reference: str | None,
     log: LogOptions | None,
 ) -> int:
@@ -39,10 +44,10 @@ def report(
     """
     from knotwork.trajectory import JointTrajectory
     from knotwork.view.files import checked_page_path
-    from knotwork.view.report_page import report_page
+    from knotwork.view.report import report_page
 
     checked_page_path(out)
-    motion = read_motions(source, reference, planner, knots, log=log)[0]
+    motion = read_motions(source, reference, options, log=log)[0]
     if isinstance(motion, JointTrajectory):
         raise InputError(f"give the scenario that {source} is for with --scenario")
     page = report_page(motion)

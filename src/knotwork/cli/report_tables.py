@@ -1,39 +1,29 @@
-"""Plans and what the check found of them, on a terminal: in short, or whole as tables."""
+"""Plans and what the check found of them, on a terminal, whole, as tables."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.table import Table
 
-from knotwork.cli.choice_tables import alternative_table, choice_table
-from knotwork.cli.tables import WIDEST, console, plain_table, print_wrapped
-from knotwork.cli.terminal import cell, echo
+from knotwork.cli.tables import console, plain_table, print_table, print_wrapped
+from knotwork.cli.terminal import cell
 from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
-from knotwork.units import Units
+from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import brief
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
     from knotwork.task_to_joint import TaskSolution
 
 
-def print_plan(plan: Plan, *, full: bool = False) -> None:
-    """Print a plan: the verdict and the tightest cases, or all there is to say of it.
+INDENT = " " * len("FAIL ")
 
-    Args:
-        plan: The plan.
-        full: Print tables of waypoints, limits and all else, whole.
-    """
-    if not full:
-        print_brief(plan.report)
-        if plan.left_out:
-            echo(f"without the scenario's {', '.join(plan.left_out)}")
-        return
+
+def print_plan(plan: Plan) -> None:
+    """Print all there is to say of a plan: tables of waypoints, limits and all else, whole."""
     trajectory = plan.trajectory
     knots = plan.scenario.knots
     placed = knots if isinstance(knots, str) else "as given"
@@ -57,25 +47,6 @@ def print_plan(plan: Plan, *, full: bool = False) -> None:
     )
 
 
-def print_brief(report: Report) -> None:
-    """Print a report in some 15 lines."""
-    out = console(wrap=True)
-    for line in brief(report, min(out.width, WIDEST)):
-        text = cell(line.text)
-        for word, style in _WORDS.get(line.kind, ()):
-            text = text.replace(word, f"[{style}]{word}[/]", 1)
-        out.print(text, soft_wrap=True)
-
-
-_WORDS = {
-    "passed": [("PASSED", "bold green")],
-    "failed": [("FAILED", "bold red")],
-    "failure": [("FAIL ", "bold red")],
-    "warning": [("warning:", "yellow")],
-}
-"""What is coloured in a line of a short report."""
-
-
 def print_report(
     report: Report, scenario: Scenario | None, made: str = "", solution: TaskSolution | None = None
 ) -> None:
@@ -90,9 +61,10 @@ def print_report(
     out = console()
     units = report.units
     description = scenario.description.strip() if scenario is not None else ""
-    out.print(f"[bold]{cell(report.scenario)}[/]  {cell(description, lines=True)}", soft_wrap=True)
+    gap = "  " if description else ""
+    print_wrapped(" ".join(description.split()), f"{report.scenario}{gap}", INDENT, "bold")
     robot = f"robot {report.robot}" if report.robot else "joints alone"
-    out.print(f"{cell(robot)}; {cell(made or report.planner)}")
+    print_wrapped(f"{robot}; {made or report.planner}", "", INDENT)
     for group, findings in report.groups.items():
         numbers = [found for found in findings if found.value is not None and not found.detail]
         if numbers:
@@ -100,30 +72,28 @@ def print_report(
             cells = {(found.name, found.when, found.quantity) for found in numbers}
             waypoints = all(found.subject == "waypoint" for found in numbers)
             at_once = waypoints and len(cells) == len(numbers)
-            out.print((_row_table if at_once else _list_table)(group, numbers, units))
+            print_table((_row_table if at_once else _list_table)(group, numbers, units))
             out.print()
     if solution is not None and solution.choices:
-        console(wrap=True).print(choice_table(solution.choices))
+        from knotwork.cli.choice_tables import alternative_table, choice_table
+
+        print_table(choice_table(solution.choices))
         out.print()
         if any(choice.alternative is not None for choice in solution.choices):
-            console(wrap=True).print(alternative_table(solution.choices))
+            print_table(alternative_table(solution.choices))
             out.print()
     silent = [found for found in report.findings if found.value is None]
     for found in silent:
         if found.verdict == "information":
             print_wrapped(str(found), "   ", "    ")
-    _print_lines(out, report.warnings, "[yellow]warning[/]")
-    _print_lines(out, report.failures, "[bold red]FAIL[/]")
+    for found in report.warnings:
+        print_wrapped(str(found), "warning ", INDENT, "yellow")
+    for found in report.failures:
+        print_wrapped(str(found), "FAIL ", INDENT, "bold red")
     met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
     failed = f", {required - met} failed" if required > met else ""
     out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
-
-
-def _print_lines(out: Console, findings: Sequence[Finding], mark: str) -> None:
-    """Print findings as text."""
-    for found in findings:
-        out.print(f"{mark} {cell(str(found))}", soft_wrap=True)
 
 
 def _row_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
@@ -149,8 +119,10 @@ def _row_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
 
 def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
     """One row for each finding, by quantity; of those nothing is required of, the largest alone."""
-    table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", ""])
-    table.columns[-1].justify = "left"
+    from rich.padding import Padding
+
+    table = plain_table(title, ["", "value", "limit", "margin", "at [s]", "", "off by\nat most"])
+    table.columns[0].no_wrap = False
     for quantity in dict.fromkeys(found.title for found in findings):
         items = [found for found in findings if found.title == quantity]
         names = _unit_names(items, units)
@@ -162,9 +134,9 @@ def _list_table(title: str, findings: Sequence[Finding], units: Units) -> Table:
             shown.append((largest, "most: " if len(free) > 1 else ""))
         for found, of_all in shown:
             table.add_row(
-                f"  {of_all}{cell(found.name or found.subject)}",
+                Padding(f"{of_all}{cell(found.name or found.subject)}", (0, 0, 0, 2)),
                 _cell(found, ".4g", units),
-                _number(found.limit, found, ".4g", units) or "none given",
+                _number(found.limit, found, ".4g", units) or "none",
                 _number(found.margin, found, ".4g", units),
                 found.when,
                 _mark(found),
@@ -183,6 +155,7 @@ def _mark(found: Finding) -> str:
     marks = {
         "met": "[green]ok[/]",
         "failed": "[bold red]FAIL[/]",
+        "undecided": "undecided",
         "warning": "[yellow]warning[/]",
         "information": "-",
     }
@@ -190,10 +163,8 @@ def _mark(found: Finding) -> str:
 
 
 def _proof(found: Finding, units: Units) -> str:
-    """How a value was found; for a bound, also how far the truth may lie beyond it."""
-    if found.proof != "bounded":
-        return found.proof
-    return f"{found.proof} +{_number(found.excess, found, '.1g', units)}"
+    """How far the truth may lie beyond a value at most, or that it is exact or sampled."""
+    return found.proof if found.proof != "bounded" else _number(found.excess, found, ".1g", units)
 
 
 def _cell(found: Finding, form: str, units: Units) -> str:
@@ -203,4 +174,4 @@ def _cell(found: Finding, form: str, units: Units) -> str:
 
 def _number(value: float | None, found: Finding, form: str, units: Units) -> str:
     """A value in the unit of a finding, in the units that are shown."""
-    return "" if value is None else format(units.shown(value, found.unit)[0], form)
+    return "" if value is None else readable(units.shown(value, found.unit)[0], form)

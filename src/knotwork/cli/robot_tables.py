@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.cli.tables import console, plain_table
+from knotwork.cli.tables import console, plain_table, print_table, print_wrapped
 from knotwork.cli.terminal import cell
-from knotwork.units import Units
+from knotwork.units import Units, readable
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
@@ -39,13 +39,13 @@ def print_robot(robot: Robot) -> None:
             for kind, limit in limits.items()
         ]
         table.add_row(cell(name), SHOWN.shown(0.0, unit)[1], *cells)
-    out.print(table)
+    print_table(table)
     for shown in _fitting(robot):
         table = plain_table("Configurations", ["joint", "unit", *shown], 2)
         for i, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
             values = (_number(float(positions[i]), unit) for positions in shown.values())
             table.add_row(cell(name), SHOWN.shown(0.0, unit)[1], *values)
-        out.print(table)
+        print_table(table)
     if robot.locked:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
         wrapping.print(f"locked joints (rad or m): {cell(locked)}")
@@ -57,8 +57,7 @@ def _number(value: float, unit: str) -> str:
     """A value in the units shown; none where there is no limit."""
     if not np.isfinite(value):
         return "none"
-    shown = SHOWN.shown(value, unit)[0] + 0.0
-    return f"{shown:.4g}" if abs(shown) < 1000.0 else f"{shown:.0f}"
+    return readable(SHOWN.shown(value, unit)[0] + 0.0)
 
 
 def _end_of(path: Path, width: int) -> str:
@@ -95,17 +94,17 @@ def print_collisions(robot: Robot, model: CollisionModel) -> None:
     shapes = plain_table("Collision shapes", ["link", "shapes"])
     for link, count in data["links"].items():
         shapes.add_row(cell(link), str(count))
-    out.print(shapes)
+    print_table(shapes)
     for sentence in filter(None, (*model.missing, model.said_of_bare)):
-        out.print(f"[yellow]warning[/] {cell(sentence)}", soft_wrap=True)
+        print_wrapped(sentence, "warning ", " " * 5, "yellow")
     ignored = plain_table("Pairs that are not checked", ["link", "link", "why"], 3)
     for pair in data["ignored"]:
         ignored.add_row(cell(pair["first"]), cell(pair["second"]), cell(pair["reason"]))
-    out.print(ignored)
+    print_table(ignored)
     checked = plain_table("Pairs that are checked", ["link", "link"], 2)
     for first, second in data["checked"]:
         checked.add_row(cell(first), cell(second))
-    out.print(checked)
+    print_table(checked)
     out.print("Links that no joint moves to one another are not listed.")
 
 

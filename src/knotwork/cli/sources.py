@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from knotwork.cli.logs import LogOptions, checked_log, smoothed_log, stored_plan
+from knotwork.cli.logs import (
+    LogOptions,
+    checked_log,
+    planned_scenario,
+    smoothed_log,
+    stored_plan,
+)
+from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
@@ -47,8 +54,7 @@ class CheckedFile:
 def read_motions(
     source: str,
     reference: str | None,
-    planner: str | None = None,
-    knots: Any = None,
+    options: PlanOptions | None = None,
     compare: list[str] | None = None,
     *,
     robot: Robot | None = None,
@@ -62,8 +68,7 @@ def read_motions(
     Args:
         source: A scenario's name, or the path of a scenario or trajectory.
         reference: For a trajectory, the scenario it is for.
-        planner: For a scenario, the planner in place of its own.
-        knots: For a scenario, the knots in place of its own.
+        options: For a scenario, how to plan it.
         compare: For a scenario, other planners, whose plans follow the first.
         robot: For a trajectory without a scenario, what it moves, if known.
         strict: Refuse a file that contradicts itself if it is not checked; by default that is only
@@ -79,13 +84,16 @@ def read_motions(
     """
     from knotwork import resources
 
+    options = options if options is not None else PlanOptions()
     if not _is_trajectory(source, reference):
         given: dict[str, Any] = {"--scenario": reference, "--log or --against": log}
         if source in resources.names("scenarios") or Path(source).exists():  # else it is not there
             refuse(given, f"{source} is a scenario itself")
-        return list(_planned(source, planner, knots, compare or [], warm))
-    given = {"--compare": compare, "--planner": planner, "--knots": knots}
+        return list(_planned(source, options, compare or [], warm))
+    given = {"--compare": compare, **{f"--{key}": value for key, value in asdict(options).items()}}
     refuse(given, f"{source} is a trajectory, which is planned already")
+    if reference is None and robot is None:
+        reference = planned_scenario(log)
     if reference is not None:
         checked = read_checked(source, reference, log)
         against = log.against if log is not None else None
@@ -181,7 +189,7 @@ def refuse(options: dict[str, Any], reason: str) -> None:
 
 
 def _planned(
-    source: str, planner: str | None, knots: Any, others: list[str], warm: Motion | None
+    source: str, options: PlanOptions, others: list[str], warm: Motion | None
 ) -> list[Plan]:
     """Plan a scenario with its planner and with others; each planner once."""
     from knotwork import pipeline
@@ -190,7 +198,7 @@ def _planned(
     for name in others:
         get_planner(name)
     before = warm if isinstance(warm, pipeline.Plan) else None
-    plans = [pipeline.plan(source, planner=planner, knots=knots, warm=before)]
+    plans = [pipeline.plan(source, warm=before, **asdict(options))]
     for name in dict.fromkeys(others):
         if name == plans[0].scenario.planner:
             continue

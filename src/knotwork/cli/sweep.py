@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,7 @@ from knotwork.cli.parameters import (
 )
 from knotwork.cli.terminal import cell, echo
 from knotwork.errors import InputError
+from knotwork.units import readable
 
 if TYPE_CHECKING:
     from knotwork.sweeps import Study, SweepProgress
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 PICTURE = "study.png"
 """In the folder of a study, where `--plot` names no file."""
 MOST_REASONS = 12
+LOG_INTERVAL = 30.0
+"""Between lines of progress where there is no terminal [s]."""
 
 
 @click.command(
@@ -167,22 +171,25 @@ def sweep(
                 progress=progress,
                 time_limit=time_limit if time_limit is not None else TIME_LIMIT,
             )
-    written = []
-    if target is not None:
-        from knotwork.view.files import save_figure
+    figure, found, written = best or "duration", None, []
+    try:
+        found = study.best(figure) if study.passed else None
+        if target is not None:
+            from knotwork.view.files import save_figure
 
-        written.append(save_figure(study.plot(figures), target))
-    found = None
-    if study.passed:
-        found = study.best(best or "duration")
-    if freeze is not None:
-        if found is None:
-            raise InputError(f"{freeze} was not written: no row passes, so there is no best one")
-        written.append(study.freeze(found["row"], freeze))
+            written.append(save_figure(study.plot(figures), target))
+        if freeze is not None:
+            if found is None:
+                raise InputError(f"{freeze} was not written: no row passes, so there is none best")
+            written.append(study.freeze(found["row"], freeze))
+    except InputError:
+        if not as_json:  # what was planned is shown, whatever can't be made of it
+            print_study(study, figure, found)
+        raise
     if as_json:
-        echo(json.dumps(_to_dict(study, best or "duration", found), indent=1, allow_nan=False))
+        echo(json.dumps(_to_dict(study, figure, found), indent=1, allow_nan=False))
     else:
-        print_study(study, best or "duration", found)
+        print_study(study, figure, found)
         for path in written:
             echo(f"wrote {path}")
     return PASSED if study.passed else FAILED
@@ -236,9 +243,15 @@ def _saying_what_is_kept(folder: Path | None) -> Iterator[None]:
 
 @contextmanager
 def _shown_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
-    """Show rows, rate, time left and how many pass in one line, which is cleared in the end."""
-    if quiet or sys.stderr is None or not sys.stderr.isatty():
+    """Show rows, rate, time left and how many pass: in one line, which is cleared in the end.
+
+    Where no terminal is, as in a log, a line is added every half minute.
+    """
+    if quiet or sys.stderr is None:
         yield None
+        return
+    if not sys.stderr.isatty():
+        yield _Lines()
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn
@@ -256,6 +269,18 @@ def _shown_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | N
             line.update(task, description=progress_line(at), total=at.total, completed=at.done)
 
         yield show
+
+
+class _Lines:
+    """Progress as lines of a log."""
+
+    def __init__(self) -> None:
+        self._last = time.monotonic()
+
+    def __call__(self, at: SweepProgress) -> None:
+        if time.monotonic() - self._last >= LOG_INTERVAL:
+            self._last = time.monotonic()
+            echo(progress_line(at), err=True)
 
 
 def progress_line(at: SweepProgress) -> str:
@@ -296,6 +321,21 @@ def _plain(row: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def _said(value: Any) -> str:
+    return readable(value, ".6g") if isinstance(value, float) else str(value)
+
+
+def _faulty(study: Study) -> Iterator[dict[str, Any]]:
+    """The first row that has each reason which is a fault of the study, or of Knotwork."""
+    from knotwork.sweeps.outcome import CRASHED, WRONG_INPUT
+
+    left = {WRONG_INPUT, CRASHED} & study.reasons.keys()
+    for row in study.rows() if left else ():
+        if row["reason"] in left:
+            left.remove(row["reason"])
+            yield row
+
+
 def print_study(study: Study, figure: str, best: dict[str, Any] | None) -> None:
     """Print how many rows pass, why the others do not, and the best one."""
     from knotwork.cli import tables
@@ -307,16 +347,18 @@ def print_study(study: Study, figure: str, best: dict[str, Any] | None) -> None:
     for reason, number in list(counted.items())[: 1 + MOST_REASONS]:
         style = "" if reason == "passed" else "[red]"
         table.add_row(f"{style}{cell(reason)}", str(number), f"{100 * number / max(1, count):.1f}")
-    console = tables.console()
-    console.print(table)
+    tables.print_table(table)
     if len(study.reasons) > MOST_REASONS:
-        console.print(f"and {len(study.reasons) - MOST_REASONS} more reasons")
+        echo(f"and {len(study.reasons) - MOST_REASONS} more reasons")
+    for row in _faulty(study):
+        told = f"{row['reason']}, first in row {row['row']}: {row['message']}"
+        tables.print_wrapped(told, "", "  ")
     if best is not None:
-        values = ", ".join(f"{name} = {best[name]}" for name in study.varied)
+        values = ", ".join(f"{name} = {_said(best[name])}" for name in study.varied)
         known = study.figures[figure]
-        unit = f" {known.unit}" if known.unit else ""
-        console.print(
-            cell(f"best {known.title}: {best[figure]:.6g}{unit} in row {best['row']}, {values}")
+        shown = study.units.text(best[figure], known.unit)
+        tables.print_wrapped(
+            f"best {known.title}: {shown} in row {best['row']}, {values}", "", "  "
         )
     if study.folder is not None:
-        console.print(cell(f"{study.folder}: {count} of {total} rows"))
+        echo(f"{study.folder}: {count} of {total} rows")

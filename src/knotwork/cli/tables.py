@@ -1,4 +1,4 @@
-"""Tables, entries and a line that says what to do next, on a terminal."""
+"""Tables and entries on a terminal."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from knotwork.cli.terminal import cell, echo
+from knotwork.cli.short import WIDEST
+from knotwork.cli.terminal import cell
 
-# Numbers are never cut short: a table takes the width it needs, and a terminal wraps what is more.
+# Numbers are never cut short: what needs more width than the terminal's takes it.
 ANY_WIDTH = 1000
-WIDEST = 100
-"""Of lines of text, on wider terminals too."""
 
 
 def console(*, wrap: bool = False) -> Console:
@@ -27,12 +26,24 @@ def console(*, wrap: bool = False) -> Console:
     return Console(width=width, highlight=False, emoji=False)
 
 
+def print_table(table: Table) -> None:
+    """Print a table at the terminal's width; it is wider where its numbers and names need it."""
+    title, table.title = table.title, None
+    out = console(wrap=True)
+    out.print(f"[bold]{title}[/]", soft_wrap=True)
+    wide = console()
+    for column in table.columns:
+        if column.no_wrap:
+            texts = (column.header, *column.cells)
+            column.min_width = max(wide.measure(text).maximum for text in texts)
+    out.width = max(out.width, wide.measure(table).minimum)
+    out.print(table)
+
+
 def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     """Make a table whose first columns are text and all others numbers."""
     table = Table(
         title=cell(title),
-        title_justify="left",
-        title_style="bold",
         header_style="dim",
         box=SIMPLE_HEAD,
         show_edge=False,
@@ -61,7 +72,7 @@ def print_rows(title: str, rows: Sequence[Mapping[str, Any]], columns: Mapping[s
             column.justify = "right"
     for row in rows:
         table.add_row(*(cell(_plain_text(row[key])) for key in columns.values()))
-    console(wrap=True).print(table)
+    print_table(table)
 
 
 def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
@@ -73,12 +84,28 @@ def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
         print_wrapped(" ".join(text.split()), f"  {key}".ljust(indent), " " * indent)
 
 
-def print_wrapped(text: str, first: str, others: str) -> None:
-    """Print a text wrapped at the terminal's width, after what begins its first and other lines."""
+def print_wrapped(text: str, first: str, others: str, style: str = "") -> None:
+    """Print a text wrapped at the terminal's width, after what begins its first and other lines.
+
+    Args:
+        text: The text.
+        first: Before its first line; longer than `others`, it takes room from it.
+        others: Before its other lines.
+        style: Of `first`.
+    """
     out = console(wrap=True)
-    width = min(out.width, WIDEST) - len(others)
-    for i, line in enumerate(textwrap.wrap(text, width, break_long_words=False)):
-        out.print(cell((others if i else first) + line), soft_wrap=True)
+    lines = textwrap.wrap(
+        text,
+        min(out.width, WIDEST),
+        initial_indent=" " * len(first),
+        subsequent_indent=others,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    for i, line in enumerate(lines or [first]):
+        head = first if i == 0 else others
+        shown = f"[{style}]{cell(head)}[/]" if style and i == 0 else cell(head)
+        out.print(shown + cell(line[len(head) :]), soft_wrap=True)
 
 
 def _plain_text(value: Any) -> str:
@@ -94,19 +121,4 @@ def print_summary(rows: Sequence[tuple[str, str]]) -> None:
     for name, word in rows:
         colour = "green" if word == "passed" else "bold red"
         table.add_row(cell(name), f"[{colour}]{word}[/]")
-    console(wrap=True).print(table)
-
-
-def print_next(given: str) -> None:
-    """Print what can be done next.
-
-    Args:
-        given: What the command was given, as it was typed.
-    """
-    forms = (
-        f"next: knotwork view {given} | report {given} --html FILE | --full",
-        f"next: knotwork view {given} | report … --html FILE | --full",
-        "next: knotwork view … | report … --html FILE | --full",
-    )
-    width = console(wrap=True).width
-    echo(next((said for said in forms if len(said) <= width), forms[-1]))
+    print_table(table)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import sys
+import textwrap
+from typing import Any
 
 import click
 
@@ -25,13 +29,42 @@ def cell(text: str, *, lines: bool = False) -> str:
 def echo(text: str, *, err: bool = False) -> None:
     """Print text, control characters written out.
 
+    On a terminal messages are wrapped between words.
+
     Where nothing can be written to standard error, the exit code still says what it would.
     """
+    text = plain(text)
     try:
-        click.echo(plain(text), err=err)
+        if err and sys.stderr is not None and sys.stderr.isatty():
+            text = "\n".join(map(_wrapped, text.split("\n")))
+        click.echo(text, err=err)
     except OSError:
         if not err:
             raise
+
+
+def _wrapped(line: str) -> str:
+    width = shutil.get_terminal_size().columns
+    if len(line) <= width:
+        return line
+    return textwrap.fill(
+        line, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
+    )
+
+
+def echo_line(text: str, word: str = "", **style: Any) -> None:
+    """Print one line, a word of it in a style where the output is a terminal that has colours.
+
+    Args:
+        text: From a file.
+        word: What of it has the style, where it first stands.
+        style: As for `click.style`.
+    """
+    line = one_line(text)
+    plainly = "NO_COLOR" in os.environ or os.environ.get("TERM") in ("dumb", "unknown")
+    if word and not plainly and sys.stdout.isatty():
+        line = line.replace(word, click.style(word, **style), 1)
+    click.echo(line)
 
 
 def internal_error(error: Exception) -> str:

@@ -10,7 +10,8 @@ import click
 
 from knotwork.cli.parameters import FAILED, PASSED, Listed, NewPath, Seconds, json_option
 from knotwork.cli.progress import shown_progress
-from knotwork.cli.terminal import cell, echo
+from knotwork.cli.terminal import echo
+from knotwork.units import readable
 
 if TYPE_CHECKING:
     from knotwork.tradeoffs import Tradeoff, TradeoffPoint
@@ -95,23 +96,36 @@ def print_tradeoff(curve: Tradeoff) -> None:
         columns += ["∫torque²", "peak\ntorque", "of its\nlimit", "joint"]
     columns += ["peak\njerk", "of its\nlimit", "joint", ""]
     table = tables.plain_table(curve.scenario, columns, 0)
+    jerk_units = set()
+    letters: dict[str, str] = {}
+
+    def letter(joint: str) -> str:
+        return letters.setdefault(joint, chr(ord("A") + len(letters)))
+
     for point in curve.points:
         cells = [f"{point.duration:.4g}", f"{point.factor:.3g}"]
         if robot:
             cells += [_short(point.squared_effort), _short(point.peak_effort)]
-            cells += [_percent(point.effort_use), cell(point.effort_joint)]
-        cells += [_short(point.peak_jerk), _percent(point.jerk_use), cell(point.jerk_joint)]
+            cells += [_percent(point.effort_use), letter(point.effort_joint)]
+        jerk, unit = curve.units.shown(point.peak_jerk, point.jerk_unit)
+        jerk_units.add(unit)
+        cells += [_short(jerk), _percent(point.jerk_use), letter(point.jerk_joint)]
         marks = "ok" if point.ok else "[bold red]FAIL[/]"
-        marks += ", best so far" if point.stopped else ""
+        marks += " +" if point.stopped else ""
         table.add_row(*cells, f"{marks} *" if point.failure and point.ok else marks)
-    tables.console().print(table)
+    tables.print_table(table)
     for point in curve.points:
         if point.failure:
             echo(f"{point.duration:.4g} s: {_why(point)}{point.failure.split(' (', maxsplit=1)[0]}")
     if curve.left_out:
         factors = ", ".join(f"{factor:g}" for factor in curve.left_out)
         echo(f"the budget ended before a motion was found at {factors} of the least time")
-    tables.console().print("rad or m, s, N m or N; peaks are those of the joint nearest its limit")
+    if any(point.stopped for point in curve.points):
+        echo("+ the best found when the budget ended")
+    joints = ", ".join(f"{mark} {joint}" for joint, mark in letters.items())
+    tables.print_wrapped(f"joints: {joints}", "", "  ")
+    units = f"torque in N m or N, jerk in {' or '.join(sorted(jerk_units))}"
+    tables.print_wrapped(f"{units}; peaks are those of the joint nearest its limit", "", "")
 
 
 def _why(point: TradeoffPoint) -> str:
@@ -122,7 +136,7 @@ def _why(point: TradeoffPoint) -> str:
 
 
 def _short(value: Any) -> str:
-    return "-" if value is None else f"{value:.4g}"
+    return "-" if value is None else readable(value)
 
 
 def _percent(use: float | None) -> str:

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knotwork.cli.logs import LogOptions, log_options
-from knotwork.cli.parameters import PASSED, Listed, html_option, motion_options, package_path_option
+from knotwork.cli.parameters import (
+    PASSED,
+    Listed,
+    PlanOptions,
+    html_option,
+    motion_options,
+    package_path_option,
+)
 from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
@@ -62,8 +69,7 @@ def view(
     source: str,
     out: Path | None,
     compare: list[str] | None,
-    planner: str | None,
-    knots: Any,
+    options: PlanOptions,
     no_ghosts: bool,
     no_open: bool,
     port: int | None,
@@ -90,17 +96,20 @@ def view(
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
         refuse(served, "--html writes a file")
 
-    def made(live: int | None = None, warm: Motion | None = None) -> tuple[Page, Motion]:
-        ghosts = not no_ghosts
-        return _page(source, reference, planner, knots, compare, robot, ghosts, log, live, warm)
+    def made(
+        before: Mapping[str, Any] | None = None, warm: Motion | None = None
+    ) -> tuple[dict[str, Any], Motion]:
+        return _scene(source, reference, options, compare, robot, log, before, warm)
 
     if meshcat is not None:
         given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
         refuse(given, "--meshcat plays in Meshcat's own page")
-        return _play(read_motions(source, reference, planner, knots, log=log), meshcat, no_open)
+        return _play(read_motions(source, reference, options, log=log), meshcat, no_open)
     if watch:
-        return _watch(source, reference, made, port, no_open)
-    page, _ = made()
+        return _watch(source, reference, made, port, no_open, not no_ghosts)
+    from knotwork.view.page import scene_page
+
+    page = scene_page(made()[0], ghosts=not no_ghosts)
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)
     if out is not None:
@@ -109,39 +118,37 @@ def view(
     return _serve(page, port, no_open)
 
 
-def _page(
+def _scene(
     source: str,
     reference: str | None,
-    planner: str | None,
-    knots: Any,
+    options: PlanOptions,
     compare: list[str] | None,
     robot_name: str | None,
-    ghosts: bool,
     log: LogOptions | None,
-    live: int | None,
+    before: Mapping[str, Any] | None,
     warm: Motion | None,
-) -> tuple[Page, Motion]:
+) -> tuple[dict[str, Any], Motion]:
     from knotwork.robot import load_robot
     from knotwork.trajectory import JointTrajectory
-    from knotwork.view.show import view_plan, view_trajectory
+    from knotwork.view.show import scene_of, scene_of_trajectory
 
     robot = load_robot(robot_name) if robot_name is not None else None
     instead = ", or its robot with --robot"
     shown = read_motions(
-        source, reference, planner, knots, compare, robot=robot, instead=instead, log=log, warm=warm
+        source, reference, options, compare, robot=robot, instead=instead, log=log, warm=warm
     )
     tell_failures(shown)
     first, *others = shown
     if not isinstance(first, JointTrajectory):
         refuse({"--robot": robot_name}, "the scenario names the robot")
         compared = {one.trajectory.planner: one.trajectory for one in checked(others)}
-        return view_plan(first, compared, ghosts=ghosts, live=live), first
+        return scene_of(first, compared, before), first
     if robot is None:
         raise InputError(
             f"{source} does not say which arm it moves; give the scenario it was planned for with "
             "--scenario, or its robot with --robot"
         )
-    return view_trajectory(robot, first, ghosts=ghosts, live=live), first
+    return scene_of_trajectory(robot, first, before), first
 
 
 def _play(shown: list[Motion], address: str, no_open: bool) -> int:
@@ -158,9 +165,10 @@ def _play(shown: list[Motion], address: str, no_open: bool) -> int:
 def _watch(
     source: str,
     reference: str | None,
-    made: Callable[[int | None, Motion | None], tuple[Page, Motion]],
+    made: Callable[[Mapping[str, Any] | None, Motion | None], tuple[dict[str, Any], Motion]],
     port: int | None,
     no_open: bool,
+    ghosts: bool,
 ) -> int:
     """Serve a page that follows its files."""
     from knotwork.cli.watching import Files, follow
@@ -168,13 +176,13 @@ def _watch(
 
     last: Motion | None = None
 
-    def renewed(version: int) -> tuple[Page, list[Path], str]:
+    def renewed() -> tuple[dict[str, Any], list[Path], str]:
         nonlocal last
-        page, last = made(version, last)
-        return page, _files(last), _said(last)
+        scene, last = made(server.scene, last)
+        return scene, _files(last), _said(last)
 
     given = [_file(name) for name in (source, reference) if name is not None]
-    with LiveServer(source, port or 0) as server:
+    with LiveServer(source, port or 0, ghosts=ghosts) as server:
         _open(server.address, f"showing {source} at {server.address} after each save", no_open)
         follow(server, Files(given), renewed)
     return PASSED

@@ -7,17 +7,18 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from knotwork.cli.terminal import echo, internal_error
 from knotwork.errors import KnotworkError
 
 if TYPE_CHECKING:
     from knotwork.view.live_server import LiveServer
-    from knotwork.view.page import Page
+
+    Made: TypeAlias = Callable[[], tuple[dict[str, Any], list[Path], str]]
 
 # How often files are looked at, and how long one must be left alone before it is read [s].
-PERIOD, REST = 0.05, 0.03
+PERIOD, REST = 0.02, 0.02
 
 Stamp = tuple[int, int, int] | None
 
@@ -59,16 +60,13 @@ def _stamp(path: Path) -> Stamp:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def follow(
-    server: LiveServer, files: Files, made: Callable[[int], tuple[Page, list[Path], str]]
-) -> None:
-    """Serve a page, and make it anew after each change of a file, until Ctrl-C.
+def follow(server: LiveServer, files: Files, made: Made) -> None:
+    """Serve a scene, and make it anew after each change of a file, until Ctrl-C.
 
     Args:
         server: What serves it.
         files: What it is made from, as far as is known before it was made.
-        made: Makes the page of a version; gives it with what it was made from, and what is to be
-            said of it.
+        made: Makes the scene; gives it with what it was made from, and what is to be said of it.
     """
     serving = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     serving.start()
@@ -83,13 +81,11 @@ def follow(
         server.shutdown()
 
 
-def _renew(
-    server: LiveServer, files: Files, made: Callable[[int], tuple[Page, list[Path], str]]
-) -> None:
+def _renew(server: LiveServer, files: Files, made: Made) -> None:
     start = time.perf_counter()
     server.start()
     try:
-        page, paths, said = made(server.version + 1)
+        scene, paths, said = made()
     except KnotworkError as error:
         _refuse(server, f"error: {error}", str(error))
         return
@@ -100,7 +96,7 @@ def _renew(
         _refuse(server, said, said)
         return
     files.follow(paths)
-    server.show(page)
+    server.show(scene)
     echo(f"{time.strftime('%H:%M:%S')} {said} ({time.perf_counter() - start:.2f} s)")
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -99,8 +99,7 @@ def _change(text: str, root: Any, location: Location, value: Any) -> tuple[int, 
     return node.start_mark.index, _end(node), space + flow(value, column)
 
 
-@dataclass(frozen=True)
-class _Renamed:
+class _Renamed(NamedTuple):
     """A key and a value in place of another key and its value."""
 
     key: str

@@ -5,8 +5,7 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -39,8 +38,7 @@ def validate(model: type[ModelT], document: Document) -> ModelT:
     raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
 
 
-@dataclass(frozen=True)
-class _Place:
+class _Place(NamedTuple):
     """The place of an error in the data, and the models that stand there.
 
     Attributes:

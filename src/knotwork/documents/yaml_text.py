@@ -163,7 +163,7 @@ def parse(text: str, file: Path | None = None) -> Document:
         with _no_collector():
             node = yaml.compose(text, Loader=_Loader)
     except yaml.YAMLError as error:
-        raise DocumentError(file, [_syntax_problem(error)]) from error
+        raise DocumentError(file, [_syntax_problem(error, text)]) from error
     except UnicodeEncodeError as error:
         line = text.count("\n", 0, error.start) + 1
         message = f"is not valid YAML: {text[error.start]!a} is half a character"
@@ -240,12 +240,16 @@ def _too_deep(line: int | None) -> Problem:
     return Problem(line, "", f"is nested more than {MOST_NESTED} levels deep")
 
 
-def _syntax_problem(error: yaml.YAMLError) -> Problem:
+def _syntax_problem(error: yaml.YAMLError, text: str) -> Problem:
     if isinstance(error, yaml.MarkedYAMLError):
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark is not None else None
         if error.problem == "but found another document":
             message = "is not valid YAML: a second document begins here; a file holds one"
+            return Problem(line, "", message)
+        at = "".join(text.splitlines()[mark.line : mark.line + 1]) if mark is not None else ""
+        if "\t" in at[: len(at) - len(at.lstrip())]:
+            message = "is not valid YAML: there is a tab; lines are indented by spaces alone"
             return Problem(line, "", message)
         said = ", ".join(part for part in (error.context, error.problem) if part)
         return Problem(line, "", f"is not valid YAML: {said}")
@@ -262,7 +266,7 @@ def read(path: Path) -> Document:
 
 
 def read_text(path: Path, most: int = MOST_BYTES) -> str:
-    """Read a text file in UTF-8.
+    """Read a text file in UTF-8, with or without a byte order mark.
 
     Args:
         path: The file.
@@ -281,7 +285,7 @@ def read_text(path: Path, most: int = MOST_BYTES) -> str:
         if path.is_file() and (size := path.stat().st_size) > most:
             message = f"has {size} bytes, and at most {most} are read"
             raise DocumentError(path, [Problem(None, "", message)])
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         message = f"is not UTF-8 text (byte {error.start})"
         raise DocumentError(path, [Problem(None, "", message)]) from error

@@ -42,6 +42,10 @@ def content(
 ) -> str | bytes:
     """Give the content of a file in a format, of what `export` takes.
 
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> content(lift, "csv", rate=2).splitlines()[1]
+    '0,0,0,6,-12'
+
     Raises:
         InputError: The format has no file, or as for `export`.
     """
@@ -57,6 +61,9 @@ def _made(form: Format, function: str, motion: Any, options: dict[str, Any]) -> 
 
 def checked_target(path: Path | str, *, force: bool = False) -> Path:
     """Return the file that a path means, links followed, if it may be written.
+
+    >>> checked_target("motion.csv").name
+    'motion.csv'
 
     Args:
         path: Path of the file.
@@ -121,6 +128,9 @@ def save(
 
 def write(path: Path | str, made: str | bytes, *, force: bool = False) -> Path:
     """Write content to a file, whole or not at all.
+
+    >>> write("notes/motion.csv", "time,lift").read_text()
+    'time,lift'
 
     Args:
         path: Path of the file; its folder is made if it does not exist.

@@ -25,6 +25,11 @@ def to_scipy(trajectory: JointTrajectory) -> PPoly:
     """Give the motion as `scipy.interpolate.PPoly`, exactly, of whatever degree.
 
     Calling it gives positions [rad or m] of trailing shape (d,); it does not extrapolate.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> curve = to_scipy(lift)
+    >>> curve(0.5), curve.derivative()(0.5)
+    (array([0.5]), array([1.5]))
     """
     return trajectory.polynomial.to_ppoly()
 
@@ -36,6 +41,11 @@ def to_scipy_npz(trajectory: JointTrajectory) -> bytes:
 
         f = numpy.load("motion.npz")
         curve = scipy.interpolate.PPoly(f["c"], f["x"], extrapolate=False)
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> import io
+    >>> np.load(io.BytesIO(to_scipy_npz(lift)))["c"].shape
+    (4, 1, 1)
     """
     return npz_bytes(
         {
@@ -60,6 +70,11 @@ def to_mat(trajectory: JointTrajectory) -> bytes:
     The file holds `breaks` [s], 1 by m; `coefs`, (m - 1)·d by k + 1, highest power first, the d
     joints of a piece below one another; `d`; `joint_names` and `joint_units`, cells; and `pp`,
     what `mkpp` makes of it.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> import io, scipy.io
+    >>> scipy.io.loadmat(io.BytesIO(to_mat(lift)))["coefs"]
+    array([[-2.,  3.,  0.,  0.]])
     """
     from scipy.io import savemat
 

@@ -116,6 +116,10 @@ FORMATS: Mapping[str, Format] = MappingProxyType({form.name: form for form in _A
 def get_format(name: str) -> Format:
     """Return the format of a name.
 
+    >>> form = get_format("pvt")
+    >>> form.suffix, form.function, form.options
+    ('.csv', 'to_pvt', ('degrees', 'scale', 'offset', 'incremental', 'fit'))
+
     Raises:
         UnknownNameError: There is none.
     """
@@ -126,6 +130,9 @@ def get_format(name: str) -> Format:
 
 def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options if the format takes all of them.
+
+    >>> checked_options(get_format("csv"), {"rate": 50})
+    {'rate': 50}
 
     Raises:
         InputError: One would be ignored.
@@ -142,6 +149,9 @@ def checked_options(form: Format, options: Mapping[str, Any]) -> dict[str, Any]:
 
 def file_format(name: str) -> Format:
     """Return the format of a name if it has a file.
+
+    >>> file_format("scipy").file_function
+    'to_scipy_npz'
 
     Raises:
         UnknownNameError: There is none of this name.

@@ -99,6 +99,11 @@ def ros2_dict(
 ) -> dict[str, Any]:
     """Give the message as plain data: its fields by name, nested as in the message.
 
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> message = ros2_dict(lift)
+    >>> message["joint_names"], message["points"][1]["positions"]
+    (['lift'], [1.0])
+
     Args:
         motion: The motion, or points of it as `motion_points` makes them.
         options: See `knotwork.exportable.MessageOptions`.
@@ -208,6 +213,10 @@ def replay_bound(trajectory: JointTrajectory, *, accelerations: bool = False) ->
 
     It holds over all joints and all time, up to rounding of the positions; the text of the module
     derives it.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1 / 3], [[0], [1]], [[0], [0]])
+    >>> 0 < replay_bound(lift) < 2e-9
+    True
 
     Args:
         trajectory: A motion that its knots define.

@@ -43,6 +43,13 @@ def to_csv(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Tab
     """Write samples or knots as CSV with one header row, units in the names of the columns.
 
     Options and errors are those of `motion_table`.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> print(to_csv(lift, rate=2), end="")
+    time_s,lift.position_rad,lift.velocity_rad_per_s,lift.acceleration_rad_per_s2,lift.jerk_rad_per_s3
+    0,0,0,6,-12
+    0.5,0.5,1.5,0,-12
+    1,1,0,-6,-12
     """
     return columns_to_csv(_table(motion, **options).columns())
 
@@ -51,6 +58,11 @@ def to_json(motion: JointTrajectory | Points | MotionTable, **options: Unpack[Ta
     """Write samples or knots as JSON: `joint_names`, `units`, `time`, `positions`, and so on.
 
     Options and errors are those of `motion_table`.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> import json
+    >>> json.loads(to_json(lift, rate=2))["positions"]
+    [[0.0], [0.5], [1.0]]
     """
     table = _table(motion, **options)
     data: dict[str, Any] = {
@@ -79,6 +91,11 @@ def to_npz(
     last), `tool_linear_velocity` and `tool_angular_velocity` (s, 3).
 
     Options and errors are those of `motion_table`.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> import io
+    >>> np.load(io.BytesIO(to_npz(lift, rate=2)))["position"].shape
+    (3, 1)
     """
     table = _table(motion, **options)
     names = {"joint_names": table.joint_names, "joint_units": table.joint_units}
@@ -99,6 +116,10 @@ def to_parquet(
     """Write samples or knots as Parquet, its columns those of the CSV (needs `pyarrow`).
 
     Options and errors are those of `motion_table`.
+
+    >>> lift = kw.JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    >>> to_parquet(lift, rate=2)[:4]
+    b'PAR1'
     """
     table = _table(motion, **options)
     how = "install it with pip install 'knotwork[parquet]'"

@@ -26,7 +26,6 @@ MOST_VALUES = 20_000_000
 """More numbers than this in a table, some 400 MB of text, are a mistake in the rate rather than a
 file anybody reads."""
 
-PER_TIME = ("", "_per_s", "_per_s2", "_per_s3")
 TOOL = {
     "tool_position": ("tool.position", "xyz", "m"),
     "tool_quaternion": ("tool.quaternion", "xyzw", ""),
@@ -67,11 +66,12 @@ class MotionTable:
         """
         columns = {"time_s": self.time}
         for order, quantity in enumerate(DERIVATIVES):
+            per = "_per_s" * (order > 0) + f"{order}" * (order > 1)
             if quantity in self.joints:
                 for i, (name, unit) in enumerate(
                     zip(self.joint_names, self.joint_units, strict=True)
                 ):
-                    label = f"{name}.{quantity}_{unit}{PER_TIME[order]}"
+                    label = f"{name}.{quantity}_{unit}{per}"
                     columns[label] = self.joints[quantity][:, i]
         for key, values in self.tool.items():
             name, components, unit = TOOL[key]

@@ -118,7 +118,7 @@ def read_rows(path: Path) -> list[tuple[int, list[str]]]:
     Raises:
         DocumentError: The file can't be read or is not valid CSV.
     """
-    text = read_text(path, most=MOST_BYTES).removeprefix("\ufeff")
+    text = read_text(path, most=MOST_BYTES)
     delimiter = _delimiter(text)
     lines = io.StringIO(text)
     above: tuple[int, str] | None = None

@@ -15,6 +15,7 @@ from knotwork.foreign.csv_file import read_csv
 from knotwork.foreign.points import read_points
 from knotwork.foreign.table import to_trajectory
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.storage.writing import FORMAT
 from knotwork.trajectory import JointTrajectory
 
 RESOLUTION = 1.0000001e-9
@@ -76,7 +77,11 @@ def read_trajectory(
 
 
 def is_trajectory(path: Path | str) -> bool:
-    """Whether a path names a trajectory: by its suffix, or else by what the file holds."""
+    """Whether a path names a trajectory: by its suffix, or else by what the file holds.
+
+    >>> is_trajectory("motion.csv"), is_trajectory("motion.yaml")
+    (True, False)
+    """
     suffix = _suffix(Path(path))
     if suffix == ".json" and _is_scenario(Path(path)):
         return False
@@ -94,7 +99,12 @@ def _is_scenario(path: Path) -> bool:
 
 
 def is_foreign(path: Path | str) -> bool:
-    """Whether a file holds points of another tool, or samples; not if it can't be read."""
+    """Whether a file holds points of another tool, or samples; not if it can't be read.
+
+    >>> path = storage.write_file("motion.csv", "time,lift")
+    >>> is_foreign(path), is_foreign("missing.json")
+    (True, False)
+    """
     return _kind(Path(path)) in ("csv", "points")
 
 
@@ -109,7 +119,7 @@ def _kind(path: Path) -> str:
 def _content(document: Document) -> str:
     """What plain data are: `"points"` of another tool or samples, a `"stored"` trajectory."""
     data = document.data if isinstance(document.data, dict) else {}
-    if data.get("format") == storage.writing.FORMAT:
+    if data.get("format") == FORMAT:
         return "stored"
     points = any(key in data for key in POINTS) and not any(key in data for key in STORED)
     return "points" if points else ""

@@ -72,6 +72,15 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     shift is improved by least squares between all samples and the plan's polynomials. Before and
     after its time the plan stands.
 
+    >>> plan = kw.plan("paper_case")
+    >>> time = np.arange(0.0, 25.0, 0.05)
+    >>> log = np.column_stack([time + 3, plan.trajectory.position(time)])
+    >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
+    >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
+    >>> shift = aligned(kw.recording.smoothed(recorded), plan.trajectory).shift
+    >>> round(shift, 3)
+    3.0
+
     Args:
         curve: The smoothed log.
         reference: The plan; it has the log's joints, in any order.
@@ -179,6 +188,15 @@ def deviation_findings(
 
     Joint deviations are exact extrema between the smoothed log and the plan; the tool's are found
     at the times of the samples. Short reports show the shift with the largest of each.
+
+    >>> plan = kw.plan("paper_case")
+    >>> time = np.arange(0.0, 25.0, 0.05)
+    >>> log = np.column_stack([time + 3, plan.trajectory.position(time)])
+    >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
+    >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
+    >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
+    >>> next(deviation_findings(alignment)).brief
+    'time shift ... s; joint_1 up to ... rad off at ... s'
 
     Args:
         alignment: The smoothed log, by the plan's clock.

@@ -22,14 +22,6 @@ _MEASURED = ("actual", "measured", "state")
 _ASKED = ("target", "desired", "reference", "command", "commanded", "error")
 
 
-class LogHeadingError(Exception):
-    """Headings that don't tell where a log has time and positions; says what is accepted."""
-
-    def __init__(self, message: str, accepted: str) -> None:
-        self.accepted = accepted
-        super().__init__(message)
-
-
 @dataclass(frozen=True)
 class LogColumns:
     """Where a log has what.
@@ -75,7 +67,7 @@ def log_columns(
         degrees: Columns of rad joints that say no unit are in degrees.
 
     Raises:
-        LogHeadingError: No time, or not exactly one position of each joint.
+        HeadingError: No time, or not exactly one position of each joint.
     """
     found = list(_named(headings, joint_names, joint_units))
     if not any(one.quantity == "position" for one in found):
@@ -171,7 +163,7 @@ def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None
         best = max(topics.values(), key=lambda joints: len(set(joints)), default=[])
         missing = [name for i, name in enumerate(names) if i not in best]
         where = f" of the topic {wanted!r}" if wanted is not None else ""
-        raise LogHeadingError(
+        raise HeadingError(
             f"no column{where} is the position of joint {', '.join(map(repr, missing))}",
             "headings with the joint's name, such as /joint_states/NAME/position, NAME.position "
             "or NAME [deg]; or position[0], actual_q_0 and so on for every joint in the robot's "
@@ -180,14 +172,14 @@ def _topic(positions: Sequence[_Found], names: Sequence[str], wanted: str | None
     preferred = [name for name in whole if name.rpartition("/")[2] == PREFERRED]
     preferred = preferred or [n for n in whole if set(words(n)) & set(_MEASURED)] or whole
     if len(preferred) > 1:
-        raise LogHeadingError(
+        raise HeadingError(
             f"{len(preferred)} topics have positions of all joints: {', '.join(preferred)}",
             "--topic with one of them",
         )
     (chosen,) = preferred
     for joint, name in enumerate(names):
         if topics[chosen].count(joint) > 1:
-            raise LogHeadingError(
+            raise HeadingError(
                 f"{topics[chosen].count(joint)} columns are the position of joint {name!r}", "one"
             )
     return chosen
@@ -227,6 +219,6 @@ def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]
     if len(times) == 1:
         return (times[0],)
     which = f"{len(times)} columns are times" if times else "no column is the time"
-    raise LogHeadingError(
+    raise HeadingError(
         which, "one column named time, timestamp or __time, or header.stamp.sec and .nanosec"
     )

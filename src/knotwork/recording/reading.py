@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from knotwork.errors import DocumentError, Problem
 from knotwork.foreign.csv_file import number, read_rows
-from knotwork.recording.columns import LogColumns, LogHeadingError, log_columns
+from knotwork.foreign.header import HeadingError
+from knotwork.recording.columns import LogColumns, log_columns
 from knotwork.waypoints import FloatArray
 
 FEWEST = 16
@@ -109,7 +110,7 @@ def read_log(
         columns = log_columns(
             headings, rows[1][1], joint_names, joint_units, topic=topic, degrees=degrees
         )
-    except LogHeadingError as error:
+    except HeadingError as error:
         raise DocumentError(path, [Problem(line, "", str(error), error.accepted)]) from error
     return _recording(path, rows, columns, joint_names, joint_units)
 

@@ -42,6 +42,15 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
     `"passed"` then means that nothing in the log contradicts the scenario beyond the log's noise.
     What is undecided is said in the findings.
 
+    >>> plan = kw.plan("paper_case")
+    >>> time = np.arange(0.0, 25.0, 0.05)
+    >>> log = np.column_stack([time + 3, plan.trajectory.position(time)])
+    >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
+    >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
+    >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
+    >>> check_log(alignment, plan.scenario, plan.space).ok
+    True
+
     Args:
         alignment: The smoothed log, by the clock of a plan of this scenario.
         scenario: What is asked for.
@@ -60,7 +69,7 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
             undecided += 1
             to = units.text(known, found.unit, ".2g")
             said = f"{found.message}; undecided, for the log tells it to {to}"
-            found = replace(found, verdict="information", message=said)
+            found = replace(found, verdict="undecided", message=said)
         judged.append(found)
     judged += compared.findings
     if undecided:
@@ -69,6 +78,7 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
                 "undecided",
                 f"{undecided} requirements are undecided: what they are off by is less than "
                 f"{CERTAIN:g} standard errors of the log",
+                f"undecided: off by less than {CERTAIN:g} standard errors",
             )
         )
     return replace(report, findings=tuple(judged))
@@ -78,6 +88,15 @@ def compare_log(
     alignment: Alignment, robot: Robot | None = None, units: Units = SI, *, required: bool = True
 ) -> Report:
     """Say how far a log is off its plan, what is assumed of it, and whether it jumps.
+
+    >>> plan = kw.plan("paper_case")
+    >>> time = np.arange(0.0, 25.0, 0.05)
+    >>> log = np.column_stack([time + 3, plan.trajectory.position(time)])
+    >>> np.savetxt("log.csv", log, "%.4f", ",", header="time,joint_1", comments="")
+    >>> recorded = kw.recording.read_log("log.csv", ["joint_1"], ["rad"])
+    >>> alignment = kw.recording.aligned(kw.recording.smoothed(recorded), plan.trajectory)
+    >>> str(compare_log(alignment)).splitlines()[0]
+    'PASSED log.csv: 1 of 1 requirements met; ...'
 
     Args:
         alignment: The smoothed log, by the plan's clock.
@@ -110,7 +129,8 @@ def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float 
     def errors(nu: int) -> FloatArray:
         return CERTAIN * alignment.errors(nu, found.at)[order]
 
-    if found.subject == "joint" and found.quantity in DERIVATIVES:
+    of_joint = found.name in space.joint_names
+    if of_joint and found.subject == "joint" and found.quantity in DERIVATIVES:
         return float(errors(DERIVATIVES.index(found.quantity))[space.joint_names.index(found.name)])
     named = found.quantity.removeprefix("joint_")
     if found.group == "Joints at the waypoints" and named in DERIVATIVES:
@@ -119,7 +139,7 @@ def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float 
         return None
     time = alignment.trajectory.start_time if found.at is None else found.at
     q = _at(alignment, space, time)
-    if found.quantity == "effort":
+    if of_joint and found.quantity == "effort":
         errors_of = _inertia(space.robot, q) * errors(2)
         return float(np.linalg.norm(errors_of[space.joint_names.index(found.name)]))
     if found.unit in _ORDERS:
@@ -163,6 +183,9 @@ def _smooth(alignment: Alignment, units: Units, *, required: bool) -> Iterator[F
                 f", {shares[worst, j]:.3g} times the noise: the motion jumps, or the sample is "
                 "wrong"
             )
+            if not curve.noise.stated:
+                largest = float(np.abs(curve.residuals).max())
+                said += f"; if samples may be off by as much, --noise {largest:.0e} says so"
         ok = value <= limit
         yield Finding(
             group="Continuity",
@@ -212,10 +235,11 @@ def _about(alignment: Alignment, units: Units) -> Iterator[Finding]:
         yield _said("left_out", f"left out or mended: {'; '.join(log.notes)}")
     if curve.missed:
         start, end = (time - alignment.start for time in curve.missed[0])
+        times = f", {len(curve.missed)} times, first" if len(curve.missed) > 1 else ""
         yield Finding(
             "Warnings", "motion", "", "too_coarse", "warning",
-            f"the motion changes faster than the log shows, {len(curve.missed)} times, first from "
-            f"{start:.4f} s to {end:.4f} s: there it is known badly",
+            f"the motion changes faster than the log shows{times} from {start:.4f} s to "
+            f"{end:.4f} s: there it is known badly",
             time=float(start),
         )  # fmt: skip
     gaps = np.diff(log.time)
@@ -225,7 +249,7 @@ def _about(alignment: Alignment, units: Units) -> Iterator[Finding]:
         yield Finding(
             "Warnings", "motion", "", "gap", "warning",
             f"the log has no sample from {start:.4f} s to {start + gaps[i]:.4f} s; the motion "
-            "there is a guess",
+            "there is a guess, and so is what is said of it",
             time=float(start),
         )  # fmt: skip
 
@@ -240,8 +264,8 @@ def _ranges(alignment: Alignment) -> Iterator[tuple[float, str]]:
         )
 
 
-def _said(quantity: str, message: str) -> Finding:
-    return Finding(GROUP, "motion", "", quantity, "information", message)
+def _said(quantity: str, message: str, brief: str = "") -> Finding:
+    return Finding(GROUP, "motion", "", quantity, "information", message, brief=brief)
 
 
 def _number(name: str, quantity: str, value: float, unit: str, message: str) -> Finding:

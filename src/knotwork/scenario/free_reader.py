@@ -158,8 +158,15 @@ def check_places(file: ScenarioFile, document: Document) -> None:
 def _check_use(file: ScenarioFile, document: Document, free: FreeTimes) -> None:
     """Refuse what is said of something that is chosen where nothing is."""
     timed = bool(free.duration.any())
-    if file.times is not None and not timed:
-        raise document.error(("times",), "fastest, but every waypoint gives its time")
+    if file.times is not None and not timed and not free.path_speed:
+        on_paths = any(isinstance(waypoint, PathWaypoint) for waypoint in file.waypoints)
+        raise document.error(
+            ("times",),
+            "fastest, but every waypoint gives its time"
+            + (" or its speed along a path" if on_paths else ""),
+            "no times here, or after: fastest at a waypoint"
+            + (", or speed: fastest along a path" if on_paths else ""),
+        )
     if file.duration is not None and not timed:
         raise document.error(
             ("duration",),

@@ -69,7 +69,13 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
 
 
 def scenario_of(document: Document) -> Scenario:
-    """Read a scenario from a document: see `load_scenario`."""
+    """Read a scenario from a document: see `load_scenario`.
+
+    >>> from knotwork.documents import Document
+    >>> ends = [{"joints": {"a": 0}}, {"joints": {"a": 1}, "after": 2}]
+    >>> scenario_of(Document({"waypoints": ends})).times
+    array([0., 2.])
+    """
     return _Resolver(document).scenario()
 
 

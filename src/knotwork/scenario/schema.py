@@ -303,5 +303,5 @@ class ScenarioFile(StrictModel):
     )
     rate: Positive = Field(100.0, description="Samples per second in samples.csv [Hz]")
     waypoints: Annotated[list[Waypoint], Field(min_length=1)] = Field(
-        description="In order of time; two at least, or one after a start"
+        description="Two at least, or one after a start, in order of time"
     )

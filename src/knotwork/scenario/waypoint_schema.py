@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
@@ -304,7 +303,9 @@ def _waypoint_kind(value: Any) -> str | None:
         if key in value:
             return kind
     # a key that is nearly one of them is a slip: let that key be reported
-    slips = (difflib.get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
+    from difflib import get_close_matches
+
+    slips = (get_close_matches(str(key).lower(), kinds, n=1, cutoff=0.7) for key in value)
     return next((kinds[slip[0]] for slip in slips if slip), None)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 from knotwork.plain_text import one_line
-from knotwork.units import Units
+from knotwork.units import Units, readable
 from knotwork.verification.finding import Finding
 
 WIDTH = 80
@@ -111,7 +111,7 @@ def summary(report: Told) -> str:
     met, required = report.counts
     tight = [one for one in report.tightest if (one.use or 0.0) >= NOTABLE]
     tightest = f"; tightest {_used(tight[0], report.units)}" if tight and report.ok else ""
-    return f"{met} of {required} met{tightest}"
+    return f"{met} of {required} met{_undecided(report)}{tightest}"
 
 
 def _verdict(report: Told) -> str:
@@ -119,7 +119,14 @@ def _verdict(report: Told) -> str:
     failed = f", {required - met} failed" if required > met else ""
     word = "PASSED" if report.ok else "FAILED"
     duration = f"{report.end_time - report.start_time:.5g} s"
+    failed += _undecided(report)
     return f"{word} {report.scenario}: {met} of {required} requirements met{failed}; {duration}"
+
+
+def _undecided(report: Told) -> str:
+    findings = (one for found in report.groups.values() for one in found)
+    count = sum(one.verdict == "undecided" for one in findings)
+    return f", {count} undecided" if count else ""
 
 
 def _listed(what: str, groups: Mapping[str, Sequence[Finding]], width: int) -> list[BriefLine]:
@@ -155,7 +162,7 @@ def _rows(groups: dict[str, list[Finding]], units: Units, room: int, width: int)
     heads = {name: f"{INDENT}{name} ({_count(found)})" for name, found in groups.items()}
     indent = max((len(head) for head in heads.values()), default=0) + 2
     told = {
-        name: [one.brief for one in found if one.brief] or _tightest(found, units)
+        name: [_own_words(one) for one in found if one.brief] or _tightest(found, units)
         for name, found in groups.items()
     }
     # a line for how many more there are is kept free where there are any
@@ -185,26 +192,46 @@ def _fitting(said: Sequence[str], spare: int, width: int) -> tuple[list[str], in
     return [*said[:kept], f"and {len(said) - kept} more"], room - used - 1
 
 
+def _own_words(found: Finding) -> str:
+    return f"{found.brief}: undecided" if found.verdict == "undecided" else found.brief
+
+
 def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
     """The finding nearest its limit: what part of it is used, or else by how much it is kept.
 
     Where nothing has a limit, it is the largest of each quantity.
     """
     numbers = [one for one in findings if one.value is not None]
+    undecided = [one for one in numbers if one.verdict == "undecided"]
+    if undecided:
+        worst = max(undecided, key=lambda one: one.use or 0.0)
+        return [f"{len(undecided)} undecided: {_told_of(worst, units)}"]
+    apart = told_apart(findings)
+    if apart:
+        return [_told_of(one, units) for one in apart]
     limited = [one for one in numbers if one.required and one.limit is not None]
-    if not limited and any(one.limit is not None for one in numbers):
-        return ["not judged"]
     if not limited:
-        largest: dict[str, Finding] = {}
-        for one in numbers:
-            if abs(one.value or 0.0) >= abs(largest.get(one.quantity, one).value or 0.0):
-                largest[one.quantity] = one
-        return [_told_of(one, units) for one in largest.values()]
+        return ["not judged"]
+    return [_used(max(limited, key=lambda one: one.use or 0.0), units)]
+
+
+def told_apart(findings: Sequence[Finding]) -> list[Finding]:
+    """What is worth telling of a group of which no part of a limit tells how tight it is.
+
+    Where a limit is zero, it is the finding nearest its limit; where nothing has a limit, the
+    largest of each quantity; else nothing.
+    """
+    numbers = [one for one in findings if one.value is not None]
+    limited = [one for one in numbers if one.required and one.limit is not None]
     if any(one.use is None for one in limited):
-        nearest = min(limited, key=lambda one: one.margin if one.margin is not None else 0.0)
-        return [_told_of(nearest, units)]
-    tightest = max(limited, key=lambda one: one.use or 0.0)
-    return [_used(tightest, units)]
+        return [min(limited, key=lambda one: one.margin if one.margin is not None else 0.0)]
+    if any(one.limit is not None for one in numbers):
+        return []
+    largest: dict[str, Finding] = {}
+    for one in numbers:
+        if abs(one.value or 0.0) >= abs(largest.get(one.quantity, one).value or 0.0):
+            largest[one.quantity] = one
+    return list(largest.values())
 
 
 def _used(found: Finding, units: Units) -> str:
@@ -218,7 +245,7 @@ def _told_of(found: Finding, units: Units) -> str:
     if found.limit:
         limit = units.text(found.limit, found.unit, ".4g")
         from_below = (found.margin or 0.0) > 0.0 and abs(found.value or 0.0) > abs(found.limit)
-        bare = f"{units.shown(found.value or 0.0, found.unit)[0]:.4g}"
+        bare = readable(units.shown(found.value or 0.0, found.unit)[0])
         number = f"{number}, at least {limit}," if from_below else f"{bare} of {limit}"
     at = f"at {found.when} s" if found.when else ""
     return " ".join(filter(None, (one_line(found.name), found.title, number, at)))

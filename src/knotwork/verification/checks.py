@@ -38,3 +38,18 @@ CHECKS: dict[str, Check] = {
 }
 """Checks by name. A check of your own joins in by `CHECKS["name"] = function`: what it finds is in
 the report, in its pages and tables and in the exit code like all else."""
+
+_SHIPPED = dict(CHECKS)
+
+
+def own_checks() -> list[str]:
+    """Names of checks that were added, replaced or taken out; other processes know nothing of them.
+
+    >>> own_checks()
+    []
+    """
+    return [name for name in {**_SHIPPED, **CHECKS} if CHECKS.get(name) is not _SHIPPED.get(name)]
+
+
+UNMET_BY_CUBIC_FITS = ("acceleration_jump", "joint_acceleration")
+"""Quantities that fail where cubics fit points of a smoother motion, however many there are."""

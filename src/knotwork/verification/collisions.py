@@ -11,7 +11,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
+from knotwork.verification.motion import AT_WAYPOINT, Motion, between
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:
@@ -35,9 +35,6 @@ ROOM_PRECISION = 2e-4
 
 LEADS_PAST = "can lead past"
 FARTHER = "where the motion beside it still collides, put it farther that way"
-
-AT_WAYPOINT = 1e-6
-"""A time this near to that of a waypoint [s] is at the waypoint."""
 
 
 def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -172,7 +169,7 @@ def _message(
             f"never nearer than {scale * found.bound:.4g} {unit}"
         )
     start, end = found.interval or (found.time, found.time)
-    where = f"{at}, {_between(scenario, found.time)}"
+    where = f"{at}, {between(scenario, found.time)}"
     if found.verdict == "undecided":
         return (
             f"it is not decided whether {second} comes too near to {first}: "
@@ -199,20 +196,6 @@ def _when(found: Clearance) -> str:
     return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
 
 
-def _between(scenario: Scenario, time: float) -> str:
-    """Where a time lies among the waypoints."""
-    before = None
-    for waypoint in scenario.waypoints:
-        if abs(waypoint.time - time) <= AT_WAYPOINT:
-            return f"at waypoint {waypoint.name!r}"
-        if waypoint.time > time:
-            if before is None:
-                break
-            return f"between {before!r} and {waypoint.name!r}"
-        before = waypoint.name
-    return "outside the waypoints"
-
-
 class _WaysOut:
     """Where waypoints would have to go; one place for all that collides at once."""
 
@@ -230,10 +213,10 @@ class _WaysOut:
             if fixed:
                 return f"waypoint {fixed[0].name!r} is in it: its joint values have to change"
             return APART
-        said = {_between(self.scenario, found.time): self._way(worst, found.time)}
+        said = {between(self.scenario, found.time): self._way(worst, found.time)}
         for start, end in found.contacts:
             middle = (start + end) / 2
-            where = _between(self.scenario, middle)
+            where = between(self.scenario, middle)
             if where not in said and len(said) < MOST_PLACES:
                 said[where] = f"{where} {self._way((start, end), middle)}"
         ways = "; ".join(said.values())

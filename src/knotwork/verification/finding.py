@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
-Verdict = Literal["met", "failed", "warning", "information"]
+from knotwork.errors import InputError
+
+Verdict = Literal["met", "failed", "undecided", "warning", "information"]
 Proof = Literal["exact", "bounded", "sampled"]
 
 
@@ -25,12 +27,13 @@ class Finding:
 
     Attributes:
         group: Heading that it is listed under, for example `"Joint limits"`.
-        subject: Kind of thing that it is about: `"waypoint"`, `"joint"`, `"tool"`, `"link"` or
-            `"motion"`.
+        subject: Kind of thing that it is about: `"waypoint"`, `"joint"`, `"tool"`, `"link"`,
+            `"pair"` (of bodies), `"path"`, `"wait"` or `"motion"`.
         name: Which one, for example the name of the joint; empty where there is only one.
         quantity: What was looked at, for example `"velocity"`.
-        verdict: `"met"` or `"failed"` for what is required; `"warning"` for what is plausibly a
-            slip; `"information"` for what nothing is required of. Only `"failed"` fails a report.
+        verdict: `"met"` or `"failed"` for what is required; `"undecided"` for what is required and
+            a log is too noisy to tell; `"warning"` for what is plausibly a slip; `"information"`
+            for what nothing is required of. Only `"failed"` fails a report.
         message: All of it in one sentence.
         value: What was found, or the error where something was requested; infinite at a jump,
             `None` where there is no number.
@@ -74,6 +77,18 @@ class Finding:
     points: tuple[tuple[float, ...], ...] = ()
     brief: str = ""
     detail: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse a value that is no number, of which nothing could be judged.
+
+        Raises:
+            InputError: It is NaN.
+        """
+        if self.value is not None and math.isnan(self.value):
+            raise InputError(
+                f"a finding on {self.quantity!r} of {self.subject} {self.name!r} has the value "
+                "NaN; accepted: a number, infinity for a jump, or None"
+            )
 
     @property
     def ok(self) -> bool:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,8 +60,7 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
             yield limit_finding(space, i, quantity, Reached(value, time), limit, margin)
 
 
-@dataclass(frozen=True)
-class Reached:
+class Reached(NamedTuple):
     """The value nearest to, or furthest beyond, a limit.
 
     Attributes:

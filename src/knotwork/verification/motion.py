@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
+
+AT_WAYPOINT = 1e-6
+"""A time this near to that of a waypoint [s] is at the waypoint."""
 
 
 class Motion:
@@ -35,3 +39,17 @@ class Motion:
     def end_time(self) -> float:
         """When it ends [s]."""
         return float(self.curve.x[-1])
+
+
+def between(scenario: Scenario, time: float) -> str:
+    """Where a time lies among the waypoints."""
+    before = None
+    for waypoint in scenario.waypoints:
+        if abs(waypoint.time - time) <= AT_WAYPOINT:
+            return f"at waypoint {waypoint.name!r}"
+        if waypoint.time > time:
+            if before is None:
+                break
+            return f"between {before!r} and {waypoint.name!r}"
+        before = waypoint.name
+    return "outside the waypoints"

@@ -11,9 +11,8 @@ from knotwork.joint_quantities import DERIVATIVES
 from knotwork.joint_space import JointSpace
 from knotwork.least_durations import feasible_durations
 from knotwork.scenario import Scenario
-from knotwork.tool_paths import Blend
 from knotwork.verification.finding import Finding
-from knotwork.verification.motion import Motion
+from knotwork.verification.motion import Motion, between
 
 NOTABLE = 1.001
 """A move that needs more than so many times its duration is said to need more time."""
@@ -54,7 +53,11 @@ def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: Join
     if not order:
         return ""
     corner = rounded_corner(found.time, scenario) if order > 1 else ""
-    return corner or _move_too_short(found.time, motion, scenario, space, j) or slower(use, order)
+    helps = corner or _move_too_short(found.time, motion, scenario, space, j)
+    if helps:
+        return helps
+    paths = ", at less speed along tool paths" if scenario.paths else ""
+    return f"it is broken {between(scenario, found.time)}; {slower(use, order)}{paths}"
 
 
 def rounded_corner(time: float, scenario: Scenario) -> str:
@@ -62,6 +65,8 @@ def rounded_corner(time: float, scenario: Scenario) -> str:
 
     What a blend bends falls with its length, and with the square of the speed.
     """
+    from knotwork.tool_paths import Blend
+
     for path in scenario.paths:
         timed = path.motion
         if not timed.start_time <= time <= timed.end_time:

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.verification.bounds import Bound
 
+ALMOST_SINGULAR = 1e-3
+"""A singular value below this is called so where it has no limit of its own."""
+
 NO_JUMP = 1e-9
 """A jump of the tool's velocity up to this [m/s] is rounding."""
 
@@ -150,4 +153,7 @@ def singularity(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
         time=found.time,
         proof=reached.proof,
         excess=reached.excess,
+        brief=f"almost singular: smallest singular value {found.value:.4g} at {found.time:.3f} s"
+        if limit is None and found.value < ALMOST_SINGULAR
+        else "",
     )

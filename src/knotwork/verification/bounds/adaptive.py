@@ -11,7 +11,7 @@ Intervals are divided where that leaves a verdict open.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +49,7 @@ way from the base to a tip and back an arm of 30 joints makes some 2,000 roundin
 less than 7·2⁻⁴² + 2,000·7·2⁻⁵³ < 2⁻³⁸."""
 
 
-@dataclass(frozen=True, eq=False)
-class Quantity:
+class Quantity(NamedTuple):
     """A quantity to be bounded, in c components.
 
     Attributes:
@@ -68,8 +67,7 @@ class Quantity:
     absolute: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Maximum:
+class Maximum(NamedTuple):
     """The largest values found, and what no value exceeds, by component.
 
     Attributes:
@@ -196,8 +194,7 @@ class _Search:
         return excess, rounding
 
 
-@dataclass(frozen=True, eq=False)
-class _Division:
+class _Division(NamedTuple):
     """Intervals divided: all ends of the parts, and the parts.
 
     Attributes:

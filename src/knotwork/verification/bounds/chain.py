@@ -8,8 +8,7 @@ two joints is fixed in the parent too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -23,8 +22,7 @@ ORDERS = 5
 """Derivatives 0 … 4 of joint positions are bounded: torque has two orders, its bound two more."""
 
 
-@dataclass(frozen=True, eq=False)
-class Tree:
+class Tree(NamedTuple):
     """The joints of a Pinocchio model, as far as the bounds need them.
 
     Attributes:
@@ -92,8 +90,7 @@ def carried(model: Any, frame: int) -> tuple[int, float]:
     return int(placed.parentJoint), float(np.linalg.norm(placed.placement.translation))
 
 
-@dataclass(frozen=True, eq=False)
-class TreeMotion:
+class TreeMotion(NamedTuple):
     """Bounds on the derivatives of the motion of every link, each of shape (orders, n).
 
     Attributes:

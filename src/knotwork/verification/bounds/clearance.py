@@ -16,7 +16,8 @@ three, and the middle part has its distance already.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,8 +60,7 @@ BUDGET = 100_000
 """Distances that are measured at most. What is open then is undecided."""
 
 
-@dataclass(frozen=True, eq=False)
-class Clearance:
+class Clearance(NamedTuple):
     """How near two bodies come over a motion.
 
     Attributes:
@@ -257,29 +257,27 @@ class _Search:
             least: Distance that spheres prove of each item [m].
             motion: How far the solids of each item move against one another at most [m].
         """
-        lower = least - motion
-        first_goal = self._goal()
+        lower, first_goal = least - motion, self._goal()
         waiting = np.flatnonzero(np.isnan(distance) & (lower < first_goal[combo]))
-        goal: dict[int, float] = {}
+        waiting = waiting[np.argsort(np.round(lower[waiting], DIGITS), kind="stable")]
+        goal, smallest = first_goal.tolist(), self.distance.tolist()
         turn, shift = self.table.axes(rotation, origin)
-        order = np.argsort(np.round(lower[waiting], DIGITS), kind="stable")
-        for i in waiting[order].tolist():
-            c = int(combo[i])
-            if lower[i] >= goal.get(c, np.inf):
+        columns = (waiting, combo[waiting], item[waiting], lower[waiting], motion[waiting])
+        for i, c, k, nearest, moved in zip(*(one.tolist() for one in columns), strict=True):
+            if nearest >= goal[c]:
                 continue
-            k = int(item[i])
-            enough = goal.setdefault(c, float(first_goal[c])) + motion[i] + 2 * ROUNDING
-            enough = max(enough, float(self.distance[c]))
+            enough = max(goal[c] + moved + 2 * ROUNDING, smallest[c])
             d = self.table.measured(c, turn[k], shift[k], enough)
             distance[i] = d
             self.measurements[c] += 1
-            if d < self.distance[c] - 10.0**-DIGITS:
-                self.distance[c], self.time[c] = d, time[i]
+            if d < smallest[c] - 10.0**-DIGITS:
+                smallest[c] = self.distance[c] = d
+                self.time[c] = time[i]
                 part = max(self.least_part, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
 
     def _moves(self, intervals: Intervals, rotation: FloatArray, origin: FloatArray) -> FloatArray:
-        """How far each joint moves each solid at most, shape (k, n + 1, solids) [m]."""
+        """How far each joint moves each solid that it carries, shape (k, n + 1, solids) [m]."""
         joints = self.model.joints
         k, n = origin.shape[:2]
         rates = joint_rates(self.curve, intervals).bounds[1]
@@ -288,12 +286,13 @@ class _Search:
         corners = self.table.corners(rotation, origin)
         moves = np.zeros((k, n, len(self.table.solids)))
         for j in range(1, n):
+            own = np.flatnonzero(joints.carriers[self.table.joint, j])
             axis = (rotation[:, j] @ joints.axis[j])[:, None, None]
-            lever = corners - origin[:, j, None, :, None]
+            lever = corners[:, own] - origin[:, j, None, :, None]
             along = (axis @ lever)[:, :, 0]
             square = (lever * lever).sum(axis=2) - along * along
             off = np.sqrt(np.maximum(square.max(axis=2), 0.0))
-            moves[:, j] = half[:, j, None] * (joints.turns[j] * off + abs(joints.slides[j]))
+            moves[:, j, own] = half[:, j, None] * (joints.turns[j] * off + abs(joints.slides[j]))
         return moves
 
     def _motions(self, moves: FloatArray, item: IndexArray, combo: IndexArray) -> FloatArray:

@@ -6,6 +6,7 @@ every column (an interval of time). Sums of quantities add their bounds; product
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import comb
 
 import numpy as np
@@ -29,8 +30,7 @@ def product(a: FloatArray, b: FloatArray) -> FloatArray:
     orders = min(len(a), len(b))
     result = np.asarray(a[0] * b[:orders])
     for m in range(1, orders):
-        factor = np.array([float(comb(k, m)) for k in range(m, orders)])[:, None]
-        result[m:] += factor * (a[m] * b[: orders - m])
+        result[m:] += _choose(orders)[m:, m] * (a[m] * b[: orders - m])
     return result
 
 
@@ -45,9 +45,15 @@ def turning(angular: FloatArray, constant: float = 1.0) -> FloatArray:
         Bounds of orders 0 … k, shape (k+1, n).
     """
     orders = len(angular)
-    result = np.zeros((orders + 1, *angular.shape[1:]))
+    result = np.empty((orders + 1, *angular.shape[1:]))
     result[0] = 1.0
     for k in range(orders):
-        for m in range(k + 1):
-            result[k + 1] += (constant * comb(k, m)) * (angular[m] * result[k - m])
+        factor = constant * _choose(orders)[k, : k + 1]
+        result[k + 1] = (factor * (angular[: k + 1] * result[k::-1])).sum(axis=0)
     return result
+
+
+@lru_cache(maxsize=16)
+def _choose(orders: int) -> FloatArray:
+    """C(k, m), which is zero where m is above k, shape (orders, orders, 1)."""
+    return np.array([[[float(comb(k, m))] for m in range(orders)] for k in range(orders)])

@@ -9,8 +9,7 @@ compared as matrices: two that are an angle φ apart differ by √8 sin(φ/2) in
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -25,7 +24,7 @@ from knotwork.verification.bounds.polynomials import Intervals, joint_rates
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
-    from knotwork.tool_paths import TimedPath
+    from knotwork.tool_paths import TimedPath, ToolPath
 
 BUDGET = 100_000
 """Samples of one stretch. A verdict that is still open then is not proved."""
@@ -43,8 +42,7 @@ MOST_PARTS = 16
 ROUNDS = 12
 
 
-@dataclass(frozen=True, eq=False)
-class PathLimits:
+class PathLimits(NamedTuple):
     """What a stretch allows: distance [m], angle [rad], and difference of speed [m/s]."""
 
     position: float
@@ -52,8 +50,7 @@ class PathLimits:
     speed: float
 
 
-@dataclass(frozen=True)
-class PathBound:
+class PathBound(NamedTuple):
     """The worst of one quantity along a stretch of a path.
 
     Attributes:
@@ -69,8 +66,7 @@ class PathBound:
     proved: bool
 
 
-@dataclass(frozen=True, eq=False)
-class StretchBounds:
+class StretchBounds(NamedTuple):
     """Bounds on a stretch of a path.
 
     Attributes:
@@ -93,8 +89,7 @@ class StretchBounds:
     use: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class _Samples:
+class _Samples(NamedTuple):
     """The tool at k times, and the nearest points of the path."""
 
     s: FloatArray
@@ -105,7 +100,7 @@ class _Samples:
     def with_more(self, more: _Samples, known: NDArray[np.bool_]) -> _Samples:
         """These where they are known, and more between them."""
         columns = []
-        for old, new in zip(vars(self).values(), vars(more).values(), strict=True):
+        for old, new in zip(self, more, strict=True):
             merged = np.empty((len(known), *old.shape[1:]))
             merged[known], merged[~known] = old, new
             columns.append(merged)
@@ -184,15 +179,17 @@ def path_bounds(
         budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
     most = np.array([limits.position, gap_of(limits.orientation), limits.speed])
     # the bounds alone tell how fine the samples must be, before any is taken
+    sizes = stretch.sizes(t)
     for _ in range(4):
-        length = np.diff(t)
-        acceleration, jerk, turn, _ = stretch.sizes(t)
-        rough = length**2 / 8.0 * np.array([acceleration, turn, jerk])
+        rough = np.diff(t) ** 2 / 8.0 * np.array([sizes[0], sizes[2], sizes[1]])
         needed = np.sqrt((rough / (PRECISION * most[:, None])).max(axis=0))
-        t = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), needed, budget // 4)
+        finer = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), needed, budget // 4)
+        if len(finer) == len(t):
+            break
+        t, sizes = finer, stretch.sizes(finer)
     found = stretch.sample(t)
     for left in range(ROUNDS, -1, -1):
-        values, excess = _compared(stretch, found, t, full_speed, speed)
+        values, excess = _compared(stretch.motion.path, found, t, sizes, full_speed, speed)
         upper = values + excess
         is_open = (upper > most[:, None]) & ~(values.max(axis=1) > most)[:, None]
         if not left or not is_open.any():
@@ -205,6 +202,7 @@ def path_bounds(
             break
         known = np.isin(finer, t)
         t, found = finer, found.with_more(stretch.sample(finer[~known]), known)
+        sizes = stretch.sizes(t)
     return _summed(t, found, values, upper, most, full_speed, speed)
 
 
@@ -236,12 +234,16 @@ def _divided(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) 
 
 
 def _compared(
-    stretch: _Stretch, found: _Samples, t: FloatArray, full: tuple[float, float], speed: float
+    path: ToolPath,
+    found: _Samples,
+    t: FloatArray,
+    sizes: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    full: tuple[float, float],
+    speed: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Worst end of each interval, and how much worse it may be between; shape (3, n) both."""
     length = np.diff(t)
-    acceleration, jerk, turn, rounding = stretch.sizes(t)
-    path = stretch.motion.path
+    acceleration, jerk, turn, rounding = sizes
     bend = path.bend(found.s[:-1], found.s[1:])
     turn_bend = path.turn_bend(found.s[:-1], found.s[1:])
     excess = np.stack(

@@ -7,7 +7,9 @@ them bounds it. They are made anew for every interval: the shorter it is, the ti
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import perm
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +42,7 @@ class Intervals:
         return Intervals(self.piece[index], self.start[index], self.length[index])
 
 
-@dataclass(frozen=True, eq=False)
-class Rates:
+class Rates(NamedTuple):
     """Bounds on the derivatives of joint positions, over n intervals.
 
     Attributes:
@@ -64,21 +65,24 @@ def joint_rates(curve: PiecewisePolynomial, intervals: Intervals) -> Rates:
     sizes = _term_sizes(curve)[:, intervals.piece]
     shifted = _shifted(curve.c[:, intervals.piece], intervals.start[:, None])[::-1]
     degree = curve.degree
-    powers = [np.ones_like(intervals.length)]
-    for _ in range(degree):
-        powers.append(powers[-1] * intervals.length)
+    powers = np.ones((degree + 1, len(intervals.length), 1))
+    for r in range(degree):
+        powers[r + 1, :, 0] = powers[r, :, 0] * intervals.length
     bounds = np.zeros((ORDERS, *shifted.shape[1:]))
     for order in range(min(ORDERS, degree + 1)):
-        terms = [
-            shifted[r] * (perm(r, order) * powers[r - order][:, None])
-            for r in range(order, degree + 1)
-        ]
-        values = np.tensordot(to_bernstein(degree - order), np.array(terms), 1)
-        bounds[order] = np.abs(values).max(axis=0)
+        terms = shifted[order:] * powers[: degree + 1 - order]
+        values = _derived_bernstein(degree, order) @ terms.reshape(len(terms), -1)
+        bounds[order] = np.abs(values, out=values).max(axis=0).reshape(shifted.shape[1:])
     bounds += (EVALUATION_ROUNDING * max(degree, 1)) * sizes
     return Rates(
         np.ascontiguousarray(bounds.swapaxes(1, 2)), np.ascontiguousarray(sizes[0].swapaxes(0, 1))
     )
+
+
+@lru_cache(maxsize=64)
+def _derived_bernstein(degree: int, order: int) -> FloatArray:
+    """Matrix from coefficients, from the power `order` on, to those of a derivative (Bernstein)."""
+    return to_bernstein(degree - order) * [perm(r, order) for r in range(order, degree + 1)]
 
 
 def _term_sizes(curve: PiecewisePolynomial) -> FloatArray:

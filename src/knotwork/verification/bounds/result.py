@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import Maximum
 
 
-@dataclass(frozen=True)
-class Bound:
+class Bound(NamedTuple):
     """The worst of a quantity over a whole motion: as found, and as proved.
 
     >>> plan = kw.plan("ur5_deburring")

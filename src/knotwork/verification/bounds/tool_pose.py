@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -108,7 +107,7 @@ def tool_angle_bound(
     gap = math.inf if most >= math.pi else gap_of(most)
     found = _bound(robot, trajectory, value, sizes, gap, budget)
     angle, bound = (float(angle_of(one)) for one in (found.value, found.bound))
-    return replace(found, value=angle, bound=bound, limit=limit)
+    return found._replace(value=angle, bound=bound, limit=limit)
 
 
 def tool_turning_bound(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -72,8 +71,7 @@ def torque_bound(
     return upper_bounds(found, limits)
 
 
-@dataclass(frozen=True, eq=False)
-class Masses:
+class Masses(NamedTuple):
     """Inertias of the links, by joint; entry 0, the base, is not used.
 
     Attributes:

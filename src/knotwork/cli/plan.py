@@ -1,0 +1,181 @@
+"""`knotwork plan`: plan scenarios, check the result, print the verdict."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knotwork.cli.parameters import (
+    EXIT_CODES,
+    FAILED,
+    PASSED,
+    WRONG_INPUT,
+    DecidingArgument,
+    NewPath,
+    budget_option,
+    full_option,
+    json_option,
+    knots_option,
+    package_path_option,
+    planner_option,
+)
+from knotwork.cli.progress import shown_progress
+from knotwork.cli.terminal import echo
+from knotwork.errors import InputError, KnotworkError
+
+if TYPE_CHECKING:
+    from knotwork.pipeline import Plan
+
+
+@click.command(epilog=EXIT_CODES)
+@click.argument("scenarios", cls=DecidingArgument, metavar="SCENARIO...", nargs=-1, required=True)
+@click.option(
+    "--out",
+    "-o",
+    metavar="DIR",
+    type=NewPath(),
+    help="Write trajectory.json, samples.csv and report.json there; with several scenarios, in a "
+    "folder for each below it.",
+)
+@planner_option
+@knots_option
+@click.option(
+    "--rate",
+    metavar="HZ",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Samples per second in samples.csv, in place of the scenario's.",
+)
+@package_path_option
+@full_option
+@click.option(
+    "--freeze",
+    metavar="FILE",
+    type=NewPath(),
+    help="Write the scenario there with the chosen times and speeds as numbers, comments kept; "
+    "planning that file gives the same motion. For one scenario whose times are free.",
+)
+@budget_option
+@json_option
+def plan(
+    scenarios: tuple[str, ...],
+    out: Path | None,
+    planner: str | None,
+    knots: Any,
+    rate: float | None,
+    full: bool,
+    freeze: Path | None,
+    budget: float | None,
+    as_json: bool,
+) -> int:
+    """Plan each SCENARIO, check the result, and print the verdict.
+
+    SCENARIO is the name of a shipped scenario (`knotwork scenarios` lists them) or the path of a
+    YAML file: `knotwork schema` says what one may hold, and the shipped ones are examples.
+    """
+    from knotwork import pipeline
+
+    if freeze is not None and len(scenarios) > 1:
+        raise InputError(f"--freeze writes one file, and there are {len(scenarios)} scenarios")
+    results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
+    for reference in _with_progress(scenarios, as_json):
+        try:
+            with shown_progress(reference, as_json) as progress:
+                planned = pipeline.plan(
+                    reference, planner=planner, knots=knots, budget=budget, progress=progress
+                )
+            written: list[Path] = []
+            if freeze is not None:
+                written.append(planned.freeze(freeze))
+            if out is not None:
+                folder = out / _folder_name(planned, results) if len(scenarios) > 1 else out
+                written += planned.save(folder, rate=rate)
+            results.append((reference, planned, written))
+        except KnotworkError as error:
+            results.append((reference, error, []))
+    code = max(_verdict(result) for _, result, _ in results)
+    if as_json:
+        rows = [_plan_to_dict(*row) for row in results]
+        echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
+        return code
+    from knotwork.cli import short
+
+    for _, result, written in results:
+        if isinstance(result, KnotworkError):
+            echo(f"error: {result}", err=True)
+        else:
+            if full:
+                from knotwork.cli import report_tables
+
+                report_tables.print_plan(result)
+            else:
+                short.print_short_plan(result)
+            for path in written:
+                echo(f"wrote {path}")
+            if not full and len(results) == 1:
+                short.print_next(with_robot=result.report.robot is not None)
+    if len(results) > 1:
+        from knotwork.cli import tables
+
+        tables.print_summary([(name, _word(result)) for name, result, _ in results])
+    return code
+
+
+def _with_progress(scenarios: tuple[str, ...], as_json: bool) -> Any:
+    """Show progress on standard error while several scenarios are planned."""
+    if len(scenarios) < 2 or as_json or sys.stderr is None or not sys.stderr.isatty():
+        return scenarios
+    from rich.console import Console
+    from rich.progress import track
+
+    return track(scenarios, "planning", console=Console(stderr=True), transient=True)
+
+
+def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> str:
+    """Name of the scenario, which must be one of a kind among several."""
+    name = Path(result.scenario.name).name
+    if name in ("", ".."):
+        raise InputError(
+            f"no folder can be named after scenario {result.scenario.name!r}; plan it by itself or "
+            "rename it"
+        )
+    for reference, other, _ in earlier:
+        if not isinstance(other, KnotworkError) and Path(other.scenario.name).name == name:
+            raise InputError(
+                f"two scenarios are named {name!r}, the other is {reference}; their files would "
+                "overwrite each other: plan them one by one or rename one"
+            )
+    return name
+
+
+def _verdict(result: Plan | KnotworkError) -> int:
+    if isinstance(result, KnotworkError):
+        return WRONG_INPUT
+    return PASSED if result.report.ok else FAILED
+
+
+def _word(result: Plan | KnotworkError) -> str:
+    return ("passed", "FAILED", "wrong input")[_verdict(result)]
+
+
+def _plan_to_dict(
+    reference: str, result: Plan | KnotworkError, written: list[Path]
+) -> dict[str, Any]:
+    if isinstance(result, KnotworkError):
+        return {
+            "scenario": reference,
+            "ok": False,
+            "error": {"type": type(result).__name__, "message": str(result)},
+        }
+    from knotwork.storage import trajectory_to_dict
+
+    return {
+        "scenario": result.scenario.name,
+        "ok": result.report.ok,
+        "report": result.report_to_dict(),
+        "trajectory": trajectory_to_dict(result.trajectory),
+        "files": [str(path) for path in written],
+    }

@@ -1,0 +1,64 @@
+"""Plans and what the check found of them in short, without the library that draws tables."""
+
+from __future__ import annotations
+
+import shutil
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+from knotwork.cli.parameters import typed
+from knotwork.cli.terminal import echo, echo_line
+from knotwork.cli.tried import remedies
+from knotwork.verification.brief import brief
+
+if TYPE_CHECKING:
+    from knotwork.pipeline import Plan
+    from knotwork.verification import Report
+
+WIDEST = 100
+"""Of lines of text, on wider terminals too."""
+
+_WORDS: dict[str, tuple[str, dict[str, Any]]] = {
+    "passed": ("PASSED", {"fg": "green", "bold": True}),
+    "failed": ("FAILED", {"fg": "red", "bold": True}),
+    "failure": ("FAIL ", {"fg": "red", "bold": True}),
+    "warning": ("warning:", {"fg": "yellow"}),
+}
+"""What is coloured in a line of a short report."""
+
+
+def print_short_plan(plan: Plan) -> None:
+    """Print the verdict on a plan, the tightest cases, and with which change it passes."""
+    print_short(plan.report)
+    width = min(_width(), WIDEST)
+    for line in textwrap.wrap(remedies(plan), width, subsequent_indent="  "):
+        echo(line)
+    if plan.left_out:
+        echo(f"without the scenario's {', '.join(plan.left_out)}")
+
+
+def print_short(report: Report) -> None:
+    """Print a report in some 15 lines."""
+    for line in brief(report, min(_width(), WIDEST)):
+        word, style = _WORDS.get(line.kind, ("", {}))
+        echo_line(line.text, word, **style)
+
+
+def print_next(*, with_robot: bool, with_scenario: bool = True) -> None:
+    """Print which commands show the motion that was just judged.
+
+    Args:
+        with_robot: There is an arm to show.
+        with_scenario: The motion has a task that a page can be about.
+    """
+    given = typed()
+    first = f"next: knotwork {'view' if with_robot and with_scenario else 'plot'} {given}"
+    page = " | report {} --html FILE" if with_scenario else ""
+    pages = (page.format(given), page.format("…"), "")
+    forms = [f"{first}{said} | --full" for said in pages]
+    width = _width()
+    echo(next((said for said in forms if len(said) <= width), first))
+
+
+def _width() -> int:
+    return shutil.get_terminal_size().columns
