@@ -56,11 +56,11 @@ keys: $(VENV)/dev
 # Plans 1,476 scenarios, which takes minutes; started again, it goes on where it was.
 placement: $(VENV)/dev
 	$(BIN)/python examples/placement_study.py build/placement
-	cp build/placement/placement.png docs/placement.png
+	cp build/placement/placement.svg docs/placement.svg
 
 $(VENV)/base: constraints.txt pyproject.toml
 	@test -n "$(PYTHON)" || { echo "Python 3.10 or newer is needed; set PYTHON=/path/to/python3" >&2; exit 2; }
-	@echo "setting up $(VENV) with $(PYTHON); the first time this downloads about 230 MB (133 MB of them models of robots), for the tests about 600 MB"
+	@echo "setting up $(VENV) with $(PYTHON); the first time this downloads about 236 MB (133 MB of them models of robots), for the tests about 600 MB"
 	"$(PYTHON)" -m venv --clear $(VENV)
 	$(PIP) install --quiet --constraint constraints.txt hatchling editables
 	@touch $@

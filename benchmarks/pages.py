@@ -97,5 +97,5 @@ def render(page: str) -> str:
 if __name__ == "__main__":
     for name in PAGES:
         (DOCS / f"{name}.md").write_text(render(name), encoding="utf-8")
-    planner_picture.draw(results.load("planners"), DOCS / "planners_peaks.png")
-    paths.figure(results.load("paths"), DOCS / "path_deviation.png")
+    planner_picture.draw(results.load("planners"), DOCS / "planners_peaks.svg")
+    paths.figure(results.load("paths"), DOCS / "path_deviation.svg")

@@ -26,7 +26,10 @@ import knotwork as kw
 import results
 from knotwork.kinematics.following.continuation import accelerations, continue_along
 from knotwork.tool_paths import TimedPath, ToolPath
+from knotwork.units import readable
 from knotwork.verification.bounds.path import PathLimits, path_bounds
+from knotwork.view import save_figure
+from knotwork.view.style import DARK, colour, dashes
 from results import Table
 
 Arrays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -188,15 +191,17 @@ def figure(data: dict[str, Any], file: Path) -> None:
     for panel, one in zip(panels, data["followed"], strict=True):
         rows = [row for row in data["rows"] if row["case"] == one["case"]]
         points = [row["points"] for row in rows]
-        for name in CURVES:
-            panel.loglog(points, [r["deviation_mm"][name] for r in rows], ".-", label=name)
-        panel.axhline(one["tolerance_mm"], color="0.6", linewidth=0.8)
+        for i, name in enumerate(CURVES):
+            look = {"marker": ".", "color": colour(i), "linestyle": dashes(i)}
+            panel.loglog(points, [r["deviation_mm"][name] for r in rows], label=name, **look)
+        panel.axhline(one["tolerance_mm"], color=DARK, linewidth=0.8)
         panel.set(title=one["case"], xlabel="points")
         panel.set_xticks(TICKS, map(str, TICKS))
         panel.set_xticks([], minor=True)
+        panel.yaxis.set_major_formatter(lambda value, _: readable(value))
     panels[0].set_ylabel("deviation [mm]")
     panels[0].legend(frameon=False)
-    made.savefig(file, dpi=120)
+    save_figure(made, file)
 
 
 @click.command()

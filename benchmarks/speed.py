@@ -177,10 +177,10 @@ def evaluations() -> dict[str, list[float]]:
     return found
 
 
-def measured() -> None:
+def measured(plans: bool) -> None:
     """Measure one checkout, and print what was found."""
     found = {}
-    for name, task in tasks().items():
+    for name, task in tasks().items() if plans else ():
         found[name] = cost(task, 1 if name == "long" else 5) / (20 if "all" in name else 1)
     print(json.dumps({"cases": found, "splines": splines(), "evaluations": evaluations()}))
 
@@ -202,8 +202,9 @@ def run(checkout: Path, arguments: list[str]) -> str:
     return done.stdout
 
 
-def compared(checkouts: dict[str, Path], rounds: int) -> dict[str, Any]:
+def compared(checkouts: dict[str, Path], rounds: int, plans: bool) -> dict[str, Any]:
     """Measure checkouts in turns; the least of all rounds of each [ms]."""
+    arguments = [__file__, "--measure", *([] if plans else ["--without-plans"])]
     least: dict[tuple[str, str], float] = {}
 
     def keep(name: str, which: str, seconds: float) -> None:
@@ -211,7 +212,7 @@ def compared(checkouts: dict[str, Path], rounds: int) -> dict[str, Any]:
 
     for _ in range(rounds):
         for which, checkout in checkouts.items():
-            found = json.loads(run(checkout, [__file__, "--measure"]))
+            found = json.loads(run(checkout, arguments))
             for name, seconds in found["cases"].items():
                 keep(name, which, seconds)
             for n, (ours, theirs) in {**found["splines"], **found["evaluations"]}.items():
@@ -225,8 +226,9 @@ def compared(checkouts: dict[str, Path], rounds: int) -> dict[str, Any]:
     def row(name: str, *more: str) -> dict[str, float]:
         return {which: round(1e3 * least[name, which], 4) for which in (*checkouts, *more)}
 
+    found = {"plans": [{"case": name, **row(name)} for name in CASES]} if plans else {}
     return {
-        "plans": [{"case": name, **row(name)} for name in CASES],
+        **found,
         "splines": [{"waypoints": n, **row(str(n), "scipy")} for n in SPLINES],
         "evaluations": [
             {"waypoints": n, "samples": count, **row(f"{n}/{count}", "scipy")}
@@ -281,15 +283,22 @@ def tables(data: dict[str, Any]) -> list[Table]:
 @click.option("--before", type=click.Path(path_type=Path), help="Checkout to compare with.")
 @click.option("--rounds", default=3, show_default=True)
 @click.option("--save", type=click.Path(path_type=Path), help="Folder for the results.")
+@click.option("--without-plans", is_flag=True, help="Measure cold starts and curves alone.")
 @click.option("--measure", is_flag=True, hidden=True)
-def main(before: Path | None, rounds: int, save: Path | None, measure: bool) -> None:
-    """Compare two checkouts in one run."""
+def main(
+    before: Path | None, rounds: int, save: Path | None, without_plans: bool, measure: bool
+) -> None:
+    """Compare two checkouts in one run; what isn't measured stays as it was saved."""
     if measure:
-        measured()
+        measured(not without_plans)
         return
     if before is None:
         raise click.UsageError("give --before, the folder of another checkout")
-    data = compared({"before": before.resolve(), "after": ROOT}, rounds)
+    known = results.load("speed") if without_plans else {}
+    data = {
+        **known,
+        **compared({"before": before.resolve(), "after": ROOT}, rounds, not without_plans),
+    }
     console = Console(width=130)
     for table in tables(data):
         table.show(console)

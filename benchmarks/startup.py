@@ -6,6 +6,7 @@ alike. The ratio to the bare import of Pinocchio is what to look at.
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import sys
@@ -32,6 +33,8 @@ COMMANDS = {
     "knotwork plan SCENARIO": ["-m", "knotwork", "plan", "{scenario}"],
 }
 REFERENCE = "import pinocchio"
+# Modules are compiled once, as users have them, and not anew in each run.
+ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
 
 
 def whole_commands(scenario: str, runs: int) -> dict[str, float]:
@@ -41,7 +44,7 @@ def whole_commands(scenario: str, runs: int) -> dict[str, float]:
         for name, arguments in COMMANDS.items():
             line = [sys.executable, *(part.format(scenario=scenario) for part in arguments)]
             start = time.perf_counter()
-            subprocess.run(line, check=True, stdout=subprocess.DEVNULL)
+            subprocess.run(line, env=ENVIRONMENT, check=True, stdout=subprocess.DEVNULL)
             times[name].append(time.perf_counter() - start)
     return {name: statistics.median(values[1:]) for name, values in times.items()}
 
@@ -71,18 +74,18 @@ def stages(scenario: str) -> list[tuple[str, float]]:
     options = pipeline.planner_options(task, space)
     trajectory = timed("interpolate", lambda: planner(waypoints, options))
     report = timed("check", lambda: pipeline.check(trajectory, task, space=space))
-    tables = timed("import the tables", imported("knotwork.cli.report_tables"))
+    short = timed("import what prints", imported("knotwork.cli.short"))
     plan = pipeline.Plan(task, space, waypoints, trajectory, report)
-    timed("print (to standard error)", lambda: _print_to_stderr(tables, plan))
+    timed("print (to standard error)", lambda: _print_to_stderr(short, plan))
     return rows
 
 
-def _print_to_stderr(tables: Any, plan: Any) -> None:
+def _print_to_stderr(short: Any, plan: Any) -> None:
     import contextlib
     import io
 
     with contextlib.redirect_stdout(io.StringIO()):
-        tables.print_plan(plan)
+        short.print_short_plan(plan)
 
 
 @click.command()
@@ -107,7 +110,8 @@ def main(scenario: str, runs: int, stages_only: bool) -> None:
     line = [sys.executable, __file__, "--stages-only", "--scenario", scenario]
     found: dict[str, list[float]] = {}
     for _ in range(runs):
-        output = subprocess.run(line, check=True, capture_output=True, text=True).stdout
+        done = subprocess.run(line, env=ENVIRONMENT, check=True, capture_output=True, text=True)
+        output = done.stdout
         for row in output.splitlines():
             label, text = row.split("\t")
             found.setdefault(label, []).append(float(text))

@@ -1,7 +1,8 @@
 """Sweeps: rows a second, one worker and two, what Dask takes, and memory.
 
-The study is a grid of placements of the block of `ur5_deburring`. It is made by one child process
-without Dask, by a local cluster of one worker and by one of two. Times of the processor are told
+The study is a grid of placements of the block of `ur5_deburring`. It is made by a local cluster of
+two workers; a coarser grid is made by one child process without Dask and by clusters of one worker
+and of two, for what Dask takes and how much faster two are. Times of the processor are told
 apart, so that a machine with other work disturbs them little: those of the processes that plan, and
 those of all others (Dask's workers, its scheduler and client, writing the files). Rates are by the
 clock, and ratios of them mean something on a quiet machine only.
@@ -155,23 +156,29 @@ def estimate(run: Run, central: float) -> Table:
     )
 
 
-@click.command()
-@click.option("--rows", default=10_000, help="Rows of the study, about.")
-@click.option("--chunk", default=8, help="Rows in a chunk.")
-@click.option("--save", "results", type=click.Path(path_type=Path), help="Save the results there.")
-def main(rows: int, chunk: int, results: Path | None) -> None:
-    """Measure sweeps."""
+def placements(rows: int) -> dict[str, str]:
+    """What is varied, for about so many rows."""
     angles = max(2, round((rows * 36 / 41) ** 0.5))
-    vary = {
+    return {
         "frames.block.position[0]": f"250:650:{max(2, round(rows / angles))}",
         "frames.block.rpy[2]": f"0:{360 - 360 / angles:g}:{angles}",
     }
-    runs: dict[str, Run] = {}
+
+
+@click.command()
+@click.option("--rows", default=10_000, help="Rows of the study of two workers, about.")
+@click.option("--compared", default=640, help="Rows of the studies that are compared, about.")
+@click.option("--chunk", default=8, help="Rows in a chunk.")
+@click.option("--save", "results", type=click.Path(path_type=Path), help="Save the results there.")
+def main(rows: int, compared: int, chunk: int, results: Path | None) -> None:
+    """Measure sweeps."""
+    vary, runs = placements(compared), dict[str, Run]()
     with tempfile.TemporaryDirectory() as folder:
         runs["no Dask"] = measured(vary, 1, chunk, Path(folder) / "alone")
         with by_one_worker():
             runs["1 worker"] = measured(vary, 1, chunk, Path(folder) / "one")
         runs["2 workers"] = measured(vary, 2, chunk, Path(folder) / "two")
+        runs["2 workers, all"] = measured(placements(rows), 2, chunk, Path(folder) / "all")
         alone = kw.Study.open(Path(folder) / "alone").table.drop_columns(["plan_time"])
         for name in ("one", "two"):
             other = kw.Study.open(Path(folder) / name).table.drop_columns(["plan_time"])
@@ -180,9 +187,10 @@ def main(rows: int, chunk: int, results: Path | None) -> None:
         central = central_cost(Path(folder) / "light")
     load = os.getloadavg()[0]
     table = Table(
-        f"{alone.num_rows} placements of ur5_deburring, {chunk} in a chunk",
+        f"Placements of ur5_deburring, {chunk} in a chunk",
         (
             "",
+            "rows",
             "rows a s",
             "planning [ms a row]",
             "others [%]",
@@ -191,6 +199,7 @@ def main(rows: int, chunk: int, results: Path | None) -> None:
         [
             [
                 name,
+                f"{run.rows}",
                 f"{run.rate:.2f}",
                 f"{1e3 * run.planning / run.rows:.0f}",
                 f"{100 * run.overhead:.1f}",

@@ -6,11 +6,17 @@ import os
 import sys
 from pathlib import Path
 
+import click
+
 import knotwork
+from knotwork.cli.main import cli
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "extensions"))
 os.environ["COLUMNS"] = "96"  # the width of what commands print
+
+# Each command is loaded when it is asked for, and sphinx_click takes what it finds.
+cli.commands.update({name: cli.get_command(click.Context(cli), name) for name in cli.commands})
 
 project = "Knotwork"
 author = "the Knotwork authors"
@@ -23,6 +29,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_click",
     "docstrings",
+    "drawings",
     "gallery",
     "links",
     "mathml",
@@ -76,7 +83,7 @@ nitpick_ignore_regex = [
     # types that its description spells out.
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?Document"),
     (r"py:.*", r"(knotwork\.robot\.model\.)?Description"),
-    (r"py:.*", r"(knotwork\.view\.motions\.)?Drawable"),
+    (r"py:.*", r"(knotwork\.view\.motions\.)?(Drawable|PlanLike)"),
     (r"py:.*", r"EndAcceleration"),
     (r"py:.*", r"(knotwork\.view\.window\.)?Window"),
     # Arrays of NumPy under shorter names.

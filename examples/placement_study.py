@@ -32,7 +32,7 @@ def main(folder: Path, places: int = 41, angles: int = 36) -> None:
     x, angle = (best[name] for name in study.varied)
     print(f"farthest from singularities: x = {x:g} mm, turned by {angle:g} degrees")
     study.freeze(best["row"], folder / "best.yaml")
-    picture = save_figure(study.plot(["smallest_singular_value"]), folder / "placement.png")
+    picture = save_figure(study.plot(["smallest_singular_value"]), folder / "placement.svg")
     print(f"wrote {picture}")
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import knotwork as kw
+from knotwork.view import save_figure
 
 ANGLES = np.linspace(-50.0, 98.5, 100)
 
@@ -49,26 +50,24 @@ def main(folder: Path) -> None:
             print(f"{angle:6.1f} deg: {error}")
             continue
         if plan.report.ok:
-            speed[i] = plan.trajectory.extrema("velocity").peak.max()
+            speed[i] = np.degrees(plan.trajectory.extrema("velocity").peak.max())
         else:
             print(f"{angle:6.1f} deg: {plan.report.failures[0]}")
     if np.isnan(speed).all():
         sys.exit("the arm can't do the task at any of these angles")
     best = int(np.nanargmin(speed))
-    print(f"slowest joints at {ANGLES[best]:.0f} deg: {speed[best]:.3f} rad/s")
+    print(f"slowest joints at {ANGLES[best]:.0f} deg: {speed[best]:.1f} deg/s")
     print(f"{np.isnan(speed).sum()} of {len(ANGLES)} angles can't be done")
 
     figure = Figure(figsize=(7, 4), layout="constrained")
     axes = figure.subplots()
-    axes.plot(ANGLES, speed, ".-")
+    axes.plot(ANGLES, speed, ".-", color="#0072B2")
     step = ANGLES[1] - ANGLES[0]
     for angle in ANGLES[np.isnan(speed)]:
-        axes.axvspan(angle - step / 2, angle + step / 2, color="0.85", linewidth=0)
-    axes.set(xlabel="tilt of the tool [deg]", ylabel="peak joint speed [rad/s]", ylim=(0, None))
+        axes.axvspan(angle - step / 2, angle + step / 2, color="#E4E4E4", linewidth=0)
+    axes.set(xlabel="tilt of the tool [deg]", ylabel="peak joint speed [deg/s]", ylim=(0, None))
     axes.set_title("Tilt of the tool and peak joint speed (shaded: can't be done)")
-    folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "sweep.png")
-    print(f"wrote {folder / 'sweep.png'}")
+    print(f"wrote {save_figure(figure, folder / 'sweep.svg')}")
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ from docutils import nodes
 from sphinx.application import Sphinx
 
 import knotwork as kw
+from knotwork.view import report_page
 from knotwork.view.page import Page
-from knotwork.view.report_page import report_page
 
 FOLDER = "gallery/"
 PAGES = "live"

@@ -11,7 +11,6 @@ well.
 from __future__ import annotations
 
 import contextlib
-import html
 import io
 import os
 import shlex
@@ -25,18 +24,12 @@ from typing import Any
 
 from docutils import nodes
 from docutils.parsers.rst import directives
+from drawings import drawing
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from knotwork.view.inline_picture import inlined, night_colours
-
 MOST_SENTENCES = 12
 ROOT = Path(__file__).parents[2]  # of the repository, where examples are
-NIGHT = (  # the theme's choice of the dark, and the browser's
-    f'<style>body[data-theme="dark"] .drawing {{ {night_colours()} }}\n'
-    "@media screen and (prefers-color-scheme: dark) "
-    f'{{ body:not([data-theme="light"]) .drawing {{ {night_colours()} }} }}</style>'
-)
 
 
 class _Page:
@@ -110,7 +103,7 @@ class File(Shown):
         path = self.page.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-        kinds = {".yaml": "yaml", ".py": "python", ".csv": "text", ".urdf": "xml"}
+        kinds = {".yaml": "yaml", ".py": "python", ".csv": "text", ".urdf": "xml", ".obj": "text"}
         block = self.block(text, kinds[path.suffix], "file")
         caption = nodes.caption("", "", nodes.literal(name, name))
         return [nodes.container("", caption, block, literal_block=True, classes=["file-shown"])]
@@ -233,10 +226,7 @@ class Picture(Shown):
         folder = Path(self.env.doctreedir) / "pictures"
         folder.mkdir(exist_ok=True)
         if made.suffix == ".svg":
-            drawing = inlined(made.read_text(encoding="utf-8"))
-            words = html.escape(" ".join(self.content))
-            picture = f'<div class="drawing" role="img" aria-label="{words}">{drawing}</div>'
-            return [nodes.raw("", f"{NIGHT}\n{picture}\n", format="html")]
+            return [drawing(made, " ".join(self.content))]
         name = f"{self.env.docname.replace('/', '-')}-{made.name}"
         shutil.copyfile(made, folder / name)
         uri = os.path.relpath(folder / name, self.env.srcdir)
