@@ -34,4 +34,4 @@ def examples(count: int) -> settings:
     times = TIMES if settings.get_current_profile_name() == ALL_EXAMPLES else 1
     # How fast examples are made depends on the machine, and on what else it does.
     unhurried = [HealthCheck.too_slow]
-    return settings(max_examples=times * count, deadline=None, suppress_health_check=unhurried)
+    return settings(max_examples=times * count, suppress_health_check=unhurried)

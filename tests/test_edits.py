@@ -111,7 +111,7 @@ def places(data: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return found
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.data(), DATA, st.sampled_from([True, False, None]))
 def test_what_is_written_is_what_is_read(data: Any, content: Any, flow: bool | None) -> None:
     text = yaml.safe_dump(content, default_flow_style=flow, allow_unicode=True, sort_keys=False)

@@ -61,7 +61,7 @@ def test_reading_gives_back_every_bit(deburring: Plan, stored: Path) -> None:
     assert again.polynomial.c.tobytes() == one.polynomial.c.tobytes()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.data())
 def test_any_trajectory_comes_back_through_text(data: st.DataObject) -> None:
     numbers = st.floats(-1e150, 1e150, allow_subnormal=True)

@@ -261,7 +261,7 @@ def sample_times(start, end, rate):
     return JointTrajectory(("a",), PiecewisePolynomial([[[0.0]]], [start, end])).sample(rate).time
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     start=st.floats(-1e3, 1e3),
     duration=st.floats(1e-2, 1e2),

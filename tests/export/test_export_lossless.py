@@ -102,7 +102,7 @@ def test_points_that_a_fit_takes(planner: str) -> None:
 
 
 @given(hermite_data(), st.floats(1e-9, 1e-1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_fit_of_what_is_exact_inserts_nothing(
     trajectory: JointTrajectory, tolerance: float
 ) -> None:

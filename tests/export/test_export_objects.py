@@ -68,7 +68,7 @@ def test_scipy(planner: str) -> None:
 
 
 @given(hermite_data())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_matlab(trajectory: JointTrajectory) -> None:
     file = loadmat(io.BytesIO(trajectory.to_mat()), simplify_cells=True)
     at = np.linspace(trajectory.start_time, trajectory.end_time, 60)

@@ -26,7 +26,7 @@ def read(text: str) -> tuple[list[str], list[str], np.ndarray]:
 
 
 @given(hermite_data())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_drive_makes_the_motion(trajectory: JointTrajectory) -> None:
     _, head, rows = read(trajectory.to_pvt())
     assert head[0] == "time_from_start_s"

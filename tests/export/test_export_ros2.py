@@ -94,7 +94,7 @@ def test_shape_functions_are_bounded() -> None:
 
 
 @given(hermite_data())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_any_cubics_are_replayed_within_the_bound(trajectory: JointTrajectory) -> None:
     message = accepted_by_ros2(trajectory.to_ros2(), goal=False)
     scale = 1.0 + float(np.abs(trajectory.knots.position).max())

@@ -122,7 +122,7 @@ def test_poses_at_singularities_are_solved(name: str, fixed: dict[int, float]) -
             assert_solves(robot, pose, solve_pose_ik(robot, pose, start).q)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(ANGLE, ANGLE)
 def test_planar_arm_has_the_closed_form(a: float, b: float) -> None:
     """With its orientation given, a two-link arm has one solution, the law of cosines' branch."""
@@ -141,7 +141,7 @@ def test_planar_arm_has_the_closed_form(a: float, b: float) -> None:
     assert min(gaps) < 1e-6
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(ANGLE, ANGLE)
 def test_both_elbow_branches_are_found_by_their_start(a: float, b: float) -> None:
     assume(abs(b) > 0.05)
@@ -329,7 +329,7 @@ def test_a_robot_without_a_tool_is_an_error() -> None:
         solve_pose_ik(robot, pin.SE3.Identity(), [0, 0])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(ANGLE, st.floats(-9, 9), st.floats(-10, 0), st.floats(1, 15))
 def test_the_turn_taken_is_the_nearest_that_the_limits_allow(
     angle: float, start: float, lower: float, width: float

@@ -20,7 +20,8 @@ from drawn import mesh_visuals, shape_warnings, tower
 from knotwork.errors import InputError
 from knotwork.meshes.reading import read_mesh
 
-SECONDS = 5.0
+SECONDS = 60.0
+"""Of CPU time: what has no end takes longer, what ends a small part of it."""
 
 
 def doubling(levels: int) -> str:

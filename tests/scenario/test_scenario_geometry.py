@@ -59,7 +59,7 @@ def field(error: DocumentError) -> str:
 # Orientations
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(ANGLES)
 def test_rpy_turns_about_the_fixed_axes_x_y_z(angles: list[float]) -> None:
     expected = Rotation.from_euler("xyz", angles).as_matrix()
@@ -89,7 +89,7 @@ def test_a_lower_case_order_gets_the_two_ways_out() -> None:
     assert "rpy" in str(error)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(ANGLES)
 def test_the_two_quaternion_orders_are_kept_apart(angles: list[float]) -> None:
     rotation = Rotation.from_euler("ZYX", angles)
@@ -100,7 +100,7 @@ def test_the_two_quaternion_orders_are_kept_apart(angles: list[float]) -> None:
     np.testing.assert_allclose(turned(quaternion_wxyz=[-w, -x, -y, -z]), expected, atol=1e-14)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(ANGLES)
 def test_a_rotation_vector_is_axis_times_angle(vector: list[float]) -> None:
     expected = Rotation.from_rotvec(vector).as_matrix()

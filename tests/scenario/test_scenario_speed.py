@@ -72,7 +72,7 @@ def central_difference(path: Callable[[float], Array], s: float, step: float) ->
     return (path(s + step) - path(s - step)) / (2 * step)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(POINTS, POINTS, POINTS, st.sampled_from([0, 1, 2]))
 def test_the_direction_is_the_tangent_of_the_circle_through_three_points(
     a: list[float], b: list[float], c: list[float], index: int

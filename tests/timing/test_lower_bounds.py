@@ -12,7 +12,7 @@ from knotwork.timing import TimingLimits, TimingProblem, lower_bound
 PARTS = st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=6)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(parts=PARTS, start=st.floats(-1.0, 1.0), scale=st.floats(0.01, 100.0))
 def test_no_motion_is_below_the_bound(
     parts: list[tuple[float, float]], start: float, scale: float

@@ -31,7 +31,7 @@ def left_value(curve: PiecewisePolynomial, piece: int, order: int, joint: int) -
     return float(polynomial(curve.x[piece + 1] - curve.x[piece]))
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(seeds, st.integers(0, 3), st.integers(1, 9))
 def test_points_lie_on_the_curve_with_both_sides_of_every_break(
     seed: int, order: int, degree: int
@@ -50,7 +50,7 @@ def test_points_lie_on_the_curve_with_both_sides_of_every_break(
         assert drawn.value[piece, -1] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(seeds, st.integers(0, 3), st.integers(1, 7))
 def test_the_exact_extrema_are_among_the_points(seed: int, order: int, degree: int) -> None:
     curve = random_curve(seed, degree)
@@ -88,7 +88,7 @@ def test_no_slanted_line_leads_from_one_piece_to_the_next() -> None:
         assert drawn.sum() == 5  # one line a piece
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(seeds, st.integers(0, 2))
 def test_jumps_are_those_measured(seed: int, order: int) -> None:
     curve = random_curve(seed)
@@ -112,7 +112,7 @@ def stretches_beyond(drawn: Strokes, lower: float, upper: float) -> list[tuple[A
     return [(time[run], value[run]) for run in runs]
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(seeds, st.integers(0, 2), st.floats(0.05, 0.95))
 def test_stretches_beyond_a_limit_are_where_the_curve_is_beyond_it(
     seed: int, order: int, part: float
@@ -150,7 +150,7 @@ def test_nothing_is_beyond_a_limit_that_is_just_reached() -> None:
     assert value.max() == 1.0
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(seeds, st.integers(0, 2))
 def test_values_of_all_joints_piece_by_piece(seed: int, order: int) -> None:
     curve = random_curve(seed, joints=3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from knotwork.view.camera import first_view, hidden
@@ -21,7 +21,6 @@ def test_what_lies_behind_a_wall_is_hidden() -> None:
     assert not hidden(points, WALL, np.array([0, 1.0, 0])).any()
 
 
-@settings(deadline=None)  # no test times anything
 @given(st.integers(0, 10_000))
 def test_hidden_is_what_a_ray_towards_the_camera_meets(seed: int) -> None:
     """Each ray is followed by solving for where it meets each triangle's plane."""
