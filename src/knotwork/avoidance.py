@@ -17,6 +17,7 @@ from knotwork.verification.collisions import (
     room,
     said_of_motion,
 )
+from knotwork.verification.report import TRIED
 
 PlanT = TypeVar("PlanT", bound=Any)
 """A plan, of which scenario, space, trajectory, report and solution are looked at."""
@@ -61,7 +62,7 @@ def best_of_sequences(
         if _worth(current) < _worth(best):
             best = current
     if sequences.tried > 1:
-        best = _with_finding(best, _said_of_collisions(best, sequences.tried))
+        best = _said_of_collisions(best, sequences.tried)
     if current.scenario.prefers_clearance and not failed:
         sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
         return _with_most_room(best, current, sequences)
@@ -145,17 +146,24 @@ def _intervals(times: Sequence[float | None], scenario: Scenario) -> list[int]:
     return sorted(set(np.clip(index, 0, len(scenario.times) - 2).tolist()))
 
 
-def _said_of_collisions(plan: Any, tried: int) -> str:
-    """How many sequences of solutions were tried because the best one collides."""
-    ok = not failed_pairs(plan.report.findings)
-    return (
+def _said_of_collisions(plan: PlanT, tried: int) -> PlanT:
+    """The plan that says how many sequences were tried because the best one collides."""
+    if failed_pairs(plan.report.findings):
+        return _with_finding(
+            plan,
+            f"tried: {tried} sequences of solutions, all of which collide; this one has the fewest "
+            "colliding pairs",
+            TRIED,
+        )
+    return _with_finding(
+        plan,
         f"the motion of the best sequence of solutions collides; of {tried} sequences tried this "
-        f"is {'the first that does not' if ok else 'the one with the fewest colliding pairs'}"
+        "is the first that does not",
     )
 
 
-def _with_finding(plan: PlanT, message: str) -> PlanT:
+def _with_finding(plan: PlanT, message: str, quantity: str = "sequences_tried") -> PlanT:
     """The plan with a finding on the sequences of solutions that were tried."""
-    finding = said_of_motion("sequences_tried", message)
+    finding = said_of_motion(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

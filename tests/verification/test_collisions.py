@@ -237,7 +237,8 @@ def test_a_clearance_within_the_resolution_of_the_margin_is_undecided_and_fails(
     assert "not decided whether tool comes too near to rod" in " ".join(str(plan.report).split())
     assert "not decided" in plan.report.to_dict()["failures"][0]
     scene = scene_of(plan)
-    assert any("tool, rod" in label["text"] for label in scene["labels"] if label["kind"] == "miss")
+    (said,) = [label["text"] for label in scene["labels"] if label["kind"] == "miss"]
+    assert "undecided: tool comes within" in said
     assert len(scene["strip"]["broken"]) == 1
     assert "not decided" in one.message
     assert one.interval is not None
@@ -296,6 +297,7 @@ def test_a_motion_through_a_wall_says_where_a_waypoint_between_would_have_to_go(
     assert said.value is not None
     assert said.value < 0
     assert len(said.points) == 2
+    assert said.use == math.inf  # 5 mm are to be kept, so no part of them is left
     for words in (
         *("mm deep in wall at", "between 'here' and 'there'", "5 mm are to be kept"),
         *("free is the side", "can lead past"),

@@ -77,6 +77,7 @@ def plan(
     YAML file: `knotwork schema` says what one may hold, and the shipped ones are examples.
     """
     from knotwork import pipeline
+    from knotwork.trying import with_remedies
 
     if freeze is not None and len(scenarios) > 1:
         raise InputError(f"--freeze writes one file, and there are {len(scenarios)} scenarios")
@@ -84,8 +85,10 @@ def plan(
     for reference in _with_progress(scenarios, as_json):
         try:
             with shown_progress(reference, as_json) as progress:
-                planned = pipeline.plan(
-                    reference, planner=planner, knots=knots, budget=budget, progress=progress
+                planned = with_remedies(
+                    pipeline.plan(
+                        reference, planner=planner, knots=knots, budget=budget, progress=progress
+                    )
                 )
             written: list[Path] = []
             if freeze is not None:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import shutil
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 from knotwork.cli.parameters import typed
 from knotwork.cli.terminal import echo, echo_line
-from knotwork.cli.tried import remedies
 from knotwork.verification.brief import brief
 
 if TYPE_CHECKING:
@@ -28,11 +26,8 @@ _WORDS: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def print_short_plan(plan: Plan) -> None:
-    """Print the verdict on a plan, the tightest cases, and with which change it passes."""
+    """Print the verdict on a plan and the tightest cases."""
     print_short(plan.report)
-    width = min(_width(), WIDEST)
-    for line in textwrap.wrap(remedies(plan), width, subsequent_indent="  "):
-        echo(line)
     if plan.left_out:
         echo(f"without the scenario's {', '.join(plan.left_out)}")
 

@@ -17,7 +17,7 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
+from knotwork.cli.sources import checked, read_motions, refuse, tell_failures, tried
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
@@ -140,6 +140,7 @@ def _scene(
     tell_failures(shown)
     first, *others = shown
     if not isinstance(first, JointTrajectory):
+        first = tried(first)
         refuse({"--robot": robot_name}, "the scenario names the robot")
         compared = {one.trajectory.planner: one.trajectory for one in checked(others)}
         return scene_of(first, compared, before), first

@@ -53,6 +53,10 @@ class Told(Protocol):
         """Findings that are plausibly slips."""
 
     @property
+    def tried(self) -> Sequence[Finding]:
+        """Findings on what was tried because something fails."""
+
+    @property
     def groups(self) -> dict[str, list[Finding]]:
         """Findings by their group."""
 
@@ -69,7 +73,7 @@ class BriefLine(NamedTuple):
     """A line of a short report.
 
     Attributes:
-        kind: `"passed"`, `"failed"`, `"failure"`, `"warning"`, `"group"` or `"more"`.
+        kind: `"passed"`, `"failed"`, `"failure"`, `"tried"`, `"warning"`, `"group"` or `"more"`.
         text: Without a line feed.
     """
 
@@ -86,6 +90,8 @@ def brief(report: Told, width: int = WIDTH) -> list[BriefLine]:
     """
     lines = _wrapped("passed" if report.ok else "failed", _verdict(report), width)
     lines += _told("failure", "FAIL ", report.failures, MOST_FAILURE_LINES, width)
+    for found in report.tried:
+        lines += _wrapped("tried", str(found), width)
     lines += _told("warning", "warning: ", report.warnings, MOST_WARNING_LINES, width)
     groups = {name: found for name, found in report.groups.items() if _has_numbers(found)}
     if report.ok:

@@ -151,6 +151,8 @@ def _finding(
         proof="bounded",
         excess=max(found.distance - found.bound, 0.0) if np.isfinite(found.bound) else 0.0,
         points=tuple(tuple(float(x) for x in point) for point in points),
+        label=("undecided: " if found.verdict == "undecided" else "")
+        + _said_of_pair(found, scenario),
         detail=detail and clear,
     )
 
@@ -169,22 +171,28 @@ def _message(
             f"never nearer than {scale * found.bound:.4g} {unit}"
         )
     start, end = found.interval or (found.time, found.time)
-    where = f"{at}, {between(scenario, found.time)}"
+    where = f"{at}, {between(scenario, found.time)}{keep}"
     if found.verdict == "undecided":
         return (
             f"it is not decided whether {second} comes too near to {first}: "
-            f"{scale * found.distance:.4g} {unit} apart {where}{keep}, from {start:.3f} s to "
+            f"{scale * found.distance:.4g} {unit} apart {where}, from {start:.3f} s to "
             f"{end:.3f} s within {scale * scenario.scene.rules.resolution:.3g} {unit}, the "
             "resolution"
         )
+    both = " and ".join(_shown(scale * point) for point in points)
+    return (
+        f"{_said_of_pair(found, scenario)} {where} (too near {_when(found)}; nearest points {both} "
+        f"{unit}); {ways.said(found)}"
+    )
+
+
+def _said_of_pair(found: Clearance, scenario: Scenario) -> str:
+    """How near two bodies come, or how deep one is in the other."""
+    scale, unit = scenario.shown_length
     how = f"comes within {scale * found.distance:.4g} {unit} of"
     if found.distance <= 0:
         how = f"is {-scale * found.distance:.4g} {unit} deep in"
-    both = " and ".join(_shown(scale * point) for point in points)
-    return (
-        f"{second} {how} {first} {where}{keep} (too near {_when(found)}; "
-        f"nearest points {both} {unit}); {ways.said(found)}"
-    )
+    return f"{found.second.name} {how} {found.first.name}"
 
 
 def _when(found: Clearance) -> str:

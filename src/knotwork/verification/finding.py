@@ -12,6 +12,9 @@ from knotwork.errors import InputError
 Verdict = Literal["met", "failed", "undecided", "warning", "information"]
 Proof = Literal["exact", "bounded", "sampled"]
 
+UNSAID = ("brief", "label")
+"""The message says more than they do, so that data leave them out."""
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -51,6 +54,7 @@ class Finding:
             x, y, z, w.
         achieved: What the motion does, in the same form.
         points: Places that it is about, in the base frame [m].
+        label: Words for it in a picture, where quantity, value and limit don't say it well.
         brief: What short reports say of it even where all is well, if anything.
         detail: Tables leave it out, because another finding says more; reports as data have it.
         form: Unit of requested and achieved where it is not that of the value.
@@ -75,6 +79,7 @@ class Finding:
     achieved: tuple[float, ...] | None = None
     form: str = ""
     points: tuple[tuple[float, ...], ...] = ()
+    label: str = ""
     brief: str = ""
     detail: bool = False
 
@@ -124,9 +129,14 @@ class Finding:
 
     @property
     def use(self) -> float | None:
-        """Part of the limit that is used; `None` without a limit that can be used in part."""
+        """Part of the limit that is used; `None` without a limit that can be used in part.
+
+        It is infinite at a jump, and where a limit from below is left by a value beyond zero.
+        """
         if self.value is None or not self.limit:
             return None
+        if self.value * self.limit < 0.0 and self.margin is not None and self.margin < 0.0:
+            return math.inf
         share = abs(self.value / self.limit)
         from_below = self.margin is not None and (share - 1.0) * self.margin > 0.0
         return 1.0 / share if from_below and share else share
@@ -137,7 +147,7 @@ class Finding:
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON; infinite numbers are `None`."""
-        data = {key: _plain(value) for key, value in asdict(self).items() if key != "brief"}
+        data = {key: _plain(value) for key, value in asdict(self).items() if key not in UNSAID}
         return {"ok": self.ok, **data}
 
     def __str__(self) -> str:

@@ -12,6 +12,8 @@ from knotwork.verification.finding import Finding
 
 VERSION = 2
 """Of `report.json`. Version 1 had no number, and a list for each kind of check."""
+TRIED = "tried"
+"""Quantity of findings on what was tried because something fails."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -70,6 +72,11 @@ class Report:
         return tuple(found for found in self.findings if found.verdict == "warning")
 
     @property
+    def tried(self) -> tuple[Finding, ...]:
+        """Findings on what was tried because something fails."""
+        return tuple(found for found in self.findings if found.quantity == TRIED)
+
+    @property
     def groups(self) -> dict[str, list[Finding]]:
         """Findings by their group, in the order of the report."""
         groups: dict[str, list[Finding]] = {}
@@ -120,6 +127,7 @@ class Report:
             "ok": self.ok,
             "failures": [str(found) for found in self.failures],
             "warnings": [str(found) for found in self.warnings],
+            "tried": [str(found) for found in self.tried],
             "scenario": self.scenario,
             "robot": self.robot,
             "planner": self.planner,

@@ -142,8 +142,10 @@ def _add_failures(
             at = (point + reached) / 2
             if np.linalg.norm(reached - point) > 1e-9:
                 wrong.append(rod(point, reached, 0.004 * size, RED))
-        words = [_said(found, report.units) for found in findings]
-        text = f"{name}: {', '.join(words)}" if name else words[0]
+        said = _said(findings[0], report.units)
+        text = findings[0].label or (f"{name}: {said}" if name else said)
+        if len(findings) > 1:
+            text += f", and {len(findings) - 1} more"
         if findings[0].points:  # nothing else there tells the time
             text += f" at {time:.2f} s"
         labels.append(_label(text, "miss", at, "\n".join(map(str, findings))))

@@ -141,6 +141,7 @@ def make_scene(
         "ok": report.ok if report is not None else None,
         "summary": summary(report) if report is not None else "",
         "failures": [str(item) for item in report.failures] if report is not None else [],
+        "tried": [str(item) for item in report.tried] if report is not None else [],
         "others": [
             {"name": name, "failures": _failures(other, scenario, space)}
             for name, other in others.items()
