@@ -22,29 +22,24 @@ def coefficients(data: Waypoints, a: FloatArray) -> FloatArray:
     Returns:
         Coefficients, shape (4, m-1, d), highest power first.
     """
-    n = data.x.size
-    # For each waypoint the piece from its left to its right knot, and from there to the left knot
-    # of the next one. Pieces that do not exist are cut off: the last, and at an end without an
-    # acceleration given also the first or the last but one.
-    c = np.empty((4, 2 * n, data.y.shape[0]))
+    first, last = data.knots.range
+    c = np.empty((4, last - first, data.y.shape[0]))
     bend = a[:, 0]
     for intervals in data.blocks():
         bend = _assemble(data, a, intervals, bend, c)
-    first, last = data.knots.range
-    return _cut(data, a, c)[:, first : last + data.knots.cuts.size]
+    return _cut(data, a, c) if data.knots.cuts.size else c
 
 
 def _cut(data: Waypoints, a: FloatArray, c: FloatArray) -> FloatArray:
     """Divide the pieces around waypoints that are knots; the jerk may jump there."""
     cuts = data.knots.cuts
-    if not cuts.size:
-        return c
+    pieces = 2 * cuts - data.knots.range[0]
     own, x = a[:, cuts].T, data.x[cuts]
     before, after = (x - data.knots.left[cuts])[:, None], (data.knots.right[cuts] - x)[:, None]
-    c[0, 2 * cuts] = (own - 2.0 * c[1, 2 * cuts]) / (6.0 * before)
-    jerk = (2.0 * c[1, 2 * cuts + 1] - own) / (6.0 * after)
+    c[0, pieces] = (own - 2.0 * c[1, pieces]) / (6.0 * before)
+    jerk = (2.0 * c[1, pieces + 1] - own) / (6.0 * after)
     following = np.stack((jerk, 0.5 * own, data.dydx[:, cuts].T, data.y[:, cuts].T))
-    return np.insert(c, 2 * cuts + 1, following, axis=1)
+    return np.insert(c, pieces + 1, following, axis=1)
 
 
 def _assemble(
@@ -52,16 +47,17 @@ def _assemble(
 ) -> FloatArray:
     """Fill the coefficients of the pieces of the waypoints where some intervals begin.
 
-    The last waypoint comes with the last interval. It has no second piece, and where an
-    acceleration isn't given at an end the piece between its knots has no length: what stands there
-    means nothing and is cut off.
+    Each waypoint has a piece from its left to its right knot, and one from there to the left knot
+    of the next. The last waypoint comes with the last interval. It has no second piece, and where
+    an acceleration isn't given at an end the piece between its knots has no length: what is
+    computed for these means nothing.
 
     Args:
         data: Times, positions, velocities and knots.
         a: Accelerations at the waypoints as rows, shape (d, n).
         intervals: Some intervals.
         before_first: Acceleration at the left knot of the first of the waypoints, shape (d,).
-        c: Takes the coefficients, shape (4, 2 n, d).
+        c: Takes the coefficients, shape (4, m-1, d).
 
     Returns:
         The acceleration at the left knot of the waypoint after them, shape (d,).
@@ -84,19 +80,27 @@ def _assemble(
     bend[0, :, 1:] = before[:, : count - 1]
     bend[1, :, : after.shape[1]] = after
     bend[2, :, : after.shape[1]] = before
-    # pieces alternate: those of left knots, those of right knots
-    pieces = c[:, 2 * low : 2 * (low + count)].reshape(4, count, 2, -1).transpose(0, 2, 3, 1)
-
     total = own + bend[:2]
     value = total * (0.5 * u)
-    np.add(value, v, out=pieces[2])
+    value += v
     total += own
     total *= u / 6.0
     total += v
     total *= u
-    np.add(total, y, out=pieces[3])
-    np.multiply(bend[:2], 0.5, out=pieces[1])
-    np.subtract(bend[1:], bend[:2], out=value)
-    np.multiply(value, per_span, out=pieces[0])
+    total += y
+    jerk = bend[1:] - bend[:2]
+    jerk *= per_span
+    bend *= 0.5
+    # pieces alternate: those of left knots, those of right knots
+    first, end = data.knots.range
+    skipped = max(0, first - 2 * low)
+    for side, start, stop in (
+        (0, skipped, count - max(0, 2 * (low + count) - 1 - end)),
+        (1, 0, intervals.high - low),
+    ):
+        begin = 2 * (low + start) + side - first
+        pieces = c[:, begin : begin + 2 * (stop - start) : 2].transpose(0, 2, 1)
+        for power, rows in enumerate((jerk, bend, value, total)):
+            pieces[power] = rows[side, :, start:stop]
     following_bend: FloatArray = before[:, -1]
     return following_bend

@@ -27,8 +27,8 @@ HORNER_THRESHOLD = 1024
 FEW = 12288
 """Values that are worked on without regard to how many fall in one piece."""
 
-SPREAD = 50
-"""Times from which their distances to the breaks are written out for each component."""
+KEPT = 524288
+"""Coefficients of a curve up to which those of its derivatives are kept, once they were used."""
 
 GATHERED = 16384
 """Values whose coefficients are gathered together."""
@@ -75,10 +75,6 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
     start, end = float(x[0]), float(x[-1])
     size = c.shape[0] - nu
     factors = falling_factorials(size, nu) if nu and size > 0 else None
-    if 0 < t.size * c.shape[2] <= FEW and size > 0:
-        if not (np.minimum.reduce(t) >= start and np.maximum.reduce(t) <= end):
-            raise TimeRangeError(first_outside(t, start, end), start, end)
-        return _few(x, c[:size], t, factors)
     out = np.empty((t.size, c.shape[2]))
     step = max(1, BLOCK // max(1, c.shape[2]))
     for low in range(0, t.size, step):
@@ -96,23 +92,58 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
     return out
 
 
-def _few(x: FloatArray, c: FloatArray, t: FloatArray, factors: list[float] | None) -> FloatArray:
-    """Evaluate few times, in any order: as gathering does, all at once."""
-    piece = pieces_of(x, t)
-    u = t - x.take(piece)
-    # over contiguous memory products take a fourth of the time
-    u = u[:, None] if t.size < SPREAD else u.repeat(c.shape[2]).reshape(t.size, -1)
-    value = np.empty(0)
-    for power, own in enumerate(c):
-        term = own.take(piece, axis=0)  # of one power: `take` first copies all that is in parts
-        if factors is not None:
-            term *= factors[power]
-        if power:
-            value *= u
-            value += term
-        else:
-            value = term
-    return value
+class FewTimes:
+    """Evaluates a derivative of a piecewise polynomial at few times, in few calls of NumPy.
+
+    Args:
+        x: Breaks, shape (m+1,).
+        c: Coefficients, shape (k+1, m, d), highest power first, contiguous.
+        nu: Order of the derivative, >= 0.
+
+    Attributes:
+        most: More times than this are not few.
+    """
+
+    __slots__ = ("_d", "_factors", "_others", "_piece_at", "_start_of", "_terms_of", "most")
+
+    def __init__(self, x: FloatArray, c: FloatArray, nu: int) -> None:
+        size, factors = c.shape[0] - nu, None
+        if size <= 0:
+            c = np.zeros_like(c[:1])
+        elif nu:
+            c, factors = c[:size], np.array(falling_factorials(size, nu))[:, None, None]
+            if c.size <= KEPT:
+                c, factors = c * factors, None
+        # What is after the end, and NaN, gets a piece of its own, which begins at NaN; what is
+        # before the start is before the start of its piece. So one comparison tells both.
+        ends, starts = x[1:].copy(), x.copy()
+        ends[-1] = np.nextafter(x[-1], np.inf)
+        starts[-1] = np.nan
+        self._piece_at, self._start_of, self._terms_of = ends.searchsorted, starts.take, c.take
+        self._d, self._factors, self._others = c.shape[2], factors, range(1, c.shape[0])
+        self.most = FEW // self._d if self._d else 0
+
+    def at(self, t: FloatArray) -> FloatArray | None:
+        """Evaluate at times of shape (s,), s > 0, in any order.
+
+        Returns:
+            Values, shape (s, d), contiguous; `None` if a time lies outside [x[0], x[-1]] or is NaN.
+        """
+        piece = self._piece_at(t, "right")
+        u = t - self._start_of(piece)
+        if not u.item(u.argmin()) >= 0.0:  # where there is a NaN, it counts as the least
+            return None
+        terms = self._terms_of(piece, 1)
+        if self._factors is not None:
+            terms *= self._factors
+        value: FloatArray = terms[0]
+        if self._others:
+            # over contiguous memory products take a fourth of the time
+            u = u.repeat(self._d).reshape(-1, self._d)
+            for power in self._others:
+                value = value * u
+                value += terms[power]
+        return value
 
 
 def pieces_of(x: FloatArray, t: FloatArray) -> NDArray[np.intp]:

@@ -11,12 +11,20 @@ from numpy.typing import ArrayLike
 from knotwork.errors import InputError, TimeRangeError
 from knotwork.polynomial.coefficients import checked_coefficients, checked_order
 from knotwork.polynomial.critical_points import horner
-from knotwork.polynomial.evaluation import evaluate, falling_factorials, first_outside
+from knotwork.polynomial.evaluation import (
+    FewTimes,
+    evaluate,
+    falling_factorials,
+    first_outside,
+)
 from knotwork.polynomial.extrema import Extrema, piecewise_extrema
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_times
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
+
+
+_FLOAT = np.dtype(float)
 
 
 class PiecewisePolynomial(ReadOnlyArrays):
@@ -46,17 +54,22 @@ class PiecewisePolynomial(ReadOnlyArrays):
     _c: FloatArray
     _axis: int
     _extrema: dict[int, Extrema]
+    _few: dict[int, FewTimes]
 
     def __init__(self, c: ArrayLike, x: ArrayLike, *, axis: int = 0) -> None:
         breaks = checked_times(x)
         self._assign(checked_coefficients(c, breaks, axis), breaks, axis)
 
     def _assign(self, c: FloatArray, x: FloatArray, axis: int) -> None:
-        """Take over checked arrays without copying them: c of shape (k+1, m, ...)."""
+        """Take over checked arrays without copying them: c of shape (k+1, m, ...), contiguous."""
         c.setflags(write=False)
         x.setflags(write=False)
         self._c, self._x, self._axis = c, x, axis
         self._extrema = {}  # the curve does not change, and checks ask for them often
+        self._few = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_few": {}}  # made anew where it is needed
 
     @staticmethod
     def _from_parts(c: FloatArray, x: FloatArray, axis: int) -> PiecewisePolynomial:
@@ -106,18 +119,33 @@ class PiecewisePolynomial(ReadOnlyArrays):
             TimeRangeError: A time is outside [x[0], x[-1]], be it by one rounding, or NaN.
             InputError: `nu` is no integer or negative.
         """
-        nu = checked_order(nu)
         t = np.asarray(x)
-        if t.dtype.kind not in "buif":
-            raise InputError(f"times must be real numbers, not {t.dtype}")
-        flat_t = t.ravel().astype(float, copy=False)
-        out = evaluate(self._x, self._flat, flat_t, nu).reshape(t.shape + self._c.shape[2:])
+        few = self._few.get(nu) if type(nu) is int else None
+        if few is None:
+            few = self._few_times(checked_order(nu))
+        if t.dtype is not _FLOAT:
+            if t.dtype.kind not in "buif":
+                raise InputError(f"times must be real numbers, not {t.dtype}")
+            t = t.astype(float)
+        flat_t = t if t.ndim == 1 else t.ravel()
+        out = few.at(flat_t) if 0 < t.size <= few.most else None
+        if out is None:  # a time outside is found here, too
+            out = evaluate(self._x, self._flat, flat_t, checked_order(nu))
+        if t.ndim != 1 or self._c.ndim != 3:
+            out = out.reshape(t.shape + self._c.shape[2:])
         if self._axis == 0:
             return out
         # the axes of the times move behind the first `axis` axes of the data
         order = list(range(out.ndim))
         cut = t.ndim + self._axis
         return out.transpose(order[t.ndim : cut] + order[: t.ndim] + order[cut:])
+
+    def _few_times(self, nu: int) -> FewTimes:
+        """What evaluates the nu-th derivative at few times; it is kept."""
+        nu = min(nu, self._c.shape[0])  # all higher ones are zero alike
+        if nu not in self._few:
+            self._few[nu] = FewTimes(self._x, self._flat, nu)
+        return self._few[nu]
 
     def derivative(self, nu: int = 1) -> PiecewisePolynomial:
         """Return the nu-th derivative as a curve; a negative order integrates.
