@@ -124,7 +124,7 @@ def test_what_is_written_is_what_is_read(data: Any, content: Any, flow: bool | N
     value = data.draw(st.floats(-1e9, 1e9) | st.just(REMOVED) if mapping else st.floats(-1e9, 1e9))
     edits: dict[Any, Any] = {place: value}
     if mapping and data.draw(st.booleans()):
-        edits[(*place[:-1], "new")] = {"a": [1.5, 2.5], "b": 1e-7}
+        edits[(*place[:-1], "new")] = {"a": [1.5, 2.5] * data.draw(st.integers(1, 20)), "b": 1e-7}
     try:
         result = edited_text(text, edits)
     except InputError:
@@ -136,3 +136,31 @@ def test_what_is_written_is_what_is_read(data: Any, content: Any, flow: bool | N
         assert len(around) == len(edits) - 1
         return
     assert parse(result).data == edited(Document(found.data), edits).data
+
+
+def test_long_values_are_put_into_lists_in_flow_style_as_lines_that_can_be_read() -> None:
+    text = """\
+# Above.
+waypoints: [{name: A, joints: {a: 0}}, {name: B, velocity: free, joints: {a: 1}},
+            {velocity: free}]  # in two lines
+more:
+  - {name: C, joints: {a: 1}, velocity: free, after: fastest} # via
+  - {name: D, joints: {a: 1}, after: fastest}
+"""
+    long = {f"shoulder_{k}_joint": k + 1 / 3 for k in range(6)}
+    edits: dict[Any, Any] = {
+        ("waypoints", 1, "velocity"): {"linear": [1 / 3] * 9, "in": "base"},
+        ("waypoints", 1, "near"): long,
+        ("waypoints", 2, "velocity"): long,
+        ("more", 0, "after"): 1 / 3,
+        ("more", 0, "velocity"): long,
+        ("more", 1, "near"): long,
+    }
+    found = edited_text(text, edits)
+    assert parse(found).data == edited(parse(text), edits).data
+    lines = found.splitlines()
+    assert max(map(len, lines)) <= 120
+    assert max(len(line) - len(line.lstrip()) for line in lines) <= 18
+    for said in ("# Above.", "# in two lines", "# via"):
+        assert said in found
+    assert "{name: D, joints: {a: 1}, after: fastest,\n      near: {shoulder_0_joint: 0.3" in found

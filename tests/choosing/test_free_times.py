@@ -217,6 +217,25 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert (tmp_path / "out" / "scenario.yaml").read_text() == text
 
 
+def test_waypoints_in_one_line_each_are_frozen_as_lines_that_can_be_read(tmp_path: Path) -> None:
+    source = tmp_path / "flow.yaml"
+    source.write_text(
+        "robot: ur5\nlimits: {acceleration: 8}\nwaypoints:\n"
+        "  - {pose: {position: [0.4, -0.2, 0.3], rpy: [3.14159, 0, 0]}}  # the first\n"
+        "  - {pose: {position: [0.4, 0, 0.35], rpy: [3.14159, 0, 0]}, after: fastest, "
+        "velocity: free}  # passed\n"
+        "  - {pose: {position: [0.4, 0.2, 0.3], rpy: [3.14159, 0, 0]}, after: fastest}\n"
+    )
+    made = kw.plan(source)
+    text = made.freeze(tmp_path / "frozen.yaml").read_text()
+    assert "# the first" in text
+    assert "# passed" in text
+    assert all(len(line) <= 120 and not line.startswith(" " * 12) for line in text.splitlines())
+    again = kw.plan(tmp_path / "frozen.yaml").trajectory.polynomial
+    assert again.x.tobytes() == made.trajectory.polynomial.x.tobytes()
+    assert again.c.tobytes() == made.trajectory.polynomial.c.tobytes()
+
+
 def test_a_mapping_is_frozen_too(tmp_path: Path) -> None:
     made = kw.plan(swing(to(1, velocity="free", name="over the rim, and on"), to(2)))
     again = kw.plan(made.freeze(tmp_path / "frozen.yaml"))

@@ -22,7 +22,7 @@ Edits = Mapping[Location, Any]
 """New values by location; a key that a mapping does not have yet is put in."""
 
 WIDTH = 100
-"""Lists are broken into lines of about this many characters."""
+"""Values are broken into lines of about this many characters."""
 
 
 def edited(document: Document, edits: Edits) -> Document:
@@ -90,13 +90,17 @@ def _change(text: str, root: Any, location: Location, value: Any) -> tuple[int, 
     if value is REMOVED and found is not None:
         return _removal(text, part, found)
     node = _child(part, last)
-    column = node.start_mark.column
-    if isinstance(value, _Renamed):
-        start = pairs[found or 0][0].start_mark.index
-        return start, _end(node), f"{value.key}: {flow(value.value, column)}"
+    pair = pairs[found][0] if found is not None else None
+    if isinstance(value, _Renamed) and pair is not None:
+        new = _item(value.key, value.value, _indent(text, part), pair.start_mark.column)
+        return pair.start_mark.index, _end(node), new
+    if pair is not None and part.flow_style and isinstance(value, Mapping | list):
+        key = text[pair.start_mark.index : pair.end_mark.index]
+        return _item_in_flow(text, part, pair.start_mark.index, _end(node), key, value)
     # a list in block style may begin no further right than its key
     space = "  " if isinstance(node, yaml.SequenceNode) and not node.flow_style else ""
-    return node.start_mark.index, _end(node), space + flow(value, column)
+    new = flow(value, _indent(text, part), node.start_mark.column)
+    return node.start_mark.index, _end(node), space + new
 
 
 class _Renamed(NamedTuple):
@@ -147,18 +151,48 @@ def _end(node: Any) -> int:
 def _insertion(
     text: str, part: yaml.MappingNode, key: str, value: Any, *, top: bool
 ) -> tuple[int, int, str]:
-    """Put a key into a mapping: after its first key, if there are more, or at the end of a file."""
+    """Put a key into a mapping: after its first key, if there are more, or at the end.
+
+    At the end of a file, and of a mapping in flow style.
+    """
+    if part.flow_style and part.value:
+        at = _end(part.value[-1][1])
+        start, end, new = _item_in_flow(text, part, at, at, _key(key), value)
+        return start, end, f",{new}" if new[0].isspace() else f", {new}"
     if part.flow_style:
-        at = _end(part.value[0][1]) if part.value else part.start_mark.index + 1
-        comma = ", " if part.value else ""
-        return at, at, f"{comma}{key}: {flow(value, part.start_mark.column)}"
+        at = part.start_mark.index + 1
+        return at, at, _item(_key(key), value, _indent(text, part), part.start_mark.column)
     if top:
         at = part.end_mark.index
         before = "" if text[:at].endswith("\n") else "\n"
         return at, at, before + block({key: value})
     at = part.value[min(1, len(part.value) - 1)][0].start_mark.index
     column = part.value[0][0].start_mark.column
-    return at, at, f"{key}: {flow(value, column)}\n{' ' * column}"
+    return at, at, f"{_item(_key(key), value, column, column)}\n{' ' * column}"
+
+
+def _item(key: str, value: Any, column: int, start: int) -> str:
+    """A key, as it is written, and its value: see `flow`."""
+    return f"{key}: {flow(value, column, start + len(key) + 2)}"
+
+
+def _item_in_flow(
+    text: str, part: yaml.MappingNode, start: int, end: int, key: str, value: Any
+) -> tuple[int, int, str]:
+    """Put a key with its value into a mapping in flow style, on a line of its own if it is long."""
+    column, at = _indent(text, part), start - text.rfind("\n", 0, start) - 1
+    new = _item(key, value, column, at)
+    first = text[:start].rstrip().endswith("{")
+    if first or ("\n" not in new and at + len(new) + 2 <= WIDTH):
+        return start, end, new
+    below = f"\n{' ' * (column + 2)}{_item(key, value, column + 2, column + 2)}"
+    return len(text[:start].rstrip(" ")), end, below
+
+
+def _indent(text: str, node: Any) -> int:
+    """Where the text of the line begins in which a node does, after the dashes of lists."""
+    line = text[node.start_mark.index - node.start_mark.column :]
+    return len(line) - len(line.lstrip(" -"))
 
 
 def _removal(text: str, part: yaml.MappingNode, i: int) -> tuple[int, int, str]:
@@ -180,21 +214,32 @@ def _removal(text: str, part: yaml.MappingNode, i: int) -> tuple[int, int, str]:
     return start, end + spaces, ""
 
 
-def flow(value: Any, column: int = 0) -> str:
-    """Plain data in YAML's flow style, broken into lines that begin right of a column."""
+def flow(value: Any, column: int = 0, start: int | None = None) -> str:
+    """Plain data in YAML's flow style, broken into lines.
+
+    Args:
+        value: The data.
+        column: Further lines begin right of it.
+        start: Where the first line begins; by default there.
+    """
+    start = column if start is None else start
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_key(k)}: {flow(v, column)}" for k, v in value.items()) + "}"
-    if not isinstance(value, list):
+        items, ends = [(f"{_key(k)}: ", v) for k, v in value.items()], "{}"
+    elif isinstance(value, list):
+        items, ends = [("", v) for v in value], "[]"
+    else:
         return _scalar(value)
-    lines, line = [], ""
-    for i, one in enumerate(value):
-        item = flow(one, column) + ("," if i + 1 < len(value) else "")
-        if line and len(line) + len(item) + column + 3 > WIDTH:
-            lines.append(line)
-            line = ""
-        line += f" {item}" if line else item
-    lines.append(line)
-    return "[" + f"\n{' ' * (column + 2)}".join(lines) + "]"
+    text, at = ends[0], start + 1
+    for i, (key, one) in enumerate(items):
+        item = key + flow(one, column + 2, column + 2 + len(key))
+        first = item.find("\n")
+        if i and at + 2 + (len(item) if first < 0 else first) > WIDTH:
+            text, at = f"{text}\n{' ' * (column + 2)}", column + 2
+        elif i:
+            text, at = f"{text} ", at + 1
+        text += item + ("," if i + 1 < len(items) else "")
+        at = len(text) - text.rfind("\n") - 1 if "\n" in text else start + len(text)
+    return text + ends[1]
 
 
 def block(value: Any, column: int = 0) -> str:
@@ -209,7 +254,7 @@ def block(value: Any, column: int = 0) -> str:
                 f"{space}  - {item[column + 4 :]}" for item in items
             )
         else:
-            text += f"{space}{_key(key)}: {flow(one, column)}\n"
+            text += f"{space}{_item(_key(key), one, column, column)}\n"
     return text
 
 

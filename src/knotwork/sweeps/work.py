@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import io
+import re
 import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -200,7 +201,7 @@ def to_parquet(chunk: Chunk, rows: Iterable[tuple[int, tuple[Any, ...], Outcome]
         ]
         for column, cell, field in zip(table, cells, schema, strict=True):
             as_text = pa.types.is_string(field.type) and not isinstance(cell, str)
-            column.append(flow(cell) if as_text else cell)
+            column.append(re.sub(r"\n +", " ", flow(cell)) if as_text else cell)
     arrays = [pa.array(column, field.type) for column, field in zip(table, schema, strict=True)]
     file = io.BytesIO()
     parquet.write_table(pa.Table.from_arrays(arrays, schema=schema), file, compression="zstd")
