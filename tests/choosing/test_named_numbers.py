@@ -77,6 +77,26 @@ def test_times_that_are_named_for_several_intervals_can_be_taken_together() -> N
     assert kw.plan(asked).report.ok
 
 
+def test_speeds_and_times_are_told_together_and_do_together() -> None:
+    """Two of each in the first run; after the wait a time that only the jerk makes too short."""
+
+    def asked(speeds: list[float], times: list[float]) -> dict[str, Any]:
+        start, *inner, end = points([0.0], [1.0], [2.0], [2.8], [3.8], [3.5])
+        for point, v in zip(inner, (*speeds, 0.0, 0.3), strict=True):
+            point.update({"velocity": {"a": v}} if v else {"stop": True, "wait": 0.5})
+        inner[0]["after"], inner[1]["after"], inner[3]["after"] = times
+        return task(limits=LIMITS) | {"waypoints": [start, *inner, end]}
+
+    said = refusal(asked([3.0, -1.7], [0.4, 0.5, 1.4]))
+    lines = said.splitlines()
+    assert len(lines) == 5
+    factors = [float(one) for one in re.findall(r"([0-9.]+) times the velocity given", said)]
+    times = [number(line, "no motion was found; with") for line in lines if " s are given" in line]
+    made = kw.plan(asked([3.0 * factors[0], -1.7 * factors[1]], times))
+    made.report.raise_if_failed()
+    assert made.scenario.times[1] == pytest.approx(times[0])
+
+
 def test_times_to_which_only_a_motion_with_longer_ones_leads() -> None:
     places = points(
         [-0.367, -0.421, 0.236],

@@ -26,7 +26,7 @@ from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.problem import PEAKS
 from knotwork.timing.safe_numbers import rounded_up, with_room
-from knotwork.timing.slower import given_errors
+from knotwork.timing.slower import wrongly_given
 from knotwork.timing.solving import NoMotionError, solved
 from knotwork.timing.watch import Watch
 
@@ -225,12 +225,18 @@ def _solved(
 
 
 def _check_given(task: FreeTask, runs: list[Run]) -> None:
-    """Tell all that is given at waypoints beyond a limit, whatever run they are in."""
-    wrong = []
-    for run in runs:
-        wrong += _located(given_errors(timing_problem(task, run, Objective())), task, run)
-    if wrong:
-        raise together(wrong)
+    """Tell all that is given beyond a limit or in too short a time, whatever run it is in."""
+    problems = {run: timing_problem(task, run, Objective()) for run in runs}
+    wrong = {run: wrongly_given(problem) for run, problem in problems.items()}
+    if not any(wrong.values()):
+        return
+    for run, problem in problems.items():
+        if not wrong[run] and not problem.free.all():
+            try:
+                solved(problem, Watch())
+            except NoMotionError as error:
+                wrong[run] = error.causes
+    raise together([one for run in runs for one in _located(wrong[run], task, run)])
 
 
 def _located(errors: list[TimingError], task: FreeTask, run: Run) -> list[TimingError]:

@@ -1,25 +1,29 @@
-"""What is given at waypoints beyond a limit, and what part of it would do."""
+"""What is given beyond a limit or in too short a time, and what would do, all of it together."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from knotwork.errors import TimingError
-from knotwork.timing.feasible import Fault, faults
+from knotwork.timing.attempts import with_longer
+from knotwork.timing.explain import explained
+from knotwork.timing.feasible import Fault, GivenDurationError, faults, unfit_durations
 from knotwork.timing.holding import too_heavy
 from knotwork.timing.problem import Objective, TimingProblem, part_of
 from knotwork.timing.safe_numbers import rounded_down
 from knotwork.timing.search import OutOfStepsError, Search
+from knotwork.timing.windows import LONGEST
 
 AROUND = 2
-"""So many intervals on both sides of a waypoint are solved with a velocity that is proposed."""
+"""So many intervals on both sides of a waypoint of a long motion are solved with what is proposed
+for it."""
 
 LESS = (0.0, 0.003, 0.01, 0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
-"""Parts by which a velocity is lowered, below what the limits rule out, until a motion is found."""
+"""Parts by which what is given is lowered, below what limits rule out, until a motion is found."""
 
 HALVINGS = 3
 """So often the step between what does and what does not is halved."""
@@ -27,39 +31,132 @@ HALVINGS = 3
 DIGITS = 4
 """Digits of a factor that is proposed."""
 
+Factors = Mapping[Fault, float]
 
-def given_errors(problem: TimingProblem) -> list[TimingError]:
-    """Say what is given at waypoints beyond a limit, and what part of it would do.
 
-    A part that would do is one with which a motion was found, around the waypoint.
+def wrongly_given(problem: TimingProblem) -> list[TimingError]:
+    """Say what is given at waypoints beyond a limit, which durations are too short, and what does.
+
+    A motion was found with all that is proposed, taken together, unless an error says otherwise.
 
     Returns:
-        An error for each waypoint and quantity, and one for efforts; empty where nothing is beyond
-        a limit.
+        An error for each waypoint and quantity, for each duration, and one for efforts; empty where
+        nothing is wrong that can be seen without a search.
     """
-    found = faults(problem)
-    search = Search()
     heavy = too_heavy(problem, certain=True)
-    return [*heavy, *(_error(problem, one, found, search) for one in found)]
+    found = faults(problem)
+    if not found:
+        return [*heavy, *_wrong_durations(problem)]
+    proposal = _proposal(problem, found)
+    errors = [_error(problem, one, proposal) for one in found]
+    slowed = _with(problem, proposal.factors)
+    durations = _wrong_durations(slowed)
+    if proposal.longer and not durations:
+        durations = [one for one in explained(slowed) if one.limit == "duration"]
+    for one in durations if proposal.factors else ():
+        one.add("all of this with what is proposed at waypoints")
+    return [*heavy, *errors, *durations]
 
 
-def _error(
-    problem: TimingProblem, fault: Fault, others: Sequence[Fault], search: Search
-) -> TimingError:
-    bound = fault.bound
-    if fault.given == "position":
-        advice = ""
-    else:
-        factor = _possible(problem, fault, others, search)
-        if factor is not None:
-            bound = factor * fault.value
-            advice = f". {factor:g} times the {fault.given} given here would do"
-        else:
-            most = rounded_down(fault.factor, DIGITS)
-            advice = (
-                f". At most {most:g} times the {fault.given} given here is possible, and with jerk "
-                "and the other waypoints perhaps less"
-            )
+def _wrong_durations(problem: TimingProblem) -> list[TimingError]:
+    """Durations that do not do, with what they must be under all limits where that is found."""
+    wrong = unfit_durations(problem)
+    if any(isinstance(one, GivenDurationError) for one in wrong):
+        found = explained(problem)
+        if all(one.limit == "duration" for one in found):
+            return found
+    return wrong
+
+
+@dataclass(frozen=True)
+class _Proposal:
+    """What part of each thing given would do.
+
+    Attributes:
+        factors: The parts; where none was found, those that the limits do not rule out.
+        found: Those with which, together, motions were found.
+        longer: Whether these need longer durations than those given.
+    """
+
+    factors: Factors
+    found: frozenset[Fault]
+    longer: bool = False
+
+
+def _proposal(problem: TimingProblem, found: list[Fault]) -> _Proposal:
+    most = {one: rounded_down(one.factor, DIGITS) for one in found if one.given != "position"}
+    lost = {one.waypoint for one in found if one.given == "position"}
+    n = len(problem.position)
+    around = [(max(0, one.waypoint - AROUND), min(n - 1, one.waypoint + AROUND)) for one in most]
+    parts = {(0, n - 1)} if n <= LONGEST + 1 and not lost else set(around)
+    parts = {part for part in parts if not any(part[0] <= i <= part[1] for i in lost)}
+    search = Search()
+    for longer in (False, True) if not problem.free.all() else (False,):
+        timed = replace(with_longer(problem) if longer else problem, total=None)
+        try:
+            factors = _that_do(replace(timed, objective=Objective()), most, parts, search)
+        except OutOfStepsError:
+            break
+        if factors:
+            return _Proposal({**most, **factors}, frozenset(factors), longer)
+    return _Proposal(most, frozenset())
+
+
+def _that_do(
+    problem: TimingProblem, most: Factors, parts: set[tuple[int, int]], search: Search
+) -> Factors:
+    """Parts of what is given with which motions are found, each as large as the others let it be.
+
+    Args:
+        problem: The task.
+        most: Parts that are not ruled out.
+        parts: First and last waypoints of what is solved.
+        search: What solves it.
+
+    Returns:
+        A part for each waypoint in a part of the motion that was found; empty if none was.
+    """
+
+    def does(factors: Factors, within: set[tuple[int, int]]) -> bool:
+        tried = _with(problem, factors)
+        return all(search.solved(part_of(tried, *one)) is not None for one in within)
+
+    def lowered(fault: Fault, less: float) -> float:
+        return rounded_down(fault.factor * (1.0 - less), DIGITS)
+
+    def of(fault: Fault) -> set[tuple[int, int]]:
+        return {one for one in parts if one[0] <= fault.waypoint <= one[1]}
+
+    seen = [one for one in most if of(one)]
+    less = {}
+    for all_less in LESS if seen else ():
+        tried = {**most, **{one: lowered(one, all_less) for one in seen}}
+        if does(tried, parts):
+            less = dict.fromkeys(seen, all_less)
+            break
+    for one in less:
+        low, high = 0.0, less[one]
+        for step in range(HALVINGS + 1 if high else 0):
+            middle = 0.5 * (low + high) if step else 0.0
+            tried = {**most, **{other: lowered(other, less[other]) for other in less}}
+            if does({**tried, one: lowered(one, middle)}, of(one)):
+                high = less[one] = middle
+            else:
+                low = middle
+    return {one: lowered(one, part) for one, part in less.items()}
+
+
+def _error(problem: TimingProblem, fault: Fault, proposal: _Proposal) -> TimingError:
+    bound, advice = fault.bound, ""
+    if fault in proposal.found:
+        factor = proposal.factors[fault]
+        bound = factor * fault.value
+        advice = f". {factor:g} times the {fault.given} given here would do"
+    elif fault.given != "position":
+        advice = (
+            f". At most {proposal.factors[fault]:g} times the {fault.given} given here is "
+            "possible, and with jerk and the other waypoints perhaps less"
+        )
     return TimingError(
         fault.said + advice,
         waypoint=fault.waypoint,
@@ -70,40 +167,10 @@ def _error(
     )
 
 
-def _possible(
-    problem: TimingProblem, fault: Fault, others: Sequence[Fault], search: Search
-) -> float | None:
-    """The largest part of what is given with which a motion is found around the waypoint."""
-
-    def does(factor: float) -> bool:
-        tried = _lowered(problem, fault, factor)
-        for one in others:
-            if one.waypoint != fault.waypoint and one.given != "position":
-                tried = _lowered(tried, one, one.factor)
-        first = max(0, fault.waypoint - AROUND)
-        last = min(len(problem.position) - 1, fault.waypoint + AROUND)
-        part = replace(part_of(tried, first, last), total=None, objective=Objective())
-        return search.solved(part) is not None
-
-    def lowered(less: float) -> float:
-        return rounded_down(fault.factor * (1.0 - less), DIGITS)
-
-    try:
-        least = next((k for k, less in enumerate(LESS) if does(lowered(less))), None)
-        if least is None:
-            return None
-        low, high = LESS[max(least - 1, 0)], LESS[least]
-        for _ in range(HALVINGS if least else 0):
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if does(lowered(middle)) else (middle, high)
-    except OutOfStepsError:
-        return None
-    return lowered(high)
-
-
-def _lowered(problem: TimingProblem, fault: Fault, factor: float) -> TimingProblem:
-    """The problem with part of what is given at a waypoint."""
-    values = np.array(getattr(problem, fault.given))
-    values[fault.waypoint] *= factor
-    changed: Any = {fault.given: values}
+def _with(problem: TimingProblem, factors: Factors) -> TimingProblem:
+    """The problem with parts of what is given at waypoints."""
+    changed: dict[str, Any] = {}
+    for one, factor in factors.items():
+        values = changed.setdefault(one.given, np.array(getattr(problem, one.given)))
+        values[one.waypoint] *= factor
     return replace(problem, **changed)

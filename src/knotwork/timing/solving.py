@@ -15,12 +15,11 @@ from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.explain import explained
-from knotwork.timing.feasible import GivenDurationError, unfit_durations
 from knotwork.timing.motion import Progress, TimedMotion
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import in_a_row, rebuilt_row
 from knotwork.timing.section import Guess, guess_from
-from knotwork.timing.slower import given_errors
+from knotwork.timing.slower import wrongly_given
 from knotwork.timing.stops import better_parts
 from knotwork.timing.watch import Watch
 from knotwork.timing.windows import solved_windows
@@ -95,7 +94,7 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
         NoMotionError: No motion was found that keeps the limits.
     """
     begun, iterations = watch.now(), watch.iterations
-    wrong = given_errors(problem) or _wrong_durations(problem)
+    wrong = wrongly_given(problem)
     if wrong:
         raise NoMotionError(wrong)
     motion = _solved_from(problem, watch, start)
@@ -162,16 +161,6 @@ def _out_of_time(watch: Watch) -> TimingError:
         f"{watch.budget:g} s; allow more time, or none: then the search goes on to its end",
         limit="budget",
     )
-
-
-def _wrong_durations(problem: TimingProblem) -> list[TimingError]:
-    """Durations that do not do, with what they must be under all limits where that is found."""
-    wrong = unfit_durations(problem)
-    if any(isinstance(one, GivenDurationError) for one in wrong):
-        found = explained(problem)
-        if all(one.limit == "duration" for one in found):
-            return found
-    return wrong
 
 
 def sections(problem: TimingProblem) -> list[tuple[int, int]]:
