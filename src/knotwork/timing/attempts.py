@@ -7,7 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotwork.timing.care import first_care, form_of_care, keeps_limits, more_care
+from knotwork.timing.care import (
+    first_care,
+    first_efforts,
+    form_of_care,
+    keeps_limits,
+    more_care,
+    without_efforts,
+)
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.problem import Objective, TimingProblem
 from knotwork.timing.program import Solution, joined_limits
@@ -19,6 +26,7 @@ from knotwork.timing.section import (
     Section,
     near_guess,
     plain_guess,
+    slower_guess,
 )
 from knotwork.timing.spline import PIECES, pieces_each
 from knotwork.timing.start import between_stops, short_durations, with_stops
@@ -27,6 +35,9 @@ from knotwork.waypoints import FloatArray
 
 STARTS = (0.85, 0.5, 1.0, 2.0, 4.0, 1.4)
 """Factors of the first durations that are tried until one leads to a solution."""
+
+SLOWED = (2.5, 1.5)
+"""Where efforts bind, the motion without their limits is a start if it is so many times slower."""
 
 SMALL = 100
 """Pieces times joints up to which a second start is tried for a better optimum: it costs little."""
@@ -82,9 +93,9 @@ def solved_section(
     large = PIECES * problem.position.size > SMALL
     wanted = 1 if guess is not None or large or starts == 1 else 2
     runs: list[_Run] = []
-    for start in _starts(problem, guess, starts):
+    for start, care in _starts(problem, watch, guess, starts, runs):
         begun = watch.now()
-        runs.append(_run(start, problem, watch, first_care(problem)))
+        runs.append(_run(start, problem, watch, care))
         found = [run.best for run in runs if run.best is not None]
         hopeless = not found and len(runs) > 1 and any(run.infeasible for run in runs)
         enough = len(found) >= wanted or hopeless
@@ -157,30 +168,54 @@ def _with_idle_joints_still(problem: TimingProblem, watch: Watch, best: Attempt)
     return best if found is None or found.cost > (1.0 + COSTLESS) * best.cost else found
 
 
-def _starts(problem: TimingProblem, guess: Guess | None, count: int) -> Iterator[Guess]:
+def _starts(
+    problem: TimingProblem, watch: Watch, guess: Guess | None, count: int, runs: list[_Run]
+) -> Iterator[tuple[Guess, Care]]:
+    """Where to start, and with what care; what earlier runs found decides about later ones."""
+    care = first_care(problem)
     if guess is not None:
-        yield guess
+        yield guess, care
     known = between_stops(problem, pieces_each(1))
     if known is not None:
-        yield near_guess(Found(known, rebuilt(known)))
+        yield near_guess(Found(known, rebuilt(known))), care
     if not np.isnan(short_durations(problem)).all():
-        yield plain_guess(problem, STARTS[0], hurried=True)
-    for stretch in STARTS[:count]:
-        yield plain_guess(problem, stretch)
+        yield plain_guess(problem, STARTS[0], hurried=True), care
+    fast = None
+    if care.effort is not None:
+        loose = without_efforts(problem)
+        light = _run(plain_guess(loose, STARTS[0]), loose, watch, first_care(loose)).best
+        fast = None if light is None else light.found
+        if fast is not None:
+            yield slower_guess(fast, SLOWED[0]), care
+    for k, stretch in enumerate(STARTS[:count]):
+        if k == 1 and fast is None:
+            fast = next((run.light for run in runs if run.light is not None), None)
+        if k == 1 and fast is not None:
+            care = first_efforts(problem)
+            yield slower_guess(fast, SLOWED[1]), care
+        yield plain_guess(problem, stretch), care
 
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What one start led to: the best motion, and whether the solver saw that there is none."""
+    """What one start led to.
+
+    Attributes:
+        best: The best motion, if one was found.
+        infeasible: Whether the solver saw that there is none.
+        light: A motion that keeps all limits but those of effort, if it was found on the way.
+    """
 
     best: Attempt | None
     infeasible: bool = False
+    light: Found | None = None
 
 
 def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run:
     """Solve from one start, with more care each time that the exact check finds an excess."""
     last: Solution | None = None
     best: Attempt | None = None
+    light: Found | None = None
     for _ in range(MOST_TIMES):
         section = Section(problem, guess, care)
         steps = _steps(section, watch, best)
@@ -194,15 +229,17 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
             more = more_care(problem, care, found.curve)
             if more is None:
                 cost = weighted(problem, terms(problem, found.curve))
-                return _Run(Attempt(found, cost, True, care))
+                return _Run(Attempt(found, cost, True, care), light=light)
+            if care.effort is None and more.effort is not None and not guess.near:
+                light, guess = found, slower_guess(found, SLOWED[0])
             # with further equations the solution is no good start
             same = form_of_care(more) == form_of_care(care)
             care, last = more, solution if same else None
         elif last is None or watch.late(found=best is not None):
-            return _Run(best, solution.status == "Infeasible_Problem_Detected")
+            return _Run(best, solution.status == "Infeasible_Problem_Detected", light)
         else:  # what was near to a solution is none any more: start again
             last = None
-    return _Run(best)
+    return _Run(best, light=light)
 
 
 def _steps(section: Section, watch: Watch, best: Attempt | None) -> Steps:

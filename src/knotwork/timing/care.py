@@ -12,6 +12,7 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import (
     MORE_PARTS,
     effort_shares,
+    likely_accelerations,
     proved_efforts,
     proved_tool,
     tool_shares,
@@ -40,13 +41,30 @@ def first_care(problem: TimingProblem) -> Care:
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
-        return replace(Care(), effort=_full(problem, len(limits.effort)))
+        return first_efforts(problem)
     return Care()
 
 
-def _full(problem: TimingProblem, width: int) -> FloatArray:
+def first_efforts(problem: TimingProblem) -> Care:
+    """Care for efforts too, nowhere more than elsewhere."""
+    known = problem.velocity_known & problem.acceleration_known
+    return Care(effort=_all_allowed(problem, len(problem.limits.effort), known))
+
+
+def without_efforts(problem: TimingProblem) -> TimingProblem:
+    """The problem without limits of effort; all accelerations are limited, roughly."""
+    limits = problem.limits
+    most = np.minimum(limits.acceleration, likely_accelerations(problem, held=False))
+    loose = replace(limits, acceleration=most, effort=np.full_like(most, np.inf))
+    return replace(problem, limits=loose)
+
+
+def _all_allowed(problem: TimingProblem, width: int, known: BoolArray) -> FloatArray:
+    """What is allowed at first: nearly all, and more where a value is known."""
     intervals = len(problem.position) - 1
-    return np.full((2 * pieces_each(intervals) * intervals + 1, width), 1.0 - BETWEEN)
+    allowed = np.full((2 * pieces_each(intervals) * intervals + 1, width), 1.0 - BETWEEN)
+    allowed[_rows(problem)[known]] = KNOWN
+    return allowed
 
 
 def form_of_care(care: Care) -> tuple[bool, int, bool]:
@@ -115,9 +133,7 @@ def _less(
     At waypoints where the value is known nothing can be asked for.
     """
     if allowed is None:
-        allowed = _full(problem, shares.shape[1])
-        allowed[_rows(problem)[known]] = KNOWN
-        return allowed
+        return _all_allowed(problem, shares.shape[1], known)
     over = shares > 1.0 - 0.5 * BETWEEN
     factor = np.where(over, 1.0 - 1.2 * (1.0 - (1.0 - BETWEEN) / np.maximum(shares, 0.5)), 1.0)
     less = np.array(allowed)

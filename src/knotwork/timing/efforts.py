@@ -216,8 +216,13 @@ def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float
     return float((squares @ weights) @ np.diff(curve.x))
 
 
-def likely_accelerations(problem: TimingProblem) -> FloatArray:
-    """Accelerations that the efforts are likely to allow at the waypoints, shape (d,)."""
+def likely_accelerations(problem: TimingProblem, *, held: bool = True) -> FloatArray:
+    """Accelerations that the efforts are likely to allow at the waypoints, shape (d,).
+
+    Args:
+        problem: The task.
+        held: Whether the efforts also hold the arm's weight.
+    """
     if problem.dynamics is None or np.isinf(problem.limits.effort).all():
         return problem.limits.acceleration
     still = np.zeros_like(problem.position)
@@ -229,6 +234,7 @@ def likely_accelerations(problem: TimingProblem) -> FloatArray:
         ],
         axis=1,
     )
-    left = np.maximum(problem.limits.effort - np.abs(weight), 0.05 * problem.limits.effort)
+    left = problem.limits.effort - held * np.abs(weight)
+    left = np.maximum(left, 0.05 * problem.limits.effort)
     found = 0.5 * (left / np.maximum(inertia, 1e-9)).min(axis=0)
     return np.asarray(np.minimum(problem.limits.acceleration, found))

@@ -184,6 +184,18 @@ def near_guess(found: Found) -> Guess:
     return Guess(np.diff(knots.time), knots.share, found.curve, knots.velocity, near=True)
 
 
+def slower_guess(found: Found, times: float) -> Guess:
+    """Start from a motion that is so many times slower; durations that are given become as long."""
+    curve, knots = found.curve, found.knots
+    slowed = curve.c / times ** np.arange(3.0, -1.0, -1.0)[:, None, None]
+    return Guess(
+        times * np.diff(knots.time),
+        knots.share,
+        PiecewisePolynomial(slowed, times * curve.x),
+        knots.velocity / times,
+    )
+
+
 def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
     """Start from a part of a motion that was found before."""
     each = pieces_each(last - first)
