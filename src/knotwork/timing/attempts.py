@@ -39,6 +39,9 @@ STARTS = (0.85, 0.5, 1.0, 2.0, 4.0, 1.4)
 SLOWED = (2.5, 1.5)
 """Where efforts bind, the motion without their limits is a start if it is so many times slower."""
 
+HEAVY_STARTS = 4
+"""So many of these others are tried where efforts bind."""
+
 SMALL = 100
 """Pieces times joints up to which a second start is tried for a better optimum: it costs little."""
 
@@ -98,7 +101,9 @@ def solved_section(
         runs.append(_run(start, problem, watch, care))
         found = [run.best for run in runs if run.best is not None]
         hopeless = not found and len(runs) > 1 and any(run.infeasible for run in runs)
-        enough = len(found) >= wanted or hopeless
+        # where efforts bind, further starts cost much and fail more often
+        heavy = any(run.best is not None and run.best.care.effort is not None for run in runs[:-1])
+        enough = len(found) >= wanted or hopeless or heavy
         if enough or watch.late(found=bool(found), ahead=watch.now() - begun if found else 0.0):
             break
     best = min((r.best for r in runs if r.best is not None), key=lambda b: b.cost, default=None)
@@ -193,7 +198,8 @@ def _starts(
         if k == 1 and fast is not None:
             care = first_efforts(problem)
             yield slower_guess(fast, SLOWED[1]), care
-        yield plain_guess(problem, stretch), care
+        if fast is None or k < HEAVY_STARTS:
+            yield plain_guess(problem, stretch), care
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +222,7 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
     last: Solution | None = None
     best: Attempt | None = None
     light: Found | None = None
+    again = False
     for _ in range(MOST_TIMES):
         section = Section(problem, guess, care)
         steps = _steps(section, watch, best)
@@ -237,8 +244,10 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
             care, last = more, solution if same else None
         elif last is None or watch.late(found=best is not None):
             return _Run(best, solution.status == "Infeasible_Problem_Detected", light)
-        else:  # what was near to a solution is none any more: start again
-            last = None
+        elif again:
+            return _Run(best, light=light)
+        else:  # what was near to a solution is none any more: start again, once
+            last, again = None, True
     return _Run(best, light=light)
 
 
