@@ -198,9 +198,19 @@ def slower_guess(found: Found, times: float) -> Guess:
 
 def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
     """Start from a part of a motion that was found before."""
+    return _part(motion.trajectory.polynomial, motion.time, motion.velocity, first, last)
+
+
+def part_guess(found: Found, first: int, last: int) -> Guess:
+    """Start from a part of the solution of a longer section."""
+    return _part(found.curve, found.knots.time, found.knots.velocity, first, last)
+
+
+def _part(
+    curve: PiecewisePolynomial, times: FloatArray, velocity: FloatArray, first: int, last: int
+) -> Guess:
     each = pieces_each(last - first)
-    time = motion.time[first : last + 1]
-    curve = motion.trajectory.polynomial
+    time = times[first : last + 1]
     here = (curve.x >= time[0]) & (curve.x <= time[-1])
     spans = np.diff(curve.x[here])
     duration = np.diff(time)
@@ -209,7 +219,7 @@ def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
     else:
         share = _even(duration.size)
     part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
-    return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
+    return Guess(duration, share, part, velocity[first : last + 1], near=True)
 
 
 class Section:

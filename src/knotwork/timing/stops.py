@@ -14,6 +14,7 @@ import numpy as np
 from knotwork.timing.attempts import Attempt, solved_section
 from knotwork.timing.holding import too_heavy
 from knotwork.timing.problem import TimingProblem, part_of
+from knotwork.timing.section import part_guess
 from knotwork.timing.watch import Watch
 
 
@@ -39,7 +40,8 @@ def better_parts(problem: TimingProblem, watch: Watch, whole: Attempt) -> list[A
     for first, last in pairwise(np.flatnonzero(stops).tolist()):
         if watch.late(found=True):
             return [whole]
-        part = solved_section(part_of(still, first, last), watch, starts=1)
+        guess = part_guess(whole.found, first, last)
+        part = solved_section(part_of(still, first, last), watch, guess, starts=1)
         if part is None:
             return [whole]
         parts.append(part)
