@@ -240,3 +240,34 @@ def test_an_arm_too_heavy_to_hold_still_names_waypoint_joint_and_limit() -> None
     held = pin.rnea(robot.model, robot.model.createData(), *np.zeros((3, 2)))
     assert heavy.value.bound == pytest.approx(held[0])
     assert planned(1.5 * heavy.value.bound).report.ok
+
+
+def over_the_top(effort: float) -> kw.Plan:
+    """Past a place where the arm is stretched out, too heavy to rest there below some 21 N m."""
+    places = [("in", -1.5), ("over", 0.0), ("out", 1.5)]
+    points: list[dict[str, Any]] = [
+        {"name": name, "joints": {"shoulder": q, "elbow": 0}} for name, q in places
+    ]
+    points[1]["velocity"] = "free"
+    limits = {"effort": effort, "velocity": 6}
+    gravity = {"gravity": [0, -9.81, 0], "times": "fastest"}
+    return kw.plan({"robot": "planar2", "limits": limits, "waypoints": points, **gravity})
+
+
+def test_a_place_where_the_arm_is_too_heavy_to_rest_is_passed_in_motion() -> None:
+    made = over_the_top(12.0)
+    made.report.raise_if_failed()
+    assert made.chosen is not None
+    assert abs(made.chosen.runs[0].velocity[1, 0]) > 0.5
+
+
+def test_an_arm_too_heavy_to_rest_where_its_velocity_is_free_is_told_with_what_would_do() -> None:
+    with pytest.raises(TimingError, match="to rest at 'over' joint 'shoulder' needs a") as heavy:
+        over_the_top(4.0)
+    error = heavy.value
+    assert (error.waypoint, error.joint, error.limit) == (1, "shoulder", "effort")
+    assert "waypoints[1]: " in str(error)
+    assert "in motion it may pass there with less" in str(error)
+    needed = re.search(r"at a limit of effort of about ([0-9.]+) N m; it is 4 N m", str(error))
+    assert needed, error
+    over_the_top(float(needed[1])).report.raise_if_failed()

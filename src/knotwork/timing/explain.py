@@ -12,7 +12,7 @@ from knotwork.errors import TimingError
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.timing.attempts import with_longer
 from knotwork.timing.binding import binding_limits
-from knotwork.timing.holding import too_heavy
+from knotwork.timing.holding import needs, overloads, too_heavy
 from knotwork.timing.problem import BoolArray, Objective, TimingProblem, part_of
 from knotwork.timing.safe_numbers import rounded_down, rounded_up, with_room
 from knotwork.timing.search import ROOMS, OutOfStepsError, Search
@@ -35,7 +35,8 @@ TOOL = "tool_speed"
 def explained(problem: TimingProblem, before: int = 0) -> list[TimingError]:
     """Find out why no motion was found.
 
-    A joint that can't hold the arm where it rests is told at once. Each interval that can't be
+    A joint that can't hold the arm where it rests is told at once, and one that can't where the
+    velocity is chosen as soon as more effort leads to a motion. Each interval that can't be
     solved alone, its velocities being given, is a cause. Given durations are then let go, and after
     that each kind of limit is raised, to see what would do.
 
@@ -62,6 +63,9 @@ def _causes(problem: TimingProblem) -> list[TimingError]:
             found = _too_short(problem, 0, search)
             if found:
                 return found
+        found = _too_heavy_to_rest(problem, search)
+        if found:
+            return found
         for i in range(n - 1) if n > 2 else ():
             part = replace(part_of(problem, i, i + 1), total=None)
             told = any(one.waypoint == i for one in found)
@@ -89,10 +93,39 @@ def _of_part(problem: TimingProblem, first: int, search: Search) -> list[TimingE
     return [_unexplained(problem, first, "no single cause")]
 
 
+def _too_heavy_to_rest(problem: TimingProblem, search: Search) -> list[TimingError]:
+    """See whether a motion is found once the arm can rest where velocities are chosen."""
+    heavy = overloads(problem, ~problem.velocity_known)
+    limit = problem.limits.effort
+    for room in ROOMS if heavy else ():
+        factors = {one: (1.0 + room) * one.effort / float(limit[one.joint]) for one in heavy}
+        changes = [
+            change
+            for one, factor in factors.items()
+            for change in _changes(problem, [("effort", one.joint)], factor)
+        ]
+        if search.solved(_with(problem, changes)) is not None:
+            error = _limit_error(problem, heavy[0].waypoint, "effort", changes)
+            error.add(
+                f"{_to_rest(problem)}, and in motion it may pass there with less, which the search "
+                "did not find"
+            )
+            return [error]
+    return []
+
+
+def _to_rest(problem: TimingProblem) -> str:
+    """Which joints can't hold still where a velocity is chosen; empty if all can."""
+    heavy = overloads(problem, ~problem.velocity_known)
+    return "; and ".join(f"to rest at {needs(problem, one)}" for one in heavy)
+
+
 def _unexplained(problem: TimingProblem, first: int, why: str) -> TimingError:
+    rest = _to_rest(problem)
     return TimingError(
         f"between {problem.names[0]!r} and {problem.names[-1]!r} no motion was found that keeps "
-        f"all limits, and {why}: allow longer durations, lower speeds or higher limits",
+        f"all limits, and {why}: allow longer durations, lower speeds or higher limits"
+        + (f"; {rest}" if rest else ""),
         waypoint=first,
         interval=len(problem.position) == 2,
     )
