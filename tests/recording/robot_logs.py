@@ -71,6 +71,13 @@ def write(
     )
 
 
+def write_exactly(path: Path, samples: Samples, unit: str = "") -> Path:
+    """Write a log as simulators do, with all digits of each number."""
+    rows = np.column_stack([samples.time, samples.position]).tolist()
+    headings = [f"{name} {unit}".strip() for name in samples.names]
+    return write_rows(path, ["time", *headings], [[repr(value) for value in row] for row in rows])
+
+
 def write_rows(
     path: Path, headings: Sequence[str], rows: Sequence[Sequence[str]], delimiter: str = ","
 ) -> Path:

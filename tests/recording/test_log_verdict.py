@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robot_logs import Samples, record, write
+from robot_logs import Samples, record, write, write_exactly
 
 from knotwork import Plan, plan
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.recording import aligned, check_log, read_log, smoothed
 from knotwork.scenario import Scenario
 from knotwork.verification import Report
@@ -135,6 +136,93 @@ def test_a_gap_is_warned_of_and_a_log_that_ends_early_fails(
     assert [one.quantity for one in gap.warnings if one.quantity == "gap"] == ["gap"]
     short = judge(tmp_path, deburring, part(whole.time < 10.0))
     assert "time_span" in {one.quantity for one in short.failures}
+
+
+def judge_exact(path: Path, made: Plan, samples: Samples) -> Report:
+    """The verdict on a log with all digits."""
+    motion = made.trajectory
+    file = write_exactly(path / "log.csv", samples, "[rad]")
+    curve = smoothed(read_log(file, motion.joint_names, motion.joint_units))
+    return check_log(aligned(curve, motion), made.scenario, made.space)
+
+
+EXACT = [
+    *(("ur5_deburring", rate, rest) for rate in (100.0, 250.0) for rest in (0.5, 0.0)),
+    *(("panda_pick_place", rate, 0.5) for rate in (100.0, 500.0, 1000.0)),
+    *(("ur10_spray", rate, 0.5) for rate in (100.0, 250.0)),
+    ("kinova_dispense", 100.0, 0.5),  # a joint turns twice, and motion begins at once
+]
+
+
+@pytest.mark.parametrize(("scenario", "rate", "rest"), EXACT)
+def test_a_simulated_motion_with_all_digits_passes(
+    tmp_path: Path, scenario: str, rate: float, rest: float
+) -> None:
+    made = plan(scenario)
+    samples = record(made.trajectory, rate=rate, before=rest, after=rest)
+    report = judge_exact(tmp_path, made, samples)
+    assert report.ok, [str(one) for one in report.failures]
+    assert not report.select(quantity="too_coarse")
+
+
+def test_a_simulated_controller_with_all_digits_passes(tmp_path: Path, deburring: Plan) -> None:
+    """The arm follows its plan as a critically damped controller makes it, 10 ms late."""
+    samples = record(deburring.trajectory, rate=10_000.0)
+    decay = 1.0 - 200.0 / 10_000.0
+    q = samples.position.copy()
+    for _ in range(2):
+        for k in range(1, len(q)):
+            q[k] = decay * q[k - 1] + (1.0 - decay) * q[k]
+    late = Samples(samples.names, samples.time[::80], q[::80], samples.velocity[::80])
+    report = judge_exact(tmp_path, deburring, late)
+    assert "sample_off_the_curve" not in {one.quantity for one in report.failures}
+
+
+def jumped(samples: Samples, kind: str, size: float, start: float) -> Samples:
+    """A log whose joint 2 jumps in position or velocity, for 0.3 s in the second case."""
+    after = samples.time - start
+    steps = {"position": (after >= 0.0).astype(float), "velocity": np.clip(after, 0.0, 0.3)}
+    samples.position[:, 2] += size * steps[kind]
+    return samples
+
+
+@pytest.mark.parametrize(
+    ("rate", "noise", "kind", "size"),
+    [
+        *((125.0, 0.0, "position", size) for size in (1e-5, 1e-4, 1e-2)),
+        *((125.0, 0.0, "velocity", size) for size in (1e-3, 1e-2, 1.0)),
+        *((500.0, 0.0, "position", size) for size in (1e-7, 1e-6, 1e-3)),
+        *((500.0, 0.0, "velocity", size) for size in (1e-4, 1e-1)),
+        *((125.0, 1e-5, "position", size) for size in (4e-4, 1e-3, 1e-2)),
+        *((125.0, 1e-5, "velocity", size) for size in (0.1, 1.0)),
+        *((125.0, 1e-4, "position", size) for size in (4e-3, 1e-2)),
+    ],
+)
+@pytest.mark.parametrize("start", [4.53, 7.91])
+def test_jumps_of_all_sizes_above_the_noise_are_found(
+    tmp_path: Path, deburring: Plan, rate: float, noise: float, kind: str, size: float, start: float
+) -> None:
+    samples = jumped(record(deburring.trajectory, rate=rate, noise=noise), kind, size, start)
+    judged = judge(tmp_path, deburring, samples) if noise else None
+    report = judged or judge_exact(tmp_path, deburring, samples)
+    found = {one.name for one in report.failures if one.quantity == "sample_off_the_curve"}
+    assert deburring.trajectory.joint_names[2] in found
+
+
+def test_what_the_plan_does_at_a_jump_of_its_own_is_no_excuse(
+    tmp_path: Path, deburring: Plan
+) -> None:
+    """A plan that jumps allows its log nothing."""
+    motion = deburring.trajectory
+    c, x = motion.polynomial.c.copy(), motion.polynomial.x
+    c[-1, 9:, 2] += 1e-3
+    jumping = dataclasses.replace(motion, polynomial=PiecewisePolynomial(c, x))
+    samples = record(jumping)
+    file = write_exactly(tmp_path / "log.csv", samples)
+    curve = smoothed(read_log(file, motion.joint_names, motion.joint_units))
+    report = check_log(aligned(curve, jumping), deburring.scenario, deburring.space)
+    found = [one.name for one in report.failures if one.quantity == "sample_off_the_curve"]
+    assert motion.joint_names[2] in found
 
 
 def test_bare_joints_have_logs_too(tmp_path: Path, paper_case: Plan) -> None:

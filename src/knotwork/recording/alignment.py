@@ -64,6 +64,22 @@ class Alignment:
         start, end = self.trajectory.start_time, self.trajectory.end_time
         return np.asarray(errors[(grid >= start - NEAR) & (grid <= end + NEAR)].max(axis=0))
 
+    def left_of_plan(self) -> FloatArray:
+        """How far samples of the plan itself are off a curve with the log's knots, shape (d,).
+
+        Where its jerk jumps, no such curve follows it, however exact a log is. It is the largest
+        distance of each joint [rad or m], and zero for a plan that jumps in position or velocity.
+        """
+        plan = self.reference
+        if plan.continuity.order < 1:
+            return np.zeros(len(plan.joint_names))
+        time = self.curve.log.time - self.start
+        inside = np.clip(time, plan.start_time, plan.end_time)
+        # before and after its time it goes on, for its velocity must not jump there either
+        velocity = plan.velocity(inside)
+        position = plan.position(inside) + velocity * (time - inside)[:, None]
+        return np.asarray(np.abs(self.curve.left_of(position, velocity)).max(axis=0))
+
 
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     """Find when a log's motion is that of a plan, and put it into the plan's time.

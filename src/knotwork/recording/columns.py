@@ -31,10 +31,12 @@ class LogColumns:
             the size of the values tells.
         joints: By `"position"` and, if there is one for every joint, `"velocity"`: index of the
             column and factor to SI, for each joint.
+        units_said: The headings of positions say the units of these joints, by their index.
     """
 
     clock: tuple[tuple[int, float], ...]
     joints: Mapping[str, tuple[tuple[int, float], ...]]
+    units_said: frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,8 @@ def log_columns(
             (of[i].index, _factor(of[i], joint_units[i], degrees=degrees))
             for i in range(len(joint_names))
         )
-    return LogColumns(_clock(headings, chosen), joints)
+    said = (one.joint for one in positions if one.topic == chosen and one.unit_said)
+    return LogColumns(_clock(headings, chosen), joints, frozenset(said))
 
 
 def _factor(one: _Found, unit: str, *, degrees: bool) -> float:

@@ -227,6 +227,8 @@ def _refuse_degrees(
 ) -> None:
     for j, (index, factor) in enumerate(columns.joints["position"]):
         largest = float(np.abs(position[:, j]).max())
+        if j in columns.units_said:
+            continue
         if units[j] == "rad" and factor == 1.0 and largest > WHOLE_TURNS:
             field = f"column {index + 1} ({head[1][index].strip()})"
             raise DocumentError(
@@ -237,7 +239,7 @@ def _refuse_degrees(
                         field,
                         f"joint {names[j]!r} reaches {largest:.6g} rad, more than two whole turns",
                         "rad; if these are degrees, say so with --log-unit deg or with [deg] in "
-                        "the headings",
+                        "the headings, and with [rad] there if they are not",
                     )
                 ],
             )

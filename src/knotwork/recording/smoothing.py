@@ -51,6 +51,7 @@ class Smoothed:
         missed: Spans of time [s] in which the curve can't follow the samples, though it has a piece
             for every few of them: the motion changes faster there than the log shows.
         velocities: How the recorded velocities were used, in words.
+        velocity_sigma: Their standard deviations [rad/s or m/s], shape (d,), where they were used.
     """
 
     trajectory: JointTrajectory
@@ -62,6 +63,19 @@ class Smoothed:
     sigma: FloatArray
     missed: tuple[tuple[float, float], ...]
     velocities: str
+    velocity_sigma: FloatArray | None
+
+    def left_of(self, position: FloatArray, velocity: FloatArray) -> FloatArray:
+        """What a curve with these knots leaves of another motion, [rad or m], shape (n, d).
+
+        Args:
+            position: Of that motion at the times of the log [rad or m], shape (n, d).
+            velocity: Its velocity there [rad/s or m/s], shape (n, d).
+        """
+        rates = velocity if self.velocity_sigma is not None else None
+        breaks = self.trajectory.breaks
+        fit = _Fit(self.log.time, breaks, position, self.sigma, rates, self.velocity_sigma)
+        return np.asarray(position - fit.values(0))
 
 
 def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
@@ -88,7 +102,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     coarse_ends, ends, missed = _knots(log, sigma)
     coarse = _Fit(log.time, coarse_ends, log.position, sigma)
     fit = _Fit(log.time, ends, log.position, sigma)
-    velocities = "none are recorded"
+    velocities, velocity_sigma = "none are recorded", None
     if log.velocity is not None and known.velocity is not None:
         middles = 0.5 * (ends[1:] + ends[:-1])
         place = np.searchsorted(ends[1:-1], log.time)
@@ -96,6 +110,7 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
         off = np.sqrt((((log.velocity - fit.values(1)) / unknown) ** 2).mean(axis=0))
         if (off <= AGREEING).all():
             fit = _Fit(log.time, ends, log.position, sigma, log.velocity, known.velocity)
+            velocity_sigma = known.velocity
             velocities = "used, for they agree with the positions"
         else:
             j = int(off.argmax())
@@ -121,7 +136,9 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     errors = np.hypot(errors, of_pieces(fit.polynomial(), grid))
     spans = tuple((float(coarse_ends[i]), float(coarse_ends[i + 1])) for i in missed)
     errors = np.maximum(errors, of_missed(log, residuals, spans, grid))
-    return Smoothed(trajectory, log, known, grid, errors, residuals, sigma, spans, velocities)
+    return Smoothed(
+        trajectory, log, known, grid, errors, residuals, sigma, spans, velocities, velocity_sigma
+    )
 
 
 def _changes(coarse: _Fit, fit: _Fit, grid: FloatArray, order: int) -> FloatArray:

@@ -3,7 +3,8 @@
 The smoothed motion is checked as any other. But a log knows its motion only up to its noise: what
 fails by less than `CERTAIN` standard errors of the curve is undecided and fails nothing. And the
 curve is smooth because it was made so: whether the motion jumps is judged by how far the samples
-are off it, against their noise.
+are off it, against their noise. In a log without noise they are off it where the jerk jumps, as it
+may: what the same curve leaves of the plan, it may leave of the log.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ CERTAIN = 4.0
 """A fault counts if it is larger than so many standard errors."""
 JUMP = 8.0
 """A sample further off the curve than so many standard deviations is a jump or wrong."""
+LIKE_THE_PLAN = 1.5
+"""So many times what such a curve leaves of the plan, it may leave of a log without any noise."""
 GAP = 5.0
 """A gap is longer than so many sample periods."""
 _ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
@@ -104,6 +107,7 @@ def compare_log(
         units: Those that people read.
         required: A jump of the position fails.
     """
+    allowed = LIKE_THE_PLAN * alignment.left_of_plan()
     return Report(
         scenario=alignment.curve.log.source,
         robot=robot.name if robot is not None else None,
@@ -112,8 +116,8 @@ def compare_log(
         end_time=alignment.trajectory.end_time,
         findings=(
             *deviation_findings(alignment, robot, units),
-            *_about(alignment, units),
-            *_smooth(alignment, units, required=required),
+            *_about(alignment, allowed, units),
+            *_smooth(alignment, allowed, units, required=required),
         ),
         units=units,
     )
@@ -167,24 +171,31 @@ def _inertia(robot: Robot, q: FloatArray) -> FloatArray:
     return np.column_stack([robot.torque(q, still, one) - rest for one in np.eye(q.size)])
 
 
-def _smooth(alignment: Alignment, units: Units, *, required: bool) -> Iterator[Finding]:
-    """Say how far the samples of each joint are off the smooth curve, against their noise."""
+def _smooth(
+    alignment: Alignment, allowed: FloatArray, units: Units, *, required: bool
+) -> Iterator[Finding]:
+    """Say how far the samples of each joint are off the smooth curve, against their noise.
+
+    Args:
+        alignment: The smoothed log, by the plan's clock.
+        allowed: What jumps of the jerk may add to the noise [rad or m], shape (d,).
+        units: Those that people read.
+        required: A jump fails.
+    """
     curve = alignment.curve
-    shares = np.abs(curve.residuals) / curve.sigma
+    off, limits = np.abs(curve.residuals), JUMP * curve.sigma + allowed
     for j, name in enumerate(curve.log.joint_names):
-        worst = int(shares[:, j].argmax())
-        value, limit = float(abs(curve.residuals[worst, j])), float(JUMP * curve.sigma[worst, j])
+        worst = int((off[:, j] / limits[:, j]).argmax())
+        value, limit = float(off[worst, j]), float(limits[worst, j])
         time = float(curve.log.time[worst] - alignment.start)
         unit = curve.log.joint_units[j]
-        off = units.text(value, unit, ".3g")
-        said = f"a sample is off the smooth curve by {off} at {time:.4f} s"
+        shown = units.text(value, unit, ".3g")
+        said = f"a sample is off the smooth curve by {shown} at {time:.4f} s"
         if value > limit:
-            said += (
-                f", {shares[worst, j]:.3g} times the noise: the motion jumps, or the sample is "
-                "wrong"
-            )
+            times = value / float(curve.sigma[worst, j])
+            said += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
             if not curve.noise.stated:
-                largest = float(np.abs(curve.residuals).max())
+                largest = float(off.max())
                 said += f"; if samples may be off by as much, --noise {largest:.0e} says so"
         ok = value <= limit
         yield Finding(
@@ -203,9 +214,11 @@ def _smooth(alignment: Alignment, units: Units, *, required: bool) -> Iterator[F
         )
 
 
-def _about(alignment: Alignment, units: Units) -> Iterator[Finding]:
+def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[Finding]:
     """What is assumed of the log, and what it can tell."""
     curve, log = alignment.curve, alignment.curve.log
+    beyond = log.time[(np.abs(curve.residuals) > allowed).any(axis=1)]
+    missed = [span for span in curve.missed if ((beyond >= span[0]) & (beyond <= span[1])).any()]
     origin = "as given" if curve.noise.stated else "estimated from the samples and their digits"
     for j, name in enumerate(log.joint_names):
         value, unit = float(curve.noise.position[j]), log.joint_units[j]
@@ -233,9 +246,9 @@ def _about(alignment: Alignment, units: Units) -> Iterator[Finding]:
     )
     if log.notes:
         yield _said("left_out", f"left out or mended: {'; '.join(log.notes)}")
-    if curve.missed:
-        start, end = (time - alignment.start for time in curve.missed[0])
-        times = f", {len(curve.missed)} times, first" if len(curve.missed) > 1 else ""
+    if missed:
+        start, end = (time - alignment.start for time in missed[0])
+        times = f", {len(missed)} times, first" if len(missed) > 1 else ""
         yield Finding(
             "Warnings", "motion", "", "too_coarse", "warning",
             f"the motion changes faster than the log shows{times} from {start:.4f} s to "
