@@ -322,7 +322,7 @@ def test_a_plan_loads_what_it_uses_and_nothing_more() -> None:
         whole=True,
     )
     assert "pinocchio" in loaded
-    for name in (*DRAWING, "rich", "difflib", "html", "xml.etree", "numpy.polynomial"):
+    for name in (*DRAWING, "rich", "difflib", "html", "xml.etree", "numpy.ma", "numpy.polynomial"):
         assert name not in loaded
     unused = ("cli.export", "cli.sweep", "storage.files", "kinematics.diagnosis.reason")
     unused += ("kinematics.solutions.pose", "kinematics.sequence.alternatives", "choosing")

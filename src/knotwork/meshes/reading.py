@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.distinct import distinct
 from knotwork.errors import InputError
 from knotwork.meshes.bounds import (
     FARTHEST,
@@ -82,7 +83,7 @@ def read_points(path: Path) -> FloatArray:
         InputError: As for `read_mesh`.
     """
     parts = read_mesh(path)
-    return np.concatenate([part.points[np.unique(part.triangles)] for part in parts])
+    return np.concatenate([part.points[distinct(part.triangles)] for part in parts])
 
 
 def _read_stl(data: bytes) -> MeshPart:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.distinct import distinct
 from knotwork.polynomial.piecewise import PiecewisePolynomial
 from knotwork.waypoints import FloatArray
 
@@ -20,7 +21,7 @@ def refined(curve: PiecewisePolynomial, times: FloatArray) -> PiecewisePolynomia
         curve: A curve along axis 0.
         times: Breaks to be added where there are none, within the curve's time.
     """
-    breaks = np.union1d(curve.x, times)
+    breaks = distinct(curve.x, times)
     piece = np.clip(np.searchsorted(curve.x, breaks[:-1], side="right") - 1, 0, len(curve.x) - 2)
     c = np.array(curve.c[:, piece])
     shift = (breaks[:-1] - curve.x[piece]).reshape(-1, *[1] * (c.ndim - 2))

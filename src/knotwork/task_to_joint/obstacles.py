@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knotwork.distinct import distinct
 from knotwork.errors import CollisionError
 from knotwork.joint_space import JointSpace
 from knotwork.kinematics.following.continuation import Continuation
@@ -116,7 +117,7 @@ class Obstacles:
         if self._pairs is None:
             return None
         steps = np.flatnonzero(np.isfinite(found.position[:, start]).all(axis=1))
-        looks = steps[np.unique(np.linspace(0, len(steps) - 1, LOOKS).astype(int))]
+        looks = steps[distinct(np.linspace(0, len(steps) - 1, LOOKS).astype(np.intp))]
         before = int(looks[0]) - 1
         gaps = self._pairs.clearances(found.position[looks, start], found.time[looks])
         for k, gap in zip(looks.tolist(), gaps, strict=True):

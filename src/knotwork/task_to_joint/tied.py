@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from knotwork.distinct import distinct
 from knotwork.errors import FollowingError
 from knotwork.kinematics.chain.joint_ranges import whole_turns
 from knotwork.kinematics.following.continuation import Continuation, continue_along
@@ -107,7 +108,7 @@ class Ties:
         turns = start.q - start.q[own][back]
         self._ways[path.first] = found
         free = found.free(robot, back, turns)
-        contacts = self._contacts(found, np.unique(back[free]))
+        contacts = self._contacts(found, distinct(back[free]))
         free &= ~np.isin(back, list(contacts))
         asked = in_branch(self.scenario, start)
         tried = np.flatnonzero(asked if asked.any() else ~asked)

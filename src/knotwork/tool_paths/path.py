@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from knotwork.distinct import distinct
 from knotwork.errors import CornerError, PathError
 from knotwork.tool_paths.curve import Curve, shown, unplaced
 from knotwork.tool_paths.orientation import OrientationCurve
@@ -115,7 +116,7 @@ class ToolPath:
         """Sorted arc lengths without those that rounding alone sets apart from a curve's ends."""
         exact = np.append(self.starts, self.length)
         nearest = exact[np.abs(s[:, None] - exact).argmin(axis=1)]
-        return np.unique(np.where(np.abs(s - nearest) <= LENGTHS * self.length, nearest, s))
+        return distinct(np.where(np.abs(s - nearest) <= LENGTHS * self.length, nearest, s))
 
     def _curve_of(self, s: FloatArray, side: str) -> NDArray[np.intp]:
         index = np.searchsorted(self.starts, s, side="left" if side == "left" else "right") - 1

@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.distinct import distinct
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
 from knotwork.kinematics.following.hindrance import Hindrance, Steps, hindrance_of
 from knotwork.kinematics.following.joint_field import JointField
@@ -86,7 +87,7 @@ class Continuation(NamedTuple):
         leads = np.isinf(self.lost)
         result = leads[starts]
         result[result] = inside_range(robot, self.position[:, starts[result]], turns[result])
-        own = np.unique(starts[result])
+        own = distinct(starts[result])
         leads[own] = slow_enough(robot, self.time, self.position[:, own], self.velocity[:, own])
         return np.asarray(result & leads[starts])
 
@@ -129,7 +130,7 @@ def continue_along(
     q = np.array(starts, dtype=float)
     result = np.full((len(times), *q.shape), np.nan)
     result[0] = q
-    stops = np.union1d(times, [t for t in path.breaks if times[0] < t < times[-1]])
+    stops = distinct(times, [t for t in path.breaks if times[0] < t < times[-1]])
     at = {float(t): i for i, t in enumerate(times)}
     steps: list[tuple[float, FloatArray, FloatArray]] = []
     lost, smallest_lost = np.full(len(q), np.inf), np.full(len(q), np.nan)

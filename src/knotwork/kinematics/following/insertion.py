@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from knotwork.distinct import distinct
 from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.chain.joint_axes import joint_axes
@@ -69,7 +70,7 @@ def follow_path(
             prove them.
     """
     one, path = _Insertion(joints, tolerance, knots), joints.path
-    ends = np.union1d(path.breaks, [] if times is None else times)
+    ends = distinct(path.breaks, [] if times is None else times)
     followed = one.evenly(ends)
     # not sooner: of fewer waypoints near a singularity a curve is rounded far more
     check_tolerance(joints.robot, one.curve(followed), path, tolerance)
@@ -82,7 +83,7 @@ def follow_path(
         if (use <= 1.0).all():
             return followed
         middle = 0.5 * (followed.time[1:] + followed.time[:-1])[use > 1.0]
-        stretches = np.unique(
+        stretches = distinct(
             np.searchsorted(path.start_time + path.timing.times[1:-1], middle, "right")
         )
         followed = one.divided(followed, use)

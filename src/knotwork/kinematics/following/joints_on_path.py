@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.distinct import distinct
 from knotwork.errors import FollowingError
 from knotwork.kinematics.following.continuation import (
     Continuation,
@@ -112,7 +113,7 @@ class JointsOnPath:
             FollowingError: It doesn't.
         """
         far = curve.extrema()
-        time = np.unique(np.concatenate((curve.x, far.minimum_time, far.maximum_time)))
+        time = distinct(curve.x, far.minimum_time, far.maximum_time)
         broken = self._hindrance(time, curve(time), curve(time, 1), ON_CURVE)
         if broken is not None:
             raise self._error(self._closely() or broken)
@@ -154,7 +155,7 @@ class JointsOnPath:
         q, error = self.field.corrected(guess, path.position(s), path.rotation(s))
         stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= STRAY) | ~(error <= LOST)
         before = np.searchsorted(self.time, times, "right") - 1
-        for i in np.unique(before[stray]):  # they could be of another branch
+        for i in distinct(before[stray]):  # they could be of another branch
             own = stray & (before == i)
             asked = np.append(self.time[i], times[own])
             q[own] = continue_along(

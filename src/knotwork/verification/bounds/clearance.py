@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knotwork.distinct import distinct
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import horner
 from knotwork.scene.bodies import Body
@@ -179,7 +180,7 @@ class _Search:
         """The first intervals."""
         x = self.curve.x
         inner = self.windows[(self.windows > x[0]) & (self.windows < x[-1])]
-        edges = np.unique(np.concatenate([x, inner]))
+        edges = distinct(x, inner)
         span = np.diff(edges)
         parts = np.maximum(1, np.ceil(PARTS * span / (x[-1] - x[0]))).astype(int)
         index = np.repeat(np.arange(len(span)), parts)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from knotwork.distinct import distinct
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scene.distances import nearer_than
 from knotwork.scene.model import CollisionModel
@@ -36,7 +37,7 @@ class ContactTimes:
             high: When both are there last [s].
             time: When they are too near [s].
         """
-        times = np.union1d(np.linspace(low, high, LOOKS + 1), [time])
+        times = distinct(np.linspace(low, high, LOOKS + 1), [time])
         near = self._near(k, times.tolist())
         change = np.flatnonzero(np.diff(near))
         edges = [self._edge(k, *times[i : i + 2].tolist()) for i in change.tolist()]

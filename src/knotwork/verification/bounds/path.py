@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from knotwork.distinct import distinct
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.tool_paths.rotations import angle_of, gap_of
@@ -217,7 +218,7 @@ def _first_times(
     ends = np.concatenate(([low], inner, [high]))
     middle = 0.5 * (ends[1:] + ends[:-1])  # no piece is looked at at its ends alone
     grid = np.linspace(low, high, FIRST + 1)
-    return np.unique(np.concatenate((grid, inner, before, middle, known)))
+    return distinct(grid, inner, before, middle, known)
 
 
 def _divided(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
