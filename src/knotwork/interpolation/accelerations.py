@@ -88,14 +88,17 @@ class Intervals(NamedTuple):
     given: FloatArray
     rate: FloatArray
 
-    def knot_accelerations(self, a: FloatArray, part: slice = slice(None)) -> FloatArray:
+    def knot_accelerations(
+        self, a: FloatArray, part: slice = slice(None), out: FloatArray | None = None
+    ) -> FloatArray:
         """A and B of some of the intervals, shape (2, d, k).
 
         Args:
             a: Accelerations at the waypoints beside them, shape (d, k + 1).
             part: Which of the intervals.
+            out: Takes them; by default an array of their own.
         """
-        sums = a[:, :-1] * self.start[..., part]
+        sums = np.multiply(a[:, :-1], self.start[..., part], out=out)
         sums += a[:, 1:] * self.end[..., part]
         sums += self.given[..., part]
         return sums

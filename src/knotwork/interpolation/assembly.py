@@ -72,35 +72,45 @@ def _assemble(
     per_span[0] = 1.0 / (6.0 * (right - left))
     following = data.knots.left[low + 1 : intervals.high + 1]
     per_span[1, 0, : following.size] = 1.0 / (6.0 * (following - right[: following.size]))
-    after, before = intervals.knot_accelerations(a[:, low : intervals.high + 1])
     # at the left knot of each waypoint, at its right one, and at the left one of the next; the
     # first waypoint of all is its own left knot, the last its own right one
     bend = np.empty((3, a.shape[0], count))
-    bend[0, :, 0], bend[1, :, -1], bend[2, :, -1] = before_first, own[:, -1], 0.0
-    bend[0, :, 1:] = before[:, : count - 1]
-    bend[1, :, : after.shape[1]] = after
-    bend[2, :, : after.shape[1]] = before
-    total = own + bend[:2]
-    value = total * (0.5 * u)
-    value += v
-    total += own
-    total *= u / 6.0
-    total += v
-    total *= u
-    total += y
-    jerk = bend[1:] - bend[:2]
-    jerk *= per_span
-    bend *= 0.5
+    inside = bend[1:, :, : intervals.high - low]
+    intervals.knot_accelerations(a[:, low : intervals.high + 1], out=inside)
+    following_bend = inside[1, :, -1].copy()
+    if last:
+        bend[1, :, -1], bend[2, :, -1] = own[:, -1], 0.0
+    bend[0, :, 0], bend[0, :, 1:] = before_first, inside[1, :, : count - 1]
+
     # pieces alternate: those of left knots, those of right knots
     first, end = data.knots.range
     skipped = max(0, first - 2 * low)
+    sides = []
     for side, start, stop in (
         (0, skipped, count - max(0, 2 * (low + count) - 1 - end)),
         (1, 0, intervals.high - low),
     ):
         begin = 2 * (low + start) + side - first
         pieces = c[:, begin : begin + 2 * (stop - start) : 2].transpose(0, 2, 1)
-        for power, rows in enumerate((jerk, bend, value, total)):
-            pieces[power] = rows[side, :, start:stop]
-    following_bend: FloatArray = before[:, -1]
+        sides.append((side, slice(start, stop), pieces))
+
+    def put(power: int, rows: FloatArray) -> None:
+        for side, part, pieces in sides:
+            pieces[power] = rows[side, :, part]
+
+    total = own + bend[:2]
+    value = total * (0.5 * u)
+    value += v
+    put(2, value)
+    total += own
+    total *= u / 6.0
+    total += v
+    total *= u
+    total += y
+    put(3, total)
+    np.subtract(bend[1:], bend[:2], out=value)
+    value *= per_span
+    put(0, value)
+    bend *= 0.5
+    put(1, bend)
     return following_bend
