@@ -20,7 +20,7 @@ image. For n = 2 both hold, and what is left is the plain cubic.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -33,6 +33,9 @@ from knotwork.waypoints import FloatArray
 
 BLOCK = 24576
 """Values that are worked on together, so that the temporaries stay in the nearer caches."""
+
+KEPT = 16
+"""Blocks that are kept until they are needed again; of more, memory would take as long as work."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +54,21 @@ class Waypoints:
     dydx: FloatArray
     knots: PlacedKnots
 
-    def blocks(self) -> Iterator[Intervals]:
-        """All intervals, in blocks to work on together; one is kept, of more none."""
+    def blocks(self) -> Iterable[Intervals]:
+        """All intervals, in blocks to work on together; they are kept where these are few."""
         # odd, as rows a power of two apart would compete for the same lines of the cache
-        size, last = max(16, BLOCK // max(1, int(self.y.shape[0]))) | 1, self.x.size - 1
-        if last <= size:
-            return iter([self._whole])
-        return (_intervals(self, i, min(i + size, last)) for i in range(0, last, size))
+        size = max(16, BLOCK // max(1, int(self.y.shape[0]))) | 1
+        last = self.x.size - 1
+        made = (_intervals(self, i, min(i + size, last)) for i in range(0, last, size))
+        if last > KEPT * size:
+            return made
+        if not self._kept:
+            self._kept.extend(made)
+        return self._kept
 
     @cached_property
-    def _whole(self) -> Intervals:
-        return _intervals(self, 0, self.x.size - 1)
+    def _kept(self) -> list[Intervals]:
+        return []
 
 
 class Intervals(NamedTuple):
