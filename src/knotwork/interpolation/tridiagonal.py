@@ -92,18 +92,23 @@ def _one_by_one(
     lower: list[float], diagonal: list[float], upper: list[float], rhs: list[list[float]]
 ) -> list[list[float]]:
     """Solve a small system by elimination from the top; the solutions are rows, as `rhs` is."""
-    pivots, factors = diagonal[:1], []
+    pivot, pivots, factors = diagonal[0], diagonal[:1], []
     for below, above, entry in zip(lower, upper, diagonal[1:], strict=True):
-        factors.append(below / pivots[-1])
-        pivots.append(entry - factors[-1] * above)
-    back = list(zip(reversed(upper), reversed(pivots[:-1]), strict=True))
+        factor = below / pivot
+        pivot = entry - factor * above
+        factors.append(factor)
+        pivots.append(pivot)
+    back = list(zip(upper[::-1], pivots[-2::-1], strict=True))
     solutions = []
     for row in rhs:
-        left = row[:1]
-        for factor, value in zip(factors, row[1:], strict=True):
-            left.append(value - factor * left[-1])
-        found = [left.pop() / pivots[-1]]
-        for (above, pivot), value in zip(back, reversed(left), strict=True):
-            found.append((value - above * found[-1]) / pivot)
+        value, left = row[0], row[:1]
+        for factor, entry in zip(factors, row[1:], strict=True):
+            value = entry - factor * value
+            left.append(value)
+        value = left.pop() / pivot
+        found = [value]
+        for (above, divisor), entry in zip(back, left[::-1], strict=True):
+            value = (entry - above * value) / divisor
+            found.append(value)
         solutions.append(found[::-1])
     return solutions
