@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from timing_cases import assert_kept, random_problem
 
+from knotwork.errors import TimingError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing import Objective, Progress, TimedMotion, TimingLimits, TimingProblem, solve
 from knotwork.timing.binding import binding_limits
+from knotwork.timing.problem import part_of
 
 
 @pytest.fixture(scope="module")
@@ -193,3 +196,42 @@ def test_long_motions_lose_next_to_nothing_by_windows(monkeypatch: pytest.Monkey
     assert_kept(long, windows)
     monkeypatch.setattr("knotwork.timing.windows.LONGEST", 1000)
     assert windows.duration < 1.01 * solve(long).duration
+
+
+@pytest.mark.parametrize("given", ["all", "one", "total"])
+def test_times_from_the_least_on_are_found_or_refused_for_a_cause_that_is_true(given: str) -> None:
+    refused = 0
+    for seed in range(30):
+        rng = np.random.default_rng([5, seed])
+        asked = random_problem(seed, int(rng.integers(2, 6)), int(rng.integers(1, 5)))
+        velocity, ends = np.array(asked.velocity), np.full(asked.position.shape, np.nan)
+        velocity[1:-1] = (velocity[1:-1], 0.0, np.nan)[seed % 3]
+        ends[[0, -1]] = 0.0
+        asked = replace(asked, velocity=velocity, acceleration=ends)
+        least = np.diff(solve(asked).time)
+        for longer in (1.001, 1.01, 1.1, 1.5, 3.0):
+            times: dict[str, Any] = {"duration": longer * least}
+            if given == "one":
+                one = np.arange(least.size) == seed % least.size
+                times = {"duration": np.where(one, longer * least, np.nan)}
+            elif given == "total":
+                smooth = Objective(time=0.0, jerk=1.0)
+                times = {"total": longer * float(least.sum()), "objective": smooth}
+            problem = replace(asked, **times)
+            try:
+                assert_kept(problem, solve(problem))
+            except TimingError as error:
+                refused += 1
+                assert_true(error, problem)
+    assert refused <= 2
+
+
+def assert_true(error: TimingError, problem: TimingProblem) -> None:
+    """What is refused has no solution alone, and with the number that is named it has one."""
+    assert (error.limit, error.interval) == ("duration", True)
+    i, duration = error.waypoint, np.array(problem.duration)
+    assert i is not None
+    with pytest.raises(TimingError):
+        solve(part_of(problem, i, i + 1))
+    duration[i] = error.bound
+    solve(replace(problem, duration=duration))

@@ -27,6 +27,7 @@ from knotwork.timing.section import (
     near_guess,
     plain_guess,
     slower_guess,
+    stretched_guess,
 )
 from knotwork.timing.spline import PIECES, pieces_each
 from knotwork.timing.start import between_stops, short_durations, with_stops
@@ -116,29 +117,34 @@ def solved_section(
     return _with_idle_joints_still(problem, watch, best)
 
 
-def with_longer(problem: TimingProblem) -> TimingProblem:
-    """The problem of the least time, with durations no shorter than those given."""
+def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
+    """The problem of the least time, with durations no shorter than parts of those given."""
     return replace(
         problem,
         duration=np.full(problem.duration.shape, np.nan),
-        at_least=np.where(problem.free, problem.at_least, problem.duration),
+        at_least=np.where(problem.free, problem.at_least, part * problem.duration),
         total=None,
         objective=Objective(),
     )
 
 
 def _from_fastest(problem: TimingProblem, watch: Watch, starts: int) -> Attempt | None:
-    """A motion in given time, from the fastest one that is not bound to last so long."""
+    """A motion in given time, from the fastest one, stretched, or from one that lasts no less."""
     if problem.total is not None:
-        fastest = replace(problem, total=None, objective=Objective())
+        fastest = [replace(problem, total=None, objective=Objective())]
     elif not problem.free.all():
-        fastest = with_longer(problem)
+        fastest = [with_longer(problem, part) for part in (0.0, 1.0)]
     else:
         return None
-    found = solved_section(fastest, watch, starts=starts)
-    if found is None:
-        return None
-    return _run(near_guess(found.found), problem, watch, first_care(problem)).best
+    for one in fastest:
+        found = solved_section(one, watch, starts=starts)
+        if found is None:
+            continue
+        guess = stretched_guess(found.found, problem)
+        best = _run(guess, problem, watch, first_care(problem)).best
+        if best is not None:
+            return best
+    return None
 
 
 def _stopping(problem: TimingProblem) -> Attempt | None:
@@ -192,13 +198,14 @@ def _starts(
         fast = None if light is None else light.found
         if fast is not None:
             yield slower_guess(fast, SLOWED[0]), care
+    varied = problem.free.any() and problem.total is None
     for k, stretch in enumerate(STARTS[:count]):
         if k == 1 and fast is None:
             fast = next((run.light for run in runs if run.light is not None), None)
         if k == 1 and fast is not None:
             care = first_efforts(problem)
             yield slower_guess(fast, SLOWED[1]), care
-        if fast is None or k < HEAVY_STARTS:
+        if k == 0 or (varied and (fast is None or k < HEAVY_STARTS)):
             yield plain_guess(problem, stretch), care
 
 

@@ -184,6 +184,18 @@ def near_guess(found: Found) -> Guess:
     return Guess(np.diff(knots.time), knots.share, found.curve, knots.velocity, near=True)
 
 
+def stretched_guess(found: Found, problem: TimingProblem) -> Guess:
+    """Start from a motion whose intervals take as long as is given, where it is."""
+    curve, knots = found.curve, found.knots
+    before = np.diff(knots.time)
+    duration = np.where(problem.free, before, problem.duration)
+    times = np.repeat(duration / before, knots.share.shape[1])
+    slowed = curve.c / times[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
+    breaks = np.concatenate(([0.0], np.cumsum(times * np.diff(curve.x))))
+    stretched = PiecewisePolynomial(slowed, breaks)
+    return Guess(duration, knots.share, stretched, knots.velocity, near=True)
+
+
 def slower_guess(found: Found, times: float) -> Guess:
     """Start from a motion that is so many times slower; durations that are given become as long."""
     curve, knots = found.curve, found.knots
