@@ -240,7 +240,7 @@ IMPORTED_BY_TESTS = {
         "meshes.reading",
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file", "scenario.schema"),
-    "a clock of the test's own": ("choosing.choice", "timing.watch"),
+    "a clock of the test's own": ("choosing.choice", "timing.solving", "timing.watch"),
     "the command in this process": ("cli.main",),
 }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from knotwork.timing.care import (
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.problem import Objective, TimingProblem
 from knotwork.timing.program import Solution, joined_limits
-from knotwork.timing.rebuild import rebuilt
+from knotwork.timing.rebuild import Knots, rebuilt, slower_knots
 from knotwork.timing.section import (
     Care,
     Found,
@@ -54,7 +54,10 @@ COSTLESS = 1e-6
 """Joints are kept still if the objective grows by no more than this part of it."""
 
 SLOWER = (1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
-"""How many times the least durations from stop to stop are tried, where the budget has ended."""
+"""So many times slower are motions that were not searched for, tried where the budget has ended."""
+
+HALVINGS = 3
+"""So often the step between what is too fast and what is not is halved then."""
 
 MOST_TIMES = 12
 """How often a start is solved again, with more care, before it has failed."""
@@ -100,18 +103,24 @@ def solved_section(
     for start, care in _starts(problem, watch, guess, starts, runs):
         begun = watch.now()
         runs.append(_run(start, problem, watch, care))
-        found = [run.best for run in runs if run.best is not None]
+        found = [run.best for run in runs if run.best is not None and run.best.optimal]
         hopeless = not found and len(runs) > 1 and any(run.infeasible for run in runs)
         # where efforts bind, further starts cost much and fail more often
-        heavy = any(run.best is not None and run.best.care.effort is not None for run in runs[:-1])
+        heavy = any(one.care.effort is not None for one in found) and runs[-1].best is not found[0]
         enough = len(found) >= wanted or hopeless or heavy
-        if enough or watch.late(found=bool(found), ahead=watch.now() - begun if found else 0.0):
+        kept = any(run.best is not None for run in runs)
+        if enough or watch.late(found=kept, ahead=watch.now() - begun if kept else 0.0):
             break
     best = min((r.best for r in runs if r.best is not None), key=lambda b: b.cost, default=None)
     if best is None and not watch.late(found=False):
         best = _from_fastest(problem, watch, starts)
-    if best is None and watch.late(found=False):
-        return _stopping(problem)
+    if (best is None and watch.late(found=False)) or (best is not None and not best.optimal):
+        quick = [
+            best,
+            _stopping(problem),
+            *(_slowed(problem, one) for run in runs for one in run.near),
+        ]
+        return min((one for one in quick if one is not None), key=lambda b: b.cost, default=None)
     if best is None or watch.late(found=True):
         return best
     return _with_idle_joints_still(problem, watch, best)
@@ -149,14 +158,46 @@ def _from_fastest(problem: TimingProblem, watch: Watch, starts: int) -> Attempt 
 
 def _stopping(problem: TimingProblem) -> Attempt | None:
     """A motion that stops at every waypoint, if that is allowed: it needs no search."""
-    for slower in SLOWER:
-        knots = with_stops(problem, pieces_each(1), slower)
+    return _no_slower_than_need_be(
+        problem, lambda slower: with_stops(problem, pieces_each(1), slower)
+    )
+
+
+def _slowed(problem: TimingProblem, found: Found) -> Attempt | None:
+    """What the solver had come to, so slow that it keeps every limit, if it may be slower."""
+    moving = problem.velocity_known[:, None] & (problem.velocity != 0.0)
+    moving |= problem.acceleration_known[:, None] & (problem.acceleration != 0.0)
+    if problem.total is not None or not problem.free.all() or moving.any():
+        return None
+    return _no_slower_than_need_be(problem, lambda slower: slower_knots(found.knots, slower))
+
+
+def _no_slower_than_need_be(
+    problem: TimingProblem, made: Callable[[float], Knots | None]
+) -> Attempt | None:
+    """The first of ever slower motions that keeps every limit; they were not searched for."""
+
+    def kept(slower: float) -> Attempt | None:
+        knots = made(slower)
         if knots is None:
-            break
+            return None
         found = Found(knots, rebuilt(knots))
-        if keeps_limits(problem, found.curve):
-            cost = weighted(problem, terms(problem, found.curve))
-            return Attempt(found, cost, False, first_care(problem))
+        if not keeps_limits(problem, found.curve):
+            return None
+        cost = weighted(problem, terms(problem, found.curve))
+        return Attempt(found, cost, False, first_care(problem))
+
+    low = 1.0
+    for high in SLOWER:
+        best = kept(high)
+        if best is None:
+            low = high
+            continue
+        for _ in range(HALVINGS):
+            middle = float(np.sqrt(low * high))
+            tried = kept(middle)
+            low, high, best = (middle, high, best) if tried is None else (low, middle, tried)
+        return best
     return None
 
 
@@ -217,11 +258,13 @@ class _Run:
         best: The best motion, if one was found.
         infeasible: Whether the solver saw that there is none.
         light: A motion that keeps all limits but those of effort, if it was found on the way.
+        near: What the solver came to without a solution, where there is a budget.
     """
 
     best: Attempt | None
     infeasible: bool = False
     light: Found | None = None
+    near: tuple[Found, ...] = ()
 
 
 def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run:
@@ -229,6 +272,7 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
     last: Solution | None = None
     best: Attempt | None = None
     light: Found | None = None
+    near: Found | None = None
     again = False
     for _ in range(MOST_TIMES):
         section = Section(problem, guess, care)
@@ -239,23 +283,24 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
         if steps.best is not None:
             best = Attempt(steps.best[1], steps.best[0], False, care)
         if solution.solved:
-            found = section.rebuild(solution.x)
-            more = more_care(problem, care, found.curve)
+            near = section.rebuild(solution.x)
+            more = more_care(problem, care, near.curve)
             if more is None:
-                cost = weighted(problem, terms(problem, found.curve))
-                return _Run(Attempt(found, cost, True, care), light=light)
+                cost = weighted(problem, terms(problem, near.curve))
+                return _Run(Attempt(near, cost, True, care), light=light)
             if care.effort is None and more.effort is not None and not guess.near:
-                light, guess = found, slower_guess(found, SLOWED[0])
+                light, guess = near, slower_guess(near, SLOWED[0])
             # with further equations the solution is no good start
             same = form_of_care(more) == form_of_care(care)
             care, last = more, solution if same else None
-        elif last is None or watch.late(found=best is not None):
-            return _Run(best, solution.status == "Infeasible_Problem_Detected", light)
-        elif again:
-            return _Run(best, light=light)
+        elif last is None or again or watch.late(found=best is not None):
+            infeasible = solution.status == "Infeasible_Problem_Detected" and last is None
+            came = [] if watch.budget is None else [section.rebuild(solution.x)]
+            came += [] if near is None else [near]
+            return _Run(best, infeasible, light, tuple(came))
         else:  # what was near to a solution is none any more: start again, once
             last, again = None, True
-    return _Run(best, light=light)
+    return _Run(best, light=light, near=() if near is None else (near,))
 
 
 def _steps(section: Section, watch: Watch, best: Attempt | None) -> Steps:
