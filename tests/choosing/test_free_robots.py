@@ -101,7 +101,8 @@ def test_the_greatest_speed_along_a_path() -> None:
     (path,) = made.scenario.paths
     assert path.stretches[0].speed == pytest.approx(0.5164, rel=2e-3)
     assert said_to_bind(made) == [
-        "in to out: room for changes of speed bounds the speed along the path"
+        "in to out: room for changes of speed at path.acceleration, 1000 mm/s², bounds the speed "
+        "along the path"
     ]
     slow = {"velocity": 60, "acceleration": 400}
     held = kw.plan(reach(line("fastest"), limits=slow))
@@ -136,7 +137,7 @@ def test_the_acceleration_of_the_tool_bounds_the_speed_along_an_arc() -> None:
 def test_limits_that_allow_no_speed_along_a_path() -> None:
     """These two joints turn against each other, alike up to rounding."""
     joint = "'(shoulder_pan|wrist_3)_joint'"
-    said = rf"waypoints\[1\]\.speed: no speed from 10 .*; at 10 {joint} exceeds its limit"
+    said = rf"waypoints\[1\]\.speed: no speed from 1 mm/s .*; at 1 mm/s {joint} exceeds its limit"
     with pytest.raises(InputError, match=said):
         kw.plan(reach(line("fastest"), limits={"acceleration": 1}))
 

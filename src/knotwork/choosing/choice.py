@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.choosing.numbers import numbers
-from knotwork.choosing.path_speeds import (
+from knotwork.choosing.given_speeds import (
     check_given_speeds,
-    check_joints_at_given_speeds,
-    path_speeds,
+    check_path_speeds,
+    check_waypoint_speeds,
 )
+from knotwork.choosing.numbers import numbers
+from knotwork.choosing.path_speeds import check_joints_at_given_speeds, path_speeds
 from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
 from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.choosing.tool_speeds import check_path_speeds, check_waypoint_speeds
 from knotwork.documents import Document, Edits, Location, edited
 from knotwork.errors import InputError, TimingError, together
 from knotwork.joint_space import joint_space

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from knotwork.choosing.choice import ChosenTimes
+from knotwork.choosing.path_search import RAMPS
 from knotwork.joint_quantities import rate_unit
 from knotwork.verification import Finding
 from knotwork.verification.finding import Verdict
@@ -87,10 +88,14 @@ def _how_long(share: float | None) -> str:
 def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float | None]]]:
     """Limits that bind, by interval: which, and for what part of the time."""
     found: dict[tuple[str, str], list[tuple[str, float | None]]] = {}
+    text = chosen.scenario.units.text
     for one in chosen.binding:
         what = f"{one.joint} {one.quantity}" if one.joint else one.quantity
         if one.quantity == "jerk" and one.joint in chosen.assumed_jerk:
             what += " (assumed)"
+        if one.quantity == RAMPS.quantity:
+            asked = chosen.scenario.paths[0].asked
+            what += f" at path.acceleration, {text(asked.acceleration, 'm/s²')},"
         found.setdefault((one.start, one.end), []).append((what, one.share))
     return found
 

@@ -1,270 +1,54 @@
-"""The greatest constant speed along each tool path that gives none.
-
-The joints' motion along the path is made as it will be planned, and its exact peaks are compared
-with the limits, as are the speeds of joints that follow the path itself. The speed is found by
-bisection.
-"""
+"""Constant speeds along tool paths: those that are chosen, and those given that can't be kept."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Container, Iterator
+from collections.abc import Container
 from functools import partial
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
-from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.choosing.tool_speeds import ROUNDING, greatest_path_speed, located, path_error, tell
-from knotwork.documents import REMOVED, Location
+from knotwork.choosing.along_path import AlongPath, Excess, Hindrance
+from knotwork.choosing.bracket import SLOWEST
+from knotwork.choosing.given_speeds import ROUNDING, located, tell
+from knotwork.choosing.path_search import (
+    RAMPS,
+    PathSearch,
+    Speeds,
+    acceleration_edit,
+)
+from knotwork.choosing.task import FreeTask
+from knotwork.documents import Location
 from knotwork.errors import DocumentError, InputError, PathError
-from knotwork.interpolation import ModifiedHermiteSpline
-from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES
-from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.scenario.free_times import PROVISIONAL_SPEED
-from knotwork.task_to_joint import followed_path, leads_along
+from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.scenario import ScenarioPath
 from knotwork.timing import Binding
-from knotwork.timing.safe_numbers import with_margin
-from knotwork.trajectory import JointTrajectory
+from knotwork.timing.safe_numbers import rounded_down, rounded_up, with_margin
 
-if TYPE_CHECKING:
-    from knotwork.robot import Robot
-    from knotwork.verification import Bound
-
-Hindrance = tuple[str, str]
-"""A joint or a frame, or neither, and the quantity that is limited."""
-
-DIGITS = 4
-"""Speeds are rounded down to so many digits."""
-
-ROUNDS = 12
-"""Bisections of a factor of two: they leave less than two units of the last digit."""
-
-STEP = 1.5
-"""Speeds tried one after another, until one keeps the limits, differ by this factor."""
-
-SLOWEST = 0.1 * PROVISIONAL_SPEED
-"""No speed below this is tried [m/s]."""
-
-INSIDE = 1.0 - 1e-9
-"""Part of a limit that a peak may reach."""
-
-TOOL_ROOM = 1e-3
-"""Along a path the tool stays below its limit by this part of it, so that it can be approached."""
-
-ROOM = 1e-3
-"""Joints could follow the path itself faster by this part of the speed.
-
-Their speeds are read between steps, which are others where more starts are followed at once.
-"""
+ACCELERATIONS = (4.0, 16.0, 64.0, 256.0)
+"""Where no speed will do, path.acceleration is tried by these factors higher or lower."""
 
 
 def path_speeds(task: FreeTask) -> tuple[dict[Location, Any], list[Binding]]:
     """The edits that give each stretch its speed, and what bounds these speeds.
 
-    Stretches of one path are slowed down together until the whole path keeps the limits.
-
     Raises:
         InputError: Nothing bounds a speed, or the limits allow none.
     """
-    free = task.free
     edits: dict[Location, Any] = {}
     binding: list[Binding] = []
     for path in task.scenario.paths:
-        stretches = [
-            k
-            for k in range(len(path.stretches))
-            if free.index[path.first + 1 + k] in free.path_speed
-        ]
-        if stretches:
-            search = _Search(task, path, stretches)
-            speeds = search.speeds()
-            edits |= search.edits(speeds)
-            binding += search.binding(speeds)
+        if not path.asked.at_most:
+            continue
+        search = PathSearch(task, path, path.asked.at_most)
+        speeds = search.greatest()
+        if speeds is None:
+            other = _other_acceleration(search)
+            tell(_given_too_fast(task, path, other))
+            _refuse(task, search, other)
+        edits |= search.edits(speeds)
+        binding += search.binding(speeds)
     return edits, binding
-
-
-class _Search:
-    """The search for the speeds of one path."""
-
-    def __init__(self, task: FreeTask, path: ScenarioPath, stretches: list[int]) -> None:
-        scenario, free, known = task.scenario, task.free, task.waypoints
-        self.task, self.scenario, self.space = task, scenario, task.space
-        self.start = known.position[np.abs(known.time - path.stretches[0].start).argmin()]
-        self.path, self.stretches = path, stretches
-        self.places = [free.index[path.first + 1 + k] for k in stretches]
-        most = (1.0 - TOOL_ROOM) * (scenario.motion_limits.tool_speed or math.inf)
-        given = [path.stretches[k].speed for k in stretches]
-        asked = [free.path_speed.get(*pair) for pair in zip(self.places, given, strict=True)]
-        self.caps = [min(speed, most) for speed in asked]
-        self.number = scenario.paths.index(path)
-        self.unit = scenario.shown_length[0]
-        self.hindrance: Hindrance | None = None  # at the speeds that were tried last
-        self.too_fast: Hindrance = ("", "velocity")  # why those that failed last did
-
-    def edits(self, speeds: list[float]) -> dict[Location, Any]:
-        """The edits for some speeds [m/s]."""
-        pairs = zip(self.places, speeds, strict=True)
-        edits: dict[Location, Any] = {
-            ("waypoints", place, "speed"): _rounded(self.unit * v) for place, v in pairs
-        }
-        free = self.task.free
-        if "times" in free.document.data and not free.duration.any():
-            edits[("times",)] = REMOVED  # with these speeds every waypoint has its time
-        return edits
-
-    def binding(self, speeds: list[float]) -> list[Binding]:
-        """What bounds each of the speeds that were found."""
-        names = [waypoint.name for waypoint in self.scenario.waypoints]
-        most = self.scenario.motion_limits.tool_speed or math.inf
-        found = []
-        for k, speed, cap in zip(self.stretches, speeds, self.caps, strict=True):
-            held = self.too_fast
-            if speed == cap:
-                held = "", "at_most" if cap < (1.0 - TOOL_ROOM) * most else "tool speed"
-            i = self.path.first + k
-            found.append(Binding(names[i], names[i + 1], *held, None))
-        return found
-
-    def speeds(self) -> list[float]:
-        """The greatest speeds that keep all limits [m/s]."""
-        motion = self.motion(self.scenario)
-        # at a speed at which the ends exceed a limit, they say nothing of the rest
-        orders = 3 if self._exceeded(motion) is None else 1
-        rooms = [self._room(motion, k, orders) for k in self.stretches]
-        if np.isinf([min(*pair) for pair in zip(rooms, self.caps, strict=True)]).any():
-            self._refuse(
-                "nothing bounds the speed along it", "speed: {at_most: a speed}, or limits"
-            )
-        # those that nothing else bounds go at their greatest speeds
-        likely = [PROVISIONAL_SPEED * (room if np.isfinite(room) else 1e9) for room in rooms]
-
-        at = partial(self._parts, likely)
-        low, high = 0.0, 1.0
-        while self._feasible(at(high)):
-            low, high = high, 2.0 * high
-            if at(low) == self.caps:
-                return at(low)
-        found = self.below(likely, low, high)
-        if found is None:
-            self._refuse(self._tried(at(1.0)))
-        return found
-
-    def below(self, likely: list[float], low: float = 0.0, high: float = 1.0) -> list[float] | None:
-        """The greatest speeds that keep all limits, as parts of likely ones that do not."""
-        at = partial(self._parts, likely)
-        # a lower speed is not always easier: its changes of speed at the ends are shorter
-        slowest = PROVISIONAL_SPEED / max(likely)
-        while not low:
-            if high <= slowest:
-                return None
-            lower = max(high / STEP, slowest)
-            if self._feasible(at(lower)):
-                low = lower
-            else:
-                high = lower
-        for _ in range(ROUNDS):
-            middle = math.sqrt(low * high)
-            if self._feasible(at(middle)):
-                low = middle
-            else:
-                high = middle
-        return at(low)
-
-    def _parts(self, likely: list[float], factor: float) -> list[float]:
-        pairs = zip(likely, self.caps, strict=True)
-        return [min(max(factor * speed, SLOWEST), cap) for speed, cap in pairs]
-
-    def _tried(self, speeds: list[float]) -> str:
-        least, most = (f"{self.unit * v:.4g}" for v in (PROVISIONAL_SPEED, max(speeds)))
-        if max(speeds) <= PROVISIONAL_SPEED:
-            return f"the limits allow less than {least} along it"
-        said = f"no speed from {least} to {most} was found at which the limits are kept along it"
-        if self.hindrance is None:
-            return said
-        joint, quantity = self.hindrance
-        what = f"{joint!r} exceeds its limit" if joint else "the limit"
-        return f"{said}; at {least} {what} of {quantity}{'' if joint else ' is not kept'}"
-
-    def _refuse(self, found: str, accepted: str = "higher limits, or another path") -> NoReturn:
-        with self.scenario.error_context("waypoints", self.places[0], "speed"):
-            raise InputError(f"{found}; accepted: {accepted}")
-
-    def motion(self, scenario: Scenario) -> JointTrajectory:
-        """The joints' motion along the path, as it is planned."""
-        path, knots = scenario.paths[self.number], knots_of(scenario)
-        time, _, q, v, a = followed_path(scenario, self.space.robot, path, self.start, knots)
-        curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
-        return JointTrajectory(self.space.joint_names, curve, joint_units=self.space.joint_units)
-
-    def _feasible(self, speeds: list[float]) -> bool:
-        try:
-            scenario = self.task.with_edits(self.edits(speeds))
-            path = scenario.paths[self.number]
-            self.hindrance = None
-            if not leads_along(scenario, self.space.robot, path, self.start, room=ROOM):
-                self.too_fast = "", "velocity"
-                return False
-            self.hindrance = self._exceeded(self.motion(scenario))
-            self.too_fast = self.hindrance or self.too_fast
-            return self.hindrance is None
-        except (PathError, DocumentError):  # or its tolerances are too fine
-            self.too_fast = "", "room for changes of speed"
-            return False
-
-    def _exceeded(self, motion: JointTrajectory) -> Hindrance | None:
-        """What a motion exceeds; `None` if it keeps every limit."""
-        beyond = self.joint_beyond(motion, INSIDE)
-        if beyond is not None:
-            joint, quantity, _ = beyond
-            return self.space.joint_names[joint], quantity
-        if self.space.robot is None:
-            return None
-        bounds = self._bounds(self.space.robot, motion)
-        return next((held for held, bound in bounds if not _proved(bound)), None)
-
-    def joint_beyond(self, motion: JointTrajectory, most: float) -> tuple[int, str, float] | None:
-        """The joint, its quantity and peak that are beyond that part of a limit, if any is."""
-        for quantity in DERIVATIVES[1:]:
-            peak = motion.extrema(quantity).peak
-            shares = peak / self.space.limits[quantity]
-            joint = int(np.argmax(shares))
-            if shares[joint] > most:
-                return joint, quantity, float(peak[joint])
-        return None
-
-    def _bounds(self, robot: Robot, motion: JointTrajectory) -> Iterator[tuple[Hindrance, Bound]]:
-        """Proved bounds of what is limited beside the joints' motion, one after another."""
-        from knotwork.verification import (
-            tool_acceleration_bound,
-            tool_speed_bound,
-            torque_bound,
-        )
-
-        limits = self.scenario.motion_limits
-        if limits.tool_speed is not None:
-            yield ("", "tool speed"), tool_speed_bound(robot, motion, limit=limits.tool_speed)
-        if limits.tool_acceleration is not None:
-            most = limits.tool_acceleration
-            yield ("", "tool acceleration"), tool_acceleration_bound(robot, motion, limit=most)
-        for one in limits.frame_speed:
-            bound = tool_speed_bound(robot, motion, frame=one.frame, limit=one.speed)
-            yield (one.frame, "speed"), bound
-        if np.isfinite(self.space.limits["effort"]).any():
-            efforts = torque_bound(robot, motion)
-            for joint, bound in zip(self.space.joint_names, efforts, strict=True):
-                yield (joint, "effort"), bound
-
-    def _room(self, motion: JointTrajectory, k: int, orders: int) -> float:
-        """How many times faster a stretch could be, but for changes of speed and torques."""
-        start, end = self.path.stretches[k].full_speed
-        times = np.linspace(start, end, 200)
-        factors = [math.inf]
-        for order, quantity in enumerate(("velocity", "acceleration", "jerk")[:orders], 1):
-            peak = np.abs(motion.polynomial(times, order)).max(axis=0)
-            with np.errstate(divide="ignore"):
-                factors.append(float((self.space.limits[quantity] / peak).min()) ** (1.0 / order))
-        return max(1.0, min(factors))
 
 
 def check_joints_at_given_speeds(task: FreeTask, chosen: Container[int]) -> None:
@@ -272,77 +56,165 @@ def check_joints_at_given_speeds(task: FreeTask, chosen: Container[int]) -> None
 
     Args:
         task: The task.
-        chosen: Indices in the file of the ends of stretches whose speed was chosen.
+        chosen: Indices in the file of the ends of stretches whose speed was chosen; along their
+            paths the speeds that are given do.
 
     Raises:
         InputError: There is one.
     """
-    scenario, free, space = task.scenario, task.free, task.space
-    errors = []
-    for path in scenario.paths:
-        stretches = list(range(len(path.stretches)))
-        places = [("waypoints", free.index[path.first + 1 + k]) for k in stretches]
-        if any(
-            place[1] in chosen or "speed" not in free.document.data["waypoints"][place[1]]
-            for place in places
-        ):
+    errors: list[InputError] = []
+    for path in task.scenario.paths:
+        ends = range(path.first + 1, path.last + 1)
+        if any(task.free.index[i] in chosen for i in ends):
             continue
-        search = _Search(task, path, stretches)
-        beyond = search.joint_beyond(search.motion(scenario), 1.0 + ROUNDING)
-        if beyond is None:
-            continue
-        joint, quantity, peak = beyond
-        unit = JOINT_QUANTITIES[quantity].units[space.joint_units[joint]]
-        text, limit = scenario.units.text, float(space.limits[quantity][joint])
-        said = with_margin(partial(text, unit=unit), limit, scenario.margin)
-        names = [waypoint.name for waypoint in scenario.waypoints]
-        most = search.below(search.caps)
-        shown = ", ".join(scenario.units.text(v, "m/s") for v in search.caps)
-        least = ", ".join(f"{_rounded(search.unit * v):g}" for v in most or ())
-        accepted = (
-            f"{least} {scenario.shown_length[1]}/s, or "
-            if most
-            else "a lower speed or path.acceleration, or "
-        )
-        error = InputError(
-            f"at {shown} along the path from {names[path.first]!r} to {names[path.last]!r} joint "
-            f"{space.joint_names[joint]!r} would reach {text(peak, unit)}; its limit of {quantity} "
-            f"is {said}; accepted: {accepted}a higher limit"
-        )
-        errors.append(located(scenario, error, *places[0], "speed"))
+        along = AlongPath(task, path)
+        if along.joint_beyond(along.motion(task.scenario), 1.0 + ROUNDING) is not None:
+            errors += _given_too_fast(task, path) or [_no_lower_speed(task, path)]
     tell(errors)
 
 
-def check_given_speeds(task: FreeTask) -> None:
-    """Refuse tool paths whose given speed takes the tool beyond its limit of speed.
+def _given_too_fast(
+    task: FreeTask, path: ScenarioPath, other: float | None = None
+) -> list[InputError]:
+    """Errors for given speeds that can't be kept along a path, if lower ones can.
 
-    Raises:
-        InputError: There is one.
+    Args:
+        task: The task.
+        path: The path.
+        other: A path.acceleration with which they can, if one is known [m/s²].
     """
-    scenario, robot = task.scenario, task.space.robot
-    limit = scenario.motion_limits.tool_speed
-    if limit is None or robot is None:
-        return
-    from knotwork.verification import tool_speed_bound
-
+    chosen = path.asked.at_most
+    given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
+    search = PathSearch(task, path, given | dict(chosen))
+    found = search.greatest() if given else None
+    if found is None:
+        return []
     errors = []
-    for path in scenario.paths:
-        fastest = max(range(len(path.stretches)), key=lambda k: path.stretches[k].speed)
-        if path.stretches[fastest].speed <= greatest_path_speed(scenario):
+    excesses = _excesses(task, path, {k: found[k] for k in chosen})
+    durations = np.diff(search.asked.timed(found)[0].times)
+    for k in given:
+        if not search.slowed(k, found):
             continue
-        motion = _Search(task, path, []).motion(scenario)
-        bound = tool_speed_bound(robot, motion, limit=limit)
-        if not _proved(bound):
-            errors.append(path_error(scenario, path, fastest, "takes the tool beyond"))
-    tell(errors)
+        key = _given_key(task, task.free.index[path.first + 1 + k])
+        accepted = task.scenario.units.text(found[k], "m/s")
+        if key != "speed":
+            accepted = f"{key}: {rounded_up(float(durations[k]), 5):g}"
+        if other is not None:
+            accepted += f", {_acceleration(task, other)}"
+        held = excesses.get(k)
+        if held is None:
+            held = f", {_not_kept(task, search.too_fast.get(k, RAMPS))}"
+        errors.append(_too_fast(task, path, k, held, accepted))
+    return errors
 
 
-def _proved(bound: Bound) -> bool:
-    """Whether a limit is kept, if there is one."""
-    return bound.limit is None or (bound.proved and bound.bound <= bound.limit)
+def _excesses(task: FreeTask, path: ScenarioPath, chosen: Speeds) -> dict[int, str]:
+    """What joints reach at the given speeds, by index of those stretches where it is too much."""
+    scenario = task.scenario
+    if chosen:
+        try:
+            scenario = task.with_edits(PathSearch(task, path, chosen).edits(chosen))
+        except DocumentError:
+            return {}
+    along = AlongPath(task, path)
+    whole, at_speed = along.motion(scenario), scenario.paths[along.number]
+    found = {}
+    for k in range(len(path.stretches)):
+        excess = along.joint_beyond(along.on_stretch(whole, at_speed, k), 1.0 + ROUNDING)
+        if excess is not None:
+            found[k] = _reaches(task, excess)
+    return found
 
 
-def _rounded(speed: float) -> float:
-    """A speed rounded down to a few digits."""
-    step = 10.0 ** (math.floor(math.log10(speed)) - DIGITS + 1)
-    return float(f"{math.floor(speed / step * (1.0 + 1e-12)) * step:.{DIGITS}g}")
+def _no_lower_speed(task: FreeTask, path: ScenarioPath) -> InputError:
+    """The error for given speeds that can't be kept along a path, and lower ones neither."""
+    k, held = next(iter(_excesses(task, path, {}).items()))
+    along = AlongPath(task, path)
+    for factor in ACCELERATIONS:
+        value = _shortened(task, path.asked.acceleration / factor)
+        try:
+            if not along.hindrances(task.with_edits(acceleration_edit(task, value))):
+                return _too_fast(task, path, k, held, _acceleration(task, value))
+        except (DocumentError, PathError):
+            break
+    return _too_fast(task, path, k, held, "a lower speed or path.acceleration")
+
+
+def _too_fast(task: FreeTask, path: ScenarioPath, k: int, held: str, accepted: str) -> InputError:
+    scenario = task.scenario
+    begin, end = (scenario.waypoints[path.first + k + i].name for i in (0, 1))
+    error = InputError(
+        f"at {scenario.units.text(path.stretches[k].speed, 'm/s')} along the path from {begin!r} "
+        f"to {end!r}{held}; accepted: {accepted}, or a higher limit"
+    )
+    place = task.free.index[path.first + 1 + k]
+    return located(scenario, error, "waypoints", place, _given_key(task, place))
+
+
+def _given_key(task: FreeTask, place: int) -> str:
+    """What gives the speed of the stretch to a waypoint of the file."""
+    waypoint = task.free.document.data["waypoints"][place]
+    return next(key for key in ("speed", "after", "time") if key in waypoint)
+
+
+def _reaches(task: FreeTask, excess: Excess) -> str:
+    space, text = task.space, task.scenario.units.text
+    unit = JOINT_QUANTITIES[excess.quantity].units[space.joint_units[excess.joint]]
+    limit = float(space.limits[excess.quantity][excess.joint])
+    said = with_margin(partial(text, unit=unit), limit, task.scenario.margin)
+    return (
+        f" joint {space.joint_names[excess.joint]!r} would reach {text(excess.peak, unit)}; its "
+        f"limit of {excess.quantity} is {said}"
+    )
+
+
+def _not_kept(task: FreeTask, held: Hindrance) -> str:
+    if held == RAMPS:
+        return f"there is no {RAMPS.quantity} {_at_acceleration(task)}"
+    if held.who:
+        return f"{held.who!r} exceeds its limit of {held.quantity}"
+    return f"the limit of {held.quantity} is not kept"
+
+
+def _refuse(task: FreeTask, search: PathSearch, other: float | None) -> NoReturn:
+    """Say that no speed was found along a path, and with which path.acceleration there is one."""
+    scenario = task.scenario
+    k = search.stuck if search.stuck is not None else min(search.places)
+    slowest, fastest = (
+        scenario.units.text(v, "m/s", ".4g") for v in (SLOWEST, max(search.first[k], SLOWEST))
+    )
+    said = f"no speed from {slowest} to {fastest} was found at which the limits are kept along it"
+    if search.no_room:
+        said += f": {_not_kept(task, RAMPS)}"
+    elif search.stuck is not None:
+        said += f"; at {slowest} {_not_kept(task, search.too_fast[k])}"
+        if other is not None:
+            said += f", where speeds change {_at_acceleration(task)}"
+    accepted = "" if other is None else f"{_acceleration(task, other)}, "
+    with scenario.error_context("waypoints", search.places[k], "speed"):
+        raise InputError(f"{said}; accepted: {accepted}higher limits, or another path")
+
+
+def _other_acceleration(search: PathSearch) -> float | None:
+    """A path.acceleration with which there are speeds that keep the limits [m/s²]."""
+    for factor in ACCELERATIONS:
+        own = search.asked.acceleration
+        value = _shortened(search.task, own * factor if search.no_room else own / factor)
+        if search.accelerated(value).greatest() is not None:
+            return value
+    return None
+
+
+def _at_acceleration(task: FreeTask) -> str:
+    shown = task.scenario.units.text(task.scenario.paths[0].asked.acceleration, "m/s²")
+    return f"at path.acceleration, {shown}"
+
+
+def _shortened(task: FreeTask, acceleration: float) -> float:
+    """An acceleration with few digits in the unit of the file [m/s²]."""
+    unit = task.scenario.shown_length[0]
+    return rounded_down(unit * acceleration, 2) / unit
+
+
+def _acceleration(task: FreeTask, acceleration: float) -> str:
+    return f"path: {{acceleration: {task.scenario.shown_length[0] * acceleration:.6g}}}"

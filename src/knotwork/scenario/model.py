@@ -22,6 +22,7 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 if TYPE_CHECKING:
     import pinocchio as pin
 
+    from knotwork.scenario.path_timing import AskedTiming
     from knotwork.tool_paths import TimedPath
 
 
@@ -120,11 +121,13 @@ class ScenarioPath:
         first: Index of the waypoint where it begins.
         motion: Poses of the tool over time.
         stretches: From waypoint to waypoint.
+        asked: What is asked of their speeds.
     """
 
     first: int
     motion: TimedPath
     stretches: tuple[Stretch, ...]
+    asked: AskedTiming
 
     @property
     def last(self) -> int:

@@ -9,27 +9,20 @@ from itertools import pairwise
 
 import numpy as np
 
-from knotwork import tool_paths
 from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
-from knotwork.scenario.free_reader import given_speed
-from knotwork.scenario.free_times import PROVISIONAL_SPEED
+from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
+from knotwork.scenario.path_timing import ACCELERATION, AskedTiming
 from knotwork.scenario.waypoint_schema import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.waypoints import FloatArray
-
-ACCELERATION = 1.0
-"""Largest acceleration along a path where its speed changes, if the file gives none [m/s²]."""
 
 AGREE = 1e-6
 """Speeds and times, and orientations [rad], may differ by this much, relative to them."""
 
 HAIRPIN = 1e-3
 """Corners so near to half a turn [rad] can't be rounded."""
-
-# Rounds in which speeds that follow from times, and those at junctions, come to agree.
-ROUNDS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +116,8 @@ class PathReader:
         except PathError:
             with self.curves.errors(last):
                 raise
-        timing, speeds = self._timing(first, lengths, given, start)
+        asked = self._asked(first, lengths, given, start)
+        timing, speeds = self._timed(first, asked, given)
         # a rounded corner is passed in its middle
         self.curves.poses.update({first + 1 + k: path.pose(float(s)) for k, s in enumerate(ends)})
         times, full = start + timing.times, start + timing.full_speed
@@ -133,7 +127,7 @@ class PathReader:
                 given, speeds, pairwise(times), full, strict=True
             )
         )
-        return ScenarioPath(first, TimedPath(path, timing, start), stretches)
+        return ScenarioPath(first, TimedPath(path, timing, start), stretches, asked)
 
     def _durations(self, first: int, given: list[PathWaypoint], start: float) -> list[float | None]:
         """What the file says of how long each stretch takes [s]."""
@@ -167,27 +161,28 @@ class PathReader:
             before = before + taken if known else one.time  # type: ignore[operator]
         return durations
 
-    def _speed(self, waypoint: PathWaypoint) -> float | None:
-        """The speed that the file gives [m/s]; a provisional one where it is chosen."""
-        speed = given_speed(waypoint.speed, PROVISIONAL_SPEED / self.curves.length)
-        return None if speed is None else self.curves.length * speed
-
-    def _timing(
+    def _asked(
         self, first: int, lengths: FloatArray, given: list[PathWaypoint], start: float
-    ) -> tuple[Timing, tuple[float, ...]]:
+    ) -> AskedTiming:
         unit, acceleration = self.curves.length, self.curves.file.path.acceleration
-        limit = ACCELERATION if acceleration is None else unit * acceleration
-        said = partial(self.curves.said, digits=6)
         last = first + len(given)
-        ends: list[float | None] = [None, None]
-        if self.stops(first):
-            ends[0] = 0.0
-        if self.stops(last):
-            ends[1] = 0.0
-        speeds = [self._speed(one) for one in given]
-        durations = self._durations(first, given, start)
+        most = [greatest_speed(one.speed) for one in given]
+        return AskedTiming(
+            tuple(lengths.tolist()),
+            tuple(unit * one.speed if isinstance(one.speed, float) else None for one in given),
+            tuple(self._durations(first, given, start)),
+            (0.0 if self.stops(first) else None, 0.0 if self.stops(last) else None),
+            ACCELERATION if acceleration is None else unit * acceleration,
+            {k: unit * most for k, most in enumerate(most) if most is not None},
+        )
+
+    def _timed(
+        self, first: int, asked: AskedTiming, given: list[PathWaypoint]
+    ) -> tuple[Timing, tuple[float, ...]]:
+        unit, limit, durations = self.curves.length, asked.acceleration, asked.durations
+        said = partial(self.curves.said, digits=6)
         try:
-            timing, found = timed(lengths, speeds, durations, ends, limit)
+            timing, found = asked.provisional()
         except RampError as error:
             fits = error.highest_speed
             raise self.curves.document.error(
@@ -201,19 +196,21 @@ class PathReader:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"
             raise self.curves.document.error(
                 ("waypoints", first + 1 + k, "after" if given[k].after else "time"),
-                f"leaves {durations[k]:.6g} s, but the path is {said(float(lengths[k]))} long "
+                f"leaves {durations[k]:.6g} s, but the path is {said(asked.lengths[k])} long "
                 f"here, and with its changes of speed it takes at least {error.least:.6g} s"
                 f"{'' if error.most == np.inf else upper} at {said(limit, '/s²')}",
                 "a time that it can take, or another path: {acceleration: …}",
             ) from error
         except PathError as error:
-            raise self.curves.document.error(("waypoints", last), str(error)) from error
+            raise self.curves.document.error(
+                ("waypoints", first + len(given)), str(error)
+            ) from error
         for k, (one, taken) in enumerate(zip(given, np.diff(timing.times), strict=True)):
-            asked = durations[k]
-            if asked is not None and abs(taken - asked) > AGREE * taken:
+            wanted = durations[k]
+            if wanted is not None and abs(taken - wanted) > AGREE * taken:
                 raise self.curves.document.error(
                     ("waypoints", first + 1 + k, "after" if one.after else "time"),
-                    f"leaves {asked:.6g} s, but at the speed given the path takes {taken:.6g} s",
+                    f"leaves {wanted:.6g} s, but at the speed given the path takes {taken:.6g} s",
                     "speed or time, not both",
                 )
         return timing, found
@@ -229,53 +226,3 @@ def kind_of(waypoint: PathWaypoint) -> str:
 def path_start(curves: list[Curve], index: int) -> float:
     """Arc length where a curve begins [m]."""
     return float(sum(curve.length for curve in curves[:index]))
-
-
-def timed(
-    lengths: FloatArray,
-    speeds: list[float | None],
-    durations: list[float | None],
-    ends: list[float | None],
-    acceleration: float,
-) -> tuple[Timing, tuple[float, ...]]:
-    """Time stretches of which each has a speed [m/s] or a duration [s].
-
-    The speed at a junction is the lower one of its two stretches. So speeds that follow from
-    durations depend on one another, and are found in rounds.
-
-    Raises:
-        PathError: A stretch is too short for its changes of speed, or a duration can't be had.
-    """
-    count = len(lengths)
-    found = [
-        float(lengths[k] / duration)
-        if speed is None and duration is not None
-        else float(speed or 0)
-        for k, (speed, duration) in enumerate(zip(speeds, durations, strict=True))
-    ]
-    for _ in range(ROUNDS):
-        before = list(found)
-        for k in range(count):
-            if speeds[k] is not None:
-                continue
-            left = ends[0] if k == 0 else found[k - 1]
-            right = ends[1] if k == count - 1 else found[k + 1]
-            try:
-                found[k] = tool_paths.speed_for_duration(
-                    float(lengths[k]),
-                    float(durations[k] or 0.0),
-                    acceleration=acceleration,
-                    start_speed=None if left is None or (k and left >= found[k]) else left,
-                    end_speed=None
-                    if right is None or (k < count - 1 and right >= found[k])
-                    else right,
-                )
-            except StretchTimeError as error:
-                error.stretch = k
-                raise
-        if np.allclose(found, before, rtol=1e-12, atol=0.0):
-            break
-    timing = tool_paths.speed_profile(
-        lengths, found, start_speed=ends[0], end_speed=ends[1], acceleration=acceleration
-    )
-    return timing, tuple(found)

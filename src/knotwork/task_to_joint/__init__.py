@@ -1,6 +1,6 @@
 """A scenario's waypoints at the joints: inverse kinematics, position (eq 3) and velocity (eq 4)."""
 
-from knotwork.task_to_joint.inserted import followed_path, leads_along
+from knotwork.task_to_joint.inserted import followed_path, leads_along, way_along
 from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility, TaskSolution
 from knotwork.task_to_joint.solve import solve_task
 
@@ -12,4 +12,5 @@ __all__ = [
     "followed_path",
     "leads_along",
     "solve_task",
+    "way_along",
 ]

@@ -130,22 +130,39 @@ def followed_path(
     return followed.time, names, followed.position, velocity, acceleration
 
 
-def leads_along(
-    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray, *, room: float
-) -> bool:
-    """Whether joints keep their limits along a path, as is asked where its start is chosen.
-
-    Args:
-        scenario: The task.
-        robot: The arm.
-        path: One of its paths.
-        start: Joint positions where the path begins [rad or m], shape (d,).
-        room: Joints are to be slow enough for a speed greater by this part of it.
-    """
+def way_along(
+    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray
+) -> Continuation:
+    """The way along a path from where it begins, whatever limits are broken on it."""
     from knotwork.kinematics.following.continuation import continue_along
 
     times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
     pull = scenario.pull_to_middle
-    found = continue_along(robot, path.motion, start[None], times, pull=pull)
-    faster = found._replace(time=found.time / (1.0 + room), velocity=found.velocity * (1.0 + room))
-    return bool(faster.free(robot, np.zeros(1, dtype=int), np.zeros((1, robot.dof))).all())
+    return continue_along(robot, path.motion, start[None], times, pull=pull)
+
+
+def leads_along(robot: Any, path: ScenarioPath, way: Continuation, room: float) -> list[bool]:
+    """Whether joints keep their limits along each stretch, as is asked where a start is chosen.
+
+    Args:
+        robot: The arm.
+        path: The path.
+        way: The way along it.
+        room: Joints are to be slow enough for a speed greater by this part of it.
+    """
+    one, turns = np.zeros(1, dtype=int), np.zeros((1, robot.dof))
+    faster = way._replace(time=way.time / (1.0 + room), velocity=way.velocity * (1.0 + room))
+    leads = []
+    for stretch in path.stretches:
+        if (way.lost < stretch.end).any():
+            leads.append(False)
+            continue
+        own = (way.time >= stretch.start) & (way.time <= stretch.end)
+        part = faster._replace(
+            time=faster.time[own],
+            position=faster.position[own],
+            velocity=faster.velocity[own],
+            lost=np.full(1, np.inf),
+        )
+        leads.append(bool(part.free(robot, one, turns).all()))
+    return leads

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from knotwork.choosing.along_path import AlongPath, proved
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, together
 from knotwork.scenario import Scenario, ScenarioPath
@@ -119,3 +120,27 @@ def _limit(scenario: Scenario) -> str:
     """The limit of the tool's speed, and what it is before the margin."""
     limit = scenario.motion_limits.tool_speed or math.inf
     return with_margin(lambda speed: _shown(scenario, speed), limit, scenario.margin)
+
+
+def check_given_speeds(task: FreeTask) -> None:
+    """Refuse tool paths whose given speed takes the tool beyond its limit of speed.
+
+    Raises:
+        InputError: There is one.
+    """
+    scenario, robot = task.scenario, task.space.robot
+    limit = scenario.motion_limits.tool_speed
+    if limit is None or robot is None:
+        return
+    from knotwork.verification import tool_speed_bound
+
+    errors = []
+    for path in scenario.paths:
+        fastest = max(range(len(path.stretches)), key=lambda k: path.stretches[k].speed)
+        if path.stretches[fastest].speed <= greatest_path_speed(scenario):
+            continue
+        motion = AlongPath(task, path).motion(scenario)
+        bound = tool_speed_bound(robot, motion, limit=limit)
+        if not proved(bound):
+            errors.append(path_error(scenario, path, fastest, "takes the tool beyond"))
+    tell(errors)

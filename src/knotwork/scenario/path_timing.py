@@ -1,0 +1,157 @@
+"""`AskedTiming`: what a scenario asks of how fast the tool moves along a path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from knotwork import tool_paths
+from knotwork.errors import PathError, RampError, StretchTimeError
+from knotwork.scenario.free_times import PROVISIONAL_SPEED
+from knotwork.tool_paths import Timing
+
+ACCELERATION = 1.0
+"""Largest acceleration along a path where its speed changes, if the file gives none [m/s²]."""
+
+ROUNDS = 100
+"""Rounds in which speeds that follow from times, and those at junctions, come to agree."""
+
+QUICKER = 4.0
+"""Accelerations tried for provisional speeds differ by this factor."""
+
+QUICKEST = 1e6
+"""No acceleration above so many times the one asked for is tried."""
+
+FASTER = 2.0
+"""With changes of speed from and to a stop a stretch has up to so many times its mean speed."""
+
+
+@dataclass(frozen=True)
+class AskedTiming:
+    """Stretches of which each has a speed, a duration or a speed that is to be chosen.
+
+    Attributes:
+        lengths: Of the stretches [m].
+        speeds: Along each [m/s]; `None` where it follows from a duration or is chosen.
+        durations: Of each [s], or `None`.
+        ends: Speeds at both ends of the path [m/s]; `None` for that of the stretch there.
+        acceleration: The greatest along the path where its speed changes [m/s²].
+        at_most: Greatest speeds of those that are chosen [m/s], by index, infinite without one.
+    """
+
+    lengths: tuple[float, ...]
+    speeds: tuple[float | None, ...]
+    durations: tuple[float | None, ...]
+    ends: tuple[float | None, float | None]
+    acceleration: float
+    at_most: Mapping[int, float]
+
+    def choosing(self, at_most: Mapping[int, float]) -> AskedTiming:
+        """The same, but that other speeds are to be chosen.
+
+        Args:
+            at_most: Greatest speeds of these [m/s], by index.
+        """
+        speeds, durations = (
+            tuple(None if k in at_most else one for k, one in enumerate(values))
+            for values in (self.speeds, self.durations)
+        )
+        return replace(self, speeds=speeds, durations=durations, at_most=at_most)
+
+    def timed(
+        self, chosen: Mapping[int, float] = MappingProxyType({})
+    ) -> tuple[Timing, tuple[float, ...]]:
+        """The timing, and the speed of each stretch [m/s].
+
+        The speed at a junction is the lower one of its two stretches. So speeds that follow from
+        durations depend on one another, and are found in rounds.
+
+        Args:
+            chosen: Speeds of those stretches whose speed is chosen [m/s], by index.
+
+        Raises:
+            PathError: A stretch is too short for its changes of speed, or a duration can't be had.
+        """
+        count, ends = len(self.lengths), self.ends
+        given = [chosen.get(k, speed) for k, speed in enumerate(self.speeds)]
+        found = [
+            length / duration if speed is None and duration is not None else float(speed or 0)
+            for length, speed, duration in zip(self.lengths, given, self.durations, strict=True)
+        ]
+        for _ in range(ROUNDS):
+            before = list(found)
+            for k in range(count):
+                if given[k] is not None:
+                    continue
+                left = ends[0] if k == 0 else found[k - 1]
+                right = ends[1] if k == count - 1 else found[k + 1]
+                try:
+                    found[k] = tool_paths.speed_for_duration(
+                        self.lengths[k],
+                        self.durations[k] or 0.0,
+                        acceleration=self.acceleration,
+                        start_speed=None if left is None or (k and left >= found[k]) else left,
+                        end_speed=None
+                        if right is None or (k < count - 1 and right >= found[k])
+                        else right,
+                    )
+                except StretchTimeError as error:
+                    error.stretch = k
+                    raise
+            if np.allclose(found, before, rtol=1e-12, atol=0.0):
+                break
+        timing = tool_paths.speed_profile(
+            self.lengths,
+            found,
+            start_speed=ends[0],
+            end_speed=ends[1],
+            acceleration=self.acceleration,
+        )
+        return timing, tuple(found)
+
+    def fitted(self, chosen: Mapping[int, float]) -> dict[int, float]:
+        """The greatest speeds, none above those chosen, that leave room for changes of speed.
+
+        Args:
+            chosen: Speeds of those stretches whose speed is chosen [m/s], by index.
+
+        Raises:
+            PathError: At none of them there is room along the stretches that are given.
+        """
+        speeds = dict(chosen)
+        while True:
+            try:
+                self.timed(speeds)
+            except RampError as error:
+                # a stretch has the more room the faster its neighbours are: none is slowed too much
+                if error.stretch not in speeds or error.highest_speed is None:
+                    raise
+                speeds[error.stretch] = error.highest_speed
+            else:
+                return speeds
+
+    def provisional(self) -> tuple[Timing, tuple[float, ...]]:
+        """The timing and speeds until speeds are chosen: low ones, to which changes are quick.
+
+        Raises:
+            PathError: There is no room for changes of speed, whatever is chosen.
+        """
+        if not self.at_most:
+            return self.timed()
+        timed = zip(self.lengths, self.durations, strict=True)
+        means = [length / duration for length, duration in timed if duration]
+        given = [speed for speed in self.speeds if speed is not None]
+        fastest = max((PROVISIONAL_SPEED, *given, *(FASTER * mean for mean in means)))
+        self.fitted({k: min(fastest, most) for k, most in self.at_most.items()})
+        low = {k: min(PROVISIONAL_SPEED, most) for k, most in self.at_most.items()}
+        quick = self
+        while True:
+            try:
+                return quick.timed(quick.fitted(low))
+            except PathError:
+                if quick.acceleration > QUICKEST * self.acceleration:
+                    raise
+                quick = replace(quick, acceleration=QUICKER * quick.acceleration)

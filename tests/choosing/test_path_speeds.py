@@ -1,0 +1,153 @@
+"""Constant speeds along tool paths of several stretches: chosen ones, and errors of given ones."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+
+import knotwork as kw
+from knotwork.errors import InputError
+
+LIMITS = {"velocity": 60, "acceleration": 800}
+
+
+def along(*ends: dict[str, Any], limits: dict[str, Any], **keys: Any) -> dict[str, Any]:
+    """A path of the UR5 from y = -200 mm, its tool pointing down."""
+    start = {"position": [400, -200, 300], "rpy": [180, 0, 0]}
+    return {
+        "robot": "ur5",
+        "units": {"length": "mm", "angle": "deg"},
+        "limits": limits,
+        "waypoints": [{"name": "in", "pose": start}, *ends],
+        **keys,
+    }
+
+
+def line(
+    name: str, y: float, speed: Any = "fastest", *, turn: float | None = None, **keys: Any
+) -> dict[str, Any]:
+    """A stretch to some y [mm], on which the tool turns about itself [deg]."""
+    pose: dict[str, Any] = {"position": [400, y, 300]}
+    if turn is not None:
+        pose["rpy"] = [180, 0, turn]
+    given = {} if "after" in keys else {"speed": speed}
+    return {"name": name, "along": "line", "pose": pose, **given, **keys}
+
+
+def speeds(made: kw.Plan) -> list[float]:
+    """Of all stretches [mm/s]."""
+    return [1e3 * one.speed for path in made.scenario.paths for one in path.stretches]
+
+
+def keeps(task: dict[str, Any], given: list[float]) -> bool:
+    """Whether a task passes its check where all stretches are given speeds [mm/s]."""
+    first, *ends = task["waypoints"]
+    stretches = [end | {"speed": speed} for end, speed in zip(ends, given, strict=True)]
+    try:
+        return kw.plan({**task, "waypoints": [first, *stretches]}).report.ok
+    except InputError:
+        return False
+
+
+@pytest.mark.parametrize("most", [None, 250])
+def test_each_stretch_has_the_greatest_speed_of_its_own(most: float | None) -> None:
+    """Between two straight stretches the wrist has to turn."""
+    free = "fastest" if most is None else {"at_most": most}
+    ends = [line("a", -50, free), line("b", 50, turn=-90), line("c", 250, free)]
+    task = along(*ends, limits={"velocity": 60, "acceleration": 1600})
+    made = kw.plan(task)
+    made.report.raise_if_failed()
+    found = speeds(made)
+    assert min(found[0], found[2]) > 2.5 * found[1]
+    for k in range(3):
+        faster = [1.02 * speed if j == k else speed for j, speed in enumerate(found)]
+        assert not keeps(task, faster) or (most is not None and found[k] == most)
+
+
+def test_a_stretch_whose_torque_is_too_high_does_not_slow_down_the_next_path() -> None:
+    task = along(
+        line("a", 0, {"at_most": 100}, stop=True),
+        line("b", 100),
+        line("c", 200, {"at_most": 60}),
+        limits={"acceleration": 400},
+    )
+    made = kw.plan(task)
+    made.report.raise_if_failed()
+    assert speeds(made)[0] == pytest.approx(100)
+    assert speeds(made)[1] > 200
+    assert speeds(made)[2] == pytest.approx(60)
+
+
+def test_stretches_alike_go_at_one_speed_where_jerk_forbids_small_changes_of_it() -> None:
+    limits = {"velocity": 60, "acceleration": 600, "jerk": 6000}
+    made = kw.plan(along(line("a", 0), line("b", 200), limits=limits, tolerances={"path": 0.2}))
+    made.report.raise_if_failed()
+    first, second = speeds(made)
+    assert first == second > 300
+
+
+def test_a_short_stretch_between_those_whose_speed_is_chosen() -> None:
+    """There is no room to slow down beside it, nor any need to."""
+    task = along(line("a", -100), line("b", -60, 300), line("c", 200), limits={"acceleration": 800})
+    made = kw.plan(task)
+    made.report.raise_if_failed()
+    assert min(speeds(made)) == 300
+
+
+def test_a_low_acceleration_along_the_path_bounds_the_speed() -> None:
+    """From rest to rest along 400 mm: the root of 2/3 of 400 mm times the acceleration."""
+    task = along(line("a", 200), limits={"acceleration": 400}, path={"acceleration": 0.1})
+    made = kw.plan(task)
+    made.report.raise_if_failed()
+    assert speeds(made) == [pytest.approx(5.164, rel=1e-3)]
+    (said,) = made.report.select(quantity="binding_limits")
+    assert "at path.acceleration, 0.1 mm/s², bounds the speed along the path" in str(said)
+
+
+def accepted_acceleration(task: dict[str, Any], says: str) -> float:
+    """The acceleration along paths that an error proposes."""
+    with pytest.raises(InputError, match=says) as caught:
+        kw.plan(task)
+    found = re.search(r"accepted: path: {acceleration: ([\d.]+)}", str(caught.value))
+    assert found, str(caught.value)
+    return float(found[1])
+
+
+@pytest.mark.parametrize("limits", [LIMITS, {**LIMITS, "acceleration": 600, "jerk": 20000}])
+def test_an_acceleration_along_the_path_that_is_too_high_is_named(limits: dict[str, Any]) -> None:
+    """Each change of speed exceeds a limit, be it ever so small."""
+    task = along(line("a", 0), line("b", 150, turn=-150), limits=limits, tolerances={"path": 0.2})
+    says = r"waypoints\[2\]\.speed: .* 'wrist_3_joint' exceeds .* at path\.acceleration, 1000 mm/s²"
+    acceleration = accepted_acceleration(task, says)
+    kw.plan({**task, "path": {"acceleration": acceleration}}).report.raise_if_failed()
+
+
+def test_an_acceleration_along_the_path_that_is_too_low_is_named() -> None:
+    """The wrist has to turn slowly, and there is no room to come down to that."""
+    task = along(line("a", -160, 200), line("b", 0, turn=-120), limits=LIMITS)
+    says = (
+        r"waypoints\[2\]\.speed: .* no room for changes of speed at path\.acceleration, 1000 mm/s²"
+    )
+    with pytest.raises(InputError, match=says):
+        kw.plan(task)
+
+
+@pytest.mark.parametrize("timed", [False, True])
+@pytest.mark.parametrize("free", [False, True])
+def test_a_given_speed_that_joints_can_not_keep_is_refused(timed: bool, free: bool) -> None:
+    """Be it given by a time, and whether the speed of the next stretch is chosen or not."""
+    first = line("a", -50, **{"after" if timed else "speed": 2.2 if timed else 100})
+    last = line("c", 250, "fastest" if free else 30)
+    ends = [first, line("b", 50, 30, turn=-90), last, {"joints": "home"}]
+    limits = {"velocity": 60, "acceleration": 100}
+    task = along(*ends, limits=limits, times="fastest", path={"acceleration": 150})
+    says = r"waypoints\[1\]\.{} at .* mm/s along the path from 'in' to 'a'"
+    key = "after:" if timed else "speed:"
+    with pytest.raises(InputError, match=says.format(key)) as caught:
+        kw.plan(task)
+    kind, value = re.search(r"accepted: (?:(after): )?([\d.]+)", str(caught.value)).groups()  # type: ignore[union-attr]
+    assert kind == ("after" if timed else None)
+    first[kind or "speed"] = float(value)
+    kw.plan(task).report.raise_if_failed()
