@@ -97,6 +97,23 @@ def test_speeds_and_times_are_told_together_and_do_together() -> None:
     assert made.scenario.times[1] == pytest.approx(times[0])
 
 
+def test_a_speed_and_a_time_at_a_pose_do_together() -> None:
+    def passing(speed: float, after: float) -> dict[str, Any]:
+        def pose(y: float) -> dict[str, Any]:
+            return {"pose": {"position": [400, y, 300], "rpy": [180, 0, 0]}}
+
+        via = {"name": "via", **pose(0), "speed": speed, "after": after}
+        bounds = {"acceleration": 400, "velocity": {"shoulder_pan_joint": 40}}
+        units = {"length": "mm", "angle": "deg"}
+        ends = {"robot": "ur5", "units": units, "limits": bounds, "times": "fastest"}
+        return {**ends, "waypoints": [pose(-300), via, pose(300)]}
+
+    said = refusal(passing(900, 0.2))
+    factor = re.search(r"'via'.* ([0-9.]+) times the velocity given here would do", said)
+    assert factor, said
+    assert kw.plan(passing(900 * float(factor[1]), number(said, "was found; with"))).report.ok
+
+
 def test_times_to_which_only_a_motion_with_longer_ones_leads() -> None:
     places = points(
         [-0.367, -0.421, 0.236],

@@ -90,13 +90,13 @@ def _proposal(problem: TimingProblem, found: list[Fault]) -> _Proposal:
     around = [(max(0, one.waypoint - AROUND), min(n - 1, one.waypoint + AROUND)) for one in most]
     parts = {(0, n - 1)} if n <= LONGEST + 1 and not lost else set(around)
     parts = {part for part in parts if not any(part[0] <= i <= part[1] for i in lost)}
-    search = Search()
-    for longer in (False, True) if not problem.free.all() else (False,):
+    passes = [False] if not unfit_durations(_with(problem, most)) else []
+    for longer in passes + [True] * (not problem.free.all()):
         timed = replace(with_longer(problem) if longer else problem, total=None)
         try:
-            factors = _that_do(replace(timed, objective=Objective()), most, parts, search)
+            factors = _that_do(replace(timed, objective=Objective()), most, parts, Search())
         except OutOfStepsError:
-            break
+            continue
         if factors:
             return _Proposal({**most, **factors}, frozenset(factors), longer)
     return _Proposal(most, frozenset())
