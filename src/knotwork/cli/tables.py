@@ -81,6 +81,8 @@ def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
     out.print(f"[bold]{cell(name)}[/]  {cell(about)}", soft_wrap=True)
     indent = max(map(len, rows)) + 4
     for key, text in rows.items():
+        if not text:
+            continue
         print_wrapped(" ".join(text.split()), f"  {key}".ljust(indent), " " * indent)
 
 

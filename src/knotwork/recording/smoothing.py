@@ -66,7 +66,7 @@ class Smoothed:
     velocity_sigma: FloatArray | None
 
     def left_of(self, position: FloatArray, velocity: FloatArray) -> FloatArray:
-        """What a curve with these knots leaves of another motion, [rad or m], shape (n, d).
+        """What a curve with these knots leaves of another motion [rad or m], shape (n, d).
 
         Args:
             position: Of that motion at the times of the log [rad or m], shape (n, d).

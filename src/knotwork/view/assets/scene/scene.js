@@ -33,7 +33,10 @@ class Stage {
     Object.assign(this, { viewer, options });
     this.labels = new Labels(viewer);
     this.player = new Player(viewer.animator);
-    night.addEventListener("change", () => addSurroundings(viewer, this.data));
+    night.addEventListener("change", () => {
+      addSurroundings(viewer, this.data);
+      for (const thing of this.data.things) if (thing.plane) thing.object.material = paint(thing);
+    });
     this.strip = new Strip(this.player);
     this.joints = new Joints(this.player);
     this.camera = new Camera(viewer);

@@ -1,9 +1,10 @@
 // What is around the arm: background, floor and lamps; and the marks of the task.
 
-// By day and by night: the background from above to below, and lines of the grid
+// By day and by night: the background from above to below, lines of the grid, and planes that have no
+// end, which are as light by day as they are given
 const SKIES = {
   light: { above: [0.93, 0.95, 0.97], below: [0.78, 0.82, 0.87], lines: [0x7c8794, 0xb4bdc8] },
-  dark: { above: [0.13, 0.15, 0.18], below: [0.07, 0.08, 0.1], lines: [0x55606c, 0x333c46] },
+  dark: { above: [0.13, 0.15, 0.18], below: [0.07, 0.08, 0.1], lines: [0x55606c, 0x333c46], plane: [74, 78, 84] },
 };
 const night = matchMedia("(prefers-color-scheme: dark)");
 
@@ -40,6 +41,11 @@ function addLamps(viewer, from) {
   });
 }
 
+// What a thing is painted with: planes without an end are dark by night.
+function paint({ mesh, lit, plane }) {
+  return material(mesh, { lit, tint: plane && night.matches ? SKIES.dark.plane : null });
+}
+
 // The path, waypoints, arrows and what fails; the tool moves with the joint that carries it.
 // What stands there already from the scene before, if any, is changed where it is another.
 function addMarks(viewer, data, before) {
@@ -54,7 +60,7 @@ function addMarks(viewer, data, before) {
     if (!last) viewer.set_object(path.split("\n"), new THREE.Group().add(thing.object));
     else if (lit === last.lit && Object.keys(mesh).every((key) => String(mesh[key]) === String(last.mesh[key]))) continue;
     thing.object.geometry.dispose();
-    Object.assign(thing.object, { geometry: geometry(mesh), material: material(mesh, { lit }) });
+    Object.assign(thing.object, { geometry: geometry(mesh), material: paint(thing) });
   }
   for (const [path, thing] of old) {
     thing.object.geometry.dispose();
