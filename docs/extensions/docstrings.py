@@ -106,9 +106,25 @@ def name_aliases(
     """Show the names of types that stand for long unions; Sphinx shows what it holds them in."""
 
     def named(text: str) -> str:
+        # a default that is made anew each time is no Python, which Sphinx would not set as such
+        text = text.replace("<factory>", "...") if text else text
         return re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text) if text else text
 
     return named(hide_private(signature)), named(returned)
+
+
+def hide_borrowed(_app: Any, what: str, _name: str, obj: Any, _opt: Any, lines: list[str]) -> None:
+    """Leave out what the type of a constant says of itself."""
+    said = (type(obj).__doc__ or "").strip().partition("\n")[0]
+    if what == "data" and said and lines and lines[0].strip() == said:
+        lines.clear()
+
+
+def skip_fields(
+    _app: Any, _what: str, _name: str, obj: Any, skip: bool, _options: Any
+) -> bool | None:
+    """Leave out the fields of named tuples, which their class describes."""
+    return True if (getattr(obj, "__doc__", "") or "").startswith("Alias for field") else None
 
 
 def show_dashes(_app: Any, doctree: nodes.document) -> None:
@@ -124,6 +140,8 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("autodoc-process-docstring", hide_colons, priority=450)
     app.connect("autodoc-process-docstring", show_colons, priority=550)
     app.connect("autodoc-process-docstring", split_names, priority=600)
+    app.connect("autodoc-process-docstring", hide_borrowed, priority=300)
+    app.connect("autodoc-skip-member", skip_fields)
     app.connect("autodoc-process-signature", name_aliases)
     app.connect("doctree-read", show_dashes)
     app.connect("sphinx-click-process-description", show_tables)

@@ -60,6 +60,14 @@ def test_no_output_tells_of_a_fault(whole_site: Site) -> None:
         assert "Traceback (most" not in words, page
 
 
+def test_no_description_is_python_s_own(site: Site) -> None:
+    """What named tuples, unions and numbers say of themselves, and signatures not understood."""
+    foreign = ("Alias for field", "PEP 604", "Convert a string or number", "&lt;factory&gt;")
+    for page in site.pages:
+        text = page.read_text(encoding="utf-8")
+        assert not [words for words in foreign if words in text], page.name
+
+
 def test_every_public_name_is_described(site: Site) -> None:
     from sphinx.util.inventory import InventoryFile
 

@@ -326,6 +326,14 @@ def test_a_joint_that_stands_still_shows_no_noise(deburring: Plan) -> None:
         assert high - low > 0.1
 
 
+def test_a_joint_that_poses_leave_in_place_shows_no_noise() -> None:
+    """The inverse kinematics give it anew at each waypoint, a rounding beside the last one."""
+    figure = plot_joints(kw.plan("ur3_lid"), joints=["wrist_2_joint"], split=True)
+    for axis in figure.axes:
+        low, high = axis.get_ylim()
+        assert high - low > 0.1
+
+
 def test_the_users_own_settings_are_left_alone(deburring: Plan) -> None:
     with mpl.rc_context({"font.size": 33, "lines.linewidth": 9, "axes.facecolor": "black"}):
         before = dict(mpl.rcParams)

@@ -116,10 +116,12 @@ def print_tradeoff(curve: Tradeoff) -> None:
     tables.print_table(table)
     for point in curve.points:
         if point.failure:
-            echo(f"{point.duration:.4g} s: {_why(point)}{point.failure.split(' (', maxsplit=1)[0]}")
+            said = point.failure.split(" (", maxsplit=1)[0]
+            tables.print_wrapped(f"{point.duration:.4g} s: {_why(point)}{said}", "", "  ")
     if curve.left_out:
         factors = ", ".join(f"{factor:g}" for factor in curve.left_out)
-        echo(f"the budget ended before a motion was found at {factors} of the least time")
+        said = f"the budget ended before a motion was found at {factors} of the least time"
+        tables.print_wrapped(said, "", "  ")
     if any(point.stopped for point in curve.points):
         echo("+ the best found when the budget ended")
     joints = ", ".join(f"{mark} {joint}" for joint, mark in letters.items())

@@ -23,8 +23,8 @@ from knotwork.view.style import (
     write_note,
 )
 
-# A range below this, relative to the values or to 1, is rounding of a curve that stands still; it
-# is shown this wide, again relative to the values or to 1.
+# A range below this, relative to the values or to 1 of their SI unit, is rounding of a curve that
+# stands still; it is shown this wide, relative to the values or to 1 of the shown unit.
 STILL, STILL_RANGE = 1e-9, 0.2
 # Room below the curves for the knots, and above them, in parts of the range.
 FOOT, HEAD = 0.12, 0.07
@@ -150,7 +150,7 @@ def finish_panel(panel: Panel, low: float, high: float, rows: int, columns: int)
     """
     middle = 0.5 * (low + high)
     scale = max(1.0, abs(middle))
-    if high - low < STILL * scale:
+    if high - low < STILL * max(panel.factor, scale):
         low, high = (middle + side * 0.5 * STILL_RANGE * scale for side in (-1.0, 1.0))
     low, high = draw_limits(panel, low, high)
     bottom, top = low - FOOT * (high - low), high + HEAD * (high - low)
