@@ -43,9 +43,9 @@ def path_speeds(task: FreeTask) -> tuple[dict[Location, Any], list[Binding]]:
         search = PathSearch(task, path, path.asked.at_most)
         speeds = search.greatest()
         if speeds is None:
-            other = _other_acceleration(search)
+            other = _other_acceleration(search) if search.no_room else None
             tell(_given_too_fast(task, path, other))
-            _refuse(task, search, other)
+            _refuse(task, search, other if search.no_room else _other_acceleration(search))
         edits |= search.edits(speeds)
         binding += search.binding(speeds)
     return edits, binding
