@@ -32,6 +32,9 @@ DIGITS = 4
 FINE = 1.001
 """By this factor a stretch is tried faster where only its neighbours may have been too fast."""
 
+NEARER = 8
+"""So many times speeds without room are moved half the way to the last ones that had it."""
+
 MOST = 60
 """Motions tried for one path."""
 
@@ -108,7 +111,7 @@ class PathSearch:
             held = self.too_fast.get(k, RAMPS)
             if not self.slowed(k, speeds):
                 held = Hindrance("", "tool speed" if self.caps[k] == self.limit else "at_most")
-            elif self._fitted({**speeds, k: STEP * speed})[k] <= speed:
+            elif self._with_room({**speeds, k: STEP * speed}, speeds).get(k, 0.0) <= speed:
                 held = RAMPS
             i = self.path.first + k
             found.append(Binding(names[i], names[i + 1], *held, None))
@@ -128,16 +131,13 @@ class PathSearch:
         self.first = dict(asked)
         brackets = {k: Bracket() for k in asked}
         tried: set[tuple[float, ...]] = set()
+        trial: Speeds = {}
         best: Speeds | None = None
         least = math.inf
         together: set[int] = set()  # those that failed last as others did
         while len(tried) < MOST and self.stuck is None:
-            try:
-                trial = self._fitted(asked)
-            except PathError:
-                self.no_room = True
-                break
-            if tuple(trial.values()) in tried:
+            trial = self._with_room(asked, trial)
+            if not trial or tuple(trial.values()) in tried:
                 break
             tried.add(tuple(trial.values()))
             failed = self._failed(trial)
@@ -159,10 +159,23 @@ class PathSearch:
                 best = self._raised(best, k, brackets[k].high)
         return best
 
+    def _with_room(self, asked: Speeds, last: Speeds) -> Speeds:
+        """Speeds as asked for; nearer to the last ones where given ones leave no room for these.
+
+        There are none if not even the nearest have room.
+        """
+        for _ in range(NEARER):
+            try:
+                return self._fitted(asked)
+            except PathError:
+                self.no_room = True
+                asked = {k: math.sqrt(speed * last.get(k, speed)) for k, speed in asked.items()}
+        return {}
+
     def _raised(self, speeds: Speeds, k: int, speed: float) -> Speeds:
         """Speeds of which one is the greater, the others as they are, if that will do."""
         factor = FINE
-        while (trial := self._fitted({**speeds, k: speed}))[k] > speeds[k]:
+        while (trial := self._with_room({**speeds, k: speed}, speeds)).get(k, 0.0) > speeds[k]:
             if self._failed(trial):
                 break
             speeds, speed, factor = trial, speed * factor, factor * factor
