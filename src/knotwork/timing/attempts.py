@@ -16,6 +16,7 @@ from knotwork.timing.care import (
     without_efforts,
 )
 from knotwork.timing.costs import terms, weighted
+from knotwork.timing.efforts import effort_shares
 from knotwork.timing.problem import Objective, TimingProblem
 from knotwork.timing.program import Solution, joined_limits
 from knotwork.timing.rebuild import Knots, rebuilt, slower_knots
@@ -37,8 +38,14 @@ from knotwork.waypoints import FloatArray
 STARTS = (0.85, 0.5, 1.0, 2.0, 4.0, 1.4)
 """Factors of the first durations that are tried until one leads to a solution."""
 
-SLOWED = (2.5, 1.5)
-"""Where efforts bind, the motion without their limits is a start if it is so many times slower."""
+MOST_SLOWED = 2.5
+"""Where efforts bind, the motion without their limits is a start, so many times slower at most."""
+
+SLOWED = 1.5
+"""Another start is so many times slower than it."""
+
+ROOM = 1.05
+"""The first is slower by this factor than it would be if efforts fell with the square of time."""
 
 HEAVY_STARTS = 4
 """So many of these others are tried where efforts bind."""
@@ -238,14 +245,14 @@ def _starts(
         light = _run(plain_guess(loose, STARTS[0]), loose, watch, first_care(loose)).best
         fast = None if light is None else light.found
         if fast is not None:
-            yield slower_guess(fast, SLOWED[0]), care
+            yield _lighter_guess(problem, fast), care
     varied = problem.free.any() and problem.total is None
     for k, stretch in enumerate(STARTS[:count]):
         if k == 1 and fast is None:
             fast = next((run.light for run in runs if run.light is not None), None)
         if k == 1 and fast is not None:
             care = first_efforts(problem)
-            yield slower_guess(fast, SLOWED[1]), care
+            yield slower_guess(fast, SLOWED), care
         if k == 0 or (varied and (fast is None or k < HEAVY_STARTS)):
             yield plain_guess(problem, stretch), care
 
@@ -289,7 +296,7 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
                 cost = weighted(problem, terms(problem, near.curve))
                 return _Run(Attempt(near, cost, True, care), light=light)
             if care.effort is None and more.effort is not None and not guess.near:
-                light, guess = near, slower_guess(near, SLOWED[0])
+                light, guess = near, _lighter_guess(problem, near)
             # with further equations the solution is no good start
             same = form_of_care(more) == form_of_care(care)
             care, last = more, solution if same else None
@@ -301,6 +308,12 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
         else:  # what was near to a solution is none any more: start again, once
             last, again = None, True
     return _Run(best, light=light, near=() if near is None else (near,))
+
+
+def _lighter_guess(problem: TimingProblem, fast: Found) -> Guess:
+    """A motion found without limits of effort, slowed by as much as it exceeds them."""
+    share = float(effort_shares(problem, fast.curve).max())
+    return slower_guess(fast, float(np.clip(ROOM * np.sqrt(share), 1.0, MOST_SLOWED)))
 
 
 def _steps(section: Section, watch: Watch, best: Attempt | None) -> Steps:
