@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,9 @@ from timing_cases import assert_kept, random_problem
 
 import knotwork as kw
 from knotwork.errors import InputError, TimingError
-from knotwork.timing import Objective, TimingLimits, TimingProblem, solve
+from knotwork.timing import Objective, TimingLimits, TimingProblem, solve, solving
 from knotwork.timing.feasible import unfit_durations
+from knotwork.timing.watch import Watch
 from knotwork.units import Units
 
 LIMITS = TimingLimits([2.0], [1.0], [100.0])
@@ -165,6 +167,26 @@ def test_a_motion_that_stops_needs_no_time_to_be_found() -> None:
     assert motion.status == "stopped"
     assert_kept(free, replace(motion, status="optimal"))
     assert (motion.velocity == 0.0).all()
+
+
+@pytest.mark.parametrize(("seed", "longer", "mixed"), [(2, (45, 65), True), (5, (55, 125), False)])
+def test_a_longer_budget_never_ends_with_more_than_stops_take(
+    monkeypatch: pytest.MonkeyPatch, seed: int, longer: tuple[int, ...], mixed: bool
+) -> None:
+    """Parts that stop beside parts that were searched for, by a clock of steps."""
+    problem = random_problem(seed, 33, 3)
+    velocity = np.array(problem.velocity)
+    velocity[1:-1] = np.nan
+    free = replace(problem, velocity=velocity)
+    monkeypatch.setattr(solving, "Watch", lambda *given: Watch(*given, now=count().__next__))
+    stops, *found = (solve(free, budget=budget) for budget in (5, *longer))
+    assert (stops.velocity == 0.0).all()
+    for motion in found:
+        assert motion.status == "stopped"
+        assert_kept(free, replace(motion, status="optimal"))
+        assert motion.duration <= stops.duration
+    at_rest = (found[0].velocity == 0.0).all(axis=1)[1:-1]
+    assert (0 < at_rest.sum() < at_rest.size) == mixed
 
 
 def test_effort_needs_dynamics() -> None:

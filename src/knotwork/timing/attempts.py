@@ -124,7 +124,7 @@ def solved_section(
     if (best is None and watch.late(found=False)) or (best is not None and not best.optimal):
         quick = [
             best,
-            _stopping(problem),
+            stopping(problem),
             *(_slowed(problem, one) for run in runs for one in run.near),
         ]
         return min((one for one in quick if one is not None), key=lambda b: b.cost, default=None)
@@ -163,7 +163,7 @@ def _from_fastest(problem: TimingProblem, watch: Watch, starts: int) -> Attempt 
     return None
 
 
-def _stopping(problem: TimingProblem) -> Attempt | None:
+def stopping(problem: TimingProblem) -> Attempt | None:
     """A motion that stops at every waypoint, if that is allowed: it needs no search."""
     return _no_slower_than_need_be(
         problem, lambda slower: with_stops(problem, pieces_each(1), slower)

@@ -76,10 +76,35 @@ def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
     ]
 
 
-def joined(parts: list[Knots]) -> Knots:
+def corrected(knots: Knots) -> Knots:
+    """The accelerations that the curve has, so that it meets all positions and velocities."""
+    return replace(knots, acceleration=_corrected(knots, _breaks(knots)[1]))
+
+
+def divided(knots: Knots, pieces: int) -> Knots:
+    """The same motion with so many pieces an interval, or more: the longest are halved."""
+    share, a = knots.share, knots.acceleration
+    rows = np.arange(len(share))
+    for count in range(share.shape[1], pieces):
+        longest = share.argmax(axis=1)
+        places = np.arange(count + 2)
+        before = places - (places > longest[:, None])  # the longest piece's twice
+        share = np.take_along_axis(share, before[:, :-1], axis=1)
+        share[rows, longest] *= 0.5
+        share[rows, longest + 1] *= 0.5
+        middle = 0.5 * (a[rows, longest] + a[rows, longest + 1])
+        a = np.take_along_axis(a, before[:, :, None], axis=1)
+        a[rows, longest + 1] = middle
+    return replace(knots, share=share, acceleration=a)
+
+
+def joined(parts: Sequence[Knots]) -> Knots:
     """Put parts one after another; where they meet they agree."""
     if len(parts) == 1:
         return parts[0]
+    pieces = max(one.share.shape[1] for one in parts)
+    # corrected once divided, a curve would be another one
+    parts = [divided(corrected(one), pieces) for one in parts]
     durations = np.concatenate([np.diff(one.time) for one in parts])
 
     def points(name: str) -> FloatArray:

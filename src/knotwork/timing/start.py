@@ -8,8 +8,8 @@ import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
-from knotwork.timing.problem import TimingProblem, part_of
-from knotwork.timing.rebuild import Knots, joined
+from knotwork.timing.problem import TimingLimits, TimingProblem, part_of
+from knotwork.timing.rebuild import Knots, divided, joined
 from knotwork.waypoints import FloatArray
 
 LEAST_PHASE = 1e-3
@@ -112,19 +112,15 @@ def between_stops(problem: TimingProblem, pieces: int) -> Knots | None:
         return None
     span = np.maximum(phases[k], LEAST_PHASE * phases[k].sum())
     a = limits.jerk[k] * phases[k][0] * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
-    while span.size < pieces:
-        i = int(np.argmax(span))
-        span = np.insert(span, i, 0.5 * span[i])
-        span[i + 1] *= 0.5
-        a = np.insert(a, i + 1, 0.5 * (a[i] + a[i + 1]))
     part = np.diff(problem.position, axis=0)[0] / move[k]
-    return Knots(
+    found = Knots(
         np.array([0.0, span.sum()]),
         span[None] / span.sum(),
         problem.position,
         problem.velocity,
         (a[:, None] * part)[None],
     )
+    return divided(found, pieces)
 
 
 def with_stops(problem: TimingProblem, pieces: int, slower: float) -> Knots | None:
@@ -147,7 +143,7 @@ def with_stops(problem: TimingProblem, pieces: int, slower: float) -> Knots | No
     parts = []
     for i in range(len(problem.position) - 1):
         alone = replace(part_of(problem, i, i + 1), velocity=still[:2], acceleration=still[:2])
-        part = between_stops(alone, pieces)
+        part = between_stops(replace(alone, limits=_in_proportion(alone)), pieces)
         if part is None:
             return None
         least = float(part.time[-1])
@@ -156,6 +152,24 @@ def with_stops(problem: TimingProblem, pieces: int, slower: float) -> Knots | No
         slowed = part.acceleration * (least / span) ** 2
         parts.append(replace(part, time=np.array([0.0, span]), acceleration=slowed))
     return joined(parts)
+
+
+def _in_proportion(problem: TimingProblem) -> TimingLimits:
+    """Limits that joints which move in proportion over an interval can all come up to."""
+    move, limits = np.abs(np.diff(problem.position, axis=0)[0]), problem.limits
+    if not move.any():
+        return limits
+
+    def common(limit: FloatArray) -> FloatArray:
+        moves = move > 0.0
+        return np.where(moves, move * (limit[moves] / move[moves]).min(), limit)
+
+    return replace(
+        limits,
+        velocity=common(limits.velocity),
+        acceleration=common(limits.acceleration),
+        jerk=common(limits.jerk),
+    )
 
 
 def _phases(move: float, V: float, A: float, J: float) -> FloatArray:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from knotwork.timing.attempts import Attempt, solved_section
+from knotwork.timing.attempts import Attempt, solved_section, stopping
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import Knots, joined, rebuilt
 from knotwork.timing.section import Found, Guess
@@ -70,7 +70,11 @@ def solved_windows(
     knots = joined([one.found.knots for one in kept])
     curve = rebuilt(knots)
     cost = sum(one.cost for one in kept)
-    return Attempt(Found(knots, curve), cost, all(one.optimal for one in kept), kept[-1].care)
+    optimal = all(one.optimal for one in kept)
+    found = Attempt(Found(knots, curve), cost, optimal, kept[-1].care)
+    # a part that starts in motion can't be one that stops, and may be far slower
+    stops = None if optimal else stopping(problem)
+    return found if stops is None or found.cost <= stops.cost else stops
 
 
 def _first_part(found: Found, count: int) -> Found:
