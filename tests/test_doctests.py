@@ -91,6 +91,7 @@ PLAIN_DATA = {
     "get_planner": ("Planner",),
     "joint_space.joint_space": ("JointSpace", "JointState"),
     "load_scenario": (
+        "AskedTiming",
         "ChosenValues",
         "CollisionRules",
         "FrameSpeed",

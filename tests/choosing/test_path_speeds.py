@@ -158,3 +158,57 @@ def test_a_given_speed_that_joints_can_not_keep_is_refused(timed: bool, free: bo
     assert kind == ("after" if timed else None)
     first[kind or "speed"] = float(value)
     kw.plan(task).report.raise_if_failed()
+
+
+HURRIED = {"acceleration": 600, "jerk": 8000}
+
+
+def passed(*ends: dict[str, Any], limits: dict[str, Any]) -> dict[str, Any]:
+    """A path that is passed without a stop, where the arm is folded more and jerk binds more."""
+    task = along(*ends, {"name": "up", "pose": {"position": [520, 0, 300]}}, limits=limits)
+    for waypoint in task["waypoints"][:-1]:
+        waypoint["pose"]["position"][0::2] = [420, 200]
+    task["waypoints"][-1]["pose"]["rpy"] = [180, 0, 0]
+    return task | {"start": "home", "times": "fastest"}
+
+
+@pytest.mark.parametrize("last", [20, {"at_most": 20}])
+def test_a_short_stretch_has_the_speed_of_its_neighbour_where_jerk_forbids_another(
+    last: Any,
+) -> None:
+    """The greatest speed that one cap allows, and no more than a number given in its place."""
+    ends = [line("a", -30), line("b", -28), line("c", 70, last)]
+    task = passed(*ends, limits=HURRIED)
+    made = kw.plan(task)
+    made.report.raise_if_failed()
+    assert speeds(made)[1:] == [20, 20]
+    assert speeds(made)[0] > 100
+    (said,) = made.report.select(quantity="lower_bound")
+    assert "no motion with these speeds along its paths" in str(said)
+
+
+def test_the_speed_of_given_neighbours_is_found_where_no_other_will_do() -> None:
+    ends = [line("a", -195), line("b", -167, 10), line("c", -161)]
+    task = passed(*ends, limits={"acceleration": 1500, "jerk": 4000})
+    made = kw.plan(task | {"tolerances": {"path": 0.3, "path_speed": 0.03}})
+    made.report.raise_if_failed()
+    assert min(speeds(made)) == 10
+
+
+def test_an_acceleration_that_is_proposed_does_for_all_paths() -> None:
+    ends = [line("a", -30, stop=True), line("b", 90, stop=True)]
+    limits = {"acceleration": 600, "jerk": 8000, "margin": 0.9}
+    task = along(*ends, limits=limits, tolerances={"path": 0.3}, path={"acceleration": 50000})
+    acceleration = accepted_acceleration(task, r"at path\.acceleration, 50000 mm/s²")
+    kw.plan({**task, "path": {"acceleration": acceleration}}).report.raise_if_failed()
+    with pytest.raises(InputError, match=r"path\.acceleration"):  # little more does not do
+        kw.plan({**task, "path": {"acceleration": 2 * acceleration}})
+
+
+def test_an_acceleration_is_proposed_where_lower_given_speeds_would_be_worse() -> None:
+    """Changes of speed are the shorter the lower the speed, and the jerk in them the higher."""
+    ends = [line("a", -198, 10, stop=True), line("b", -166, 30, stop=True), line("c", -158)]
+    task = along(*ends, {"joints": "home"}, limits={"acceleration": 1500, "jerk": 4000})
+    task |= {"times": "fastest", "tolerances": {"path": 0.3, "path_speed": 0.03}}
+    acceleration = accepted_acceleration(task, r"at 10 mm/s along the path from 'in' to 'a'")
+    kw.plan({**task, "path": {"acceleration": acceleration}}).report.raise_if_failed()

@@ -41,7 +41,8 @@ class ChosenTimes:
         edits: What makes it of the one with free times.
         solution: How the solutions of the poses were chosen, before the times were.
         duration: Of the whole motion [s].
-        lower_bound: No motion that does what is asked within the limits is shorter [s].
+        lower_bound: No motion that does what is asked within the limits is shorter [s]; where
+            speeds along tool paths were chosen, none with these speeds.
         status: `"optimal"`, or `"stopped"` where the budget ended first.
         binding: Where which limit is met.
         assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
@@ -133,7 +134,7 @@ def choose_times(
     left = scenario.free or replace(free, path_speed={})
     task = FreeTask(scenario, left, space, solution.waypoints)
     check_given_speeds(task)
-    check_joints_at_given_speeds(task, free.path_speed)
+    check_joints_at_given_speeds(task, free)
     check_waypoint_speeds(task)
     runs = find_runs(task)
     found = _solved(task, runs, watch, _starts(task, runs, warm))

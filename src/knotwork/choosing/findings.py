@@ -18,7 +18,8 @@ def findings(chosen: ChosenTimes) -> Iterator[Finding]:
     """Say how long the chosen motion is, how far above the lower bound, and what binds where."""
     yield _of_motion("duration", _duration(chosen), chosen.duration)
     shortest = f"{chosen.lower_bound:.6g} s"
-    message = f"no motion that does this within the limits is shorter than {shortest}"
+    what = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "that does this"
+    message = f"no motion {what} within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", message, chosen.lower_bound)
     verdict: Verdict = "warning" if chosen.status == "stopped" else "information"
     said = _duration(chosen)
@@ -65,6 +66,12 @@ def _duration(chosen: ChosenTimes) -> str:
         f"times chosen: {chosen.duration:.6g} s, {100 * chosen.gap:.1f} % above the lower bound "
         f"{chosen.lower_bound:.6g} s"
     )
+
+
+def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
+    """Whether speeds along paths were chosen: the lower bound takes them as they are."""
+    waypoints = chosen.document.data["waypoints"]
+    return any(key[2:] == ("speed",) and "along" in waypoints[key[1]] for key in chosen.edits)
 
 
 def _assumed(chosen: ChosenTimes) -> str:

@@ -38,6 +38,15 @@ NEARER = 8
 MOST = 60
 """Motions tried for one path."""
 
+MOST_RELEASED = 16
+"""Greater speeds tried for a stretch that had the speed of its neighbours."""
+
+NEAR = 1.01
+"""Of these, the greatest is sought up to this factor."""
+
+ROUNDING = 1e-9
+"""Durations that differ by no more than this part are the same."""
+
 TOOL_ROOM = 1e-3
 """Along a path the tool stays below its limit by this part of it, so that it can be approached."""
 
@@ -118,7 +127,29 @@ class PathSearch:
         return found
 
     def greatest(self) -> Speeds | None:
-        """The greatest speeds that keep all limits, sought from likely ones.
+        """The greatest speeds that keep all limits, as far as they are found.
+
+        Raises:
+            InputError: Nothing bounds a speed.
+        """
+        best = self._bisected(math.inf)
+        level = self._level(best)
+        if level is None:
+            return best
+        for k in level:
+            level = self._released(level, k)
+        return level
+
+    def any(self) -> Speeds | None:
+        """Some speeds that keep all limits.
+
+        Raises:
+            InputError: Nothing bounds a speed.
+        """
+        return self._bisected(1) or self._level(None)
+
+    def _bisected(self, most: float) -> Speeds | None:
+        """The greatest speeds that keep all limits, sought from likely ones, so many at most.
 
         A stretch at which a limit is exceeded is slowed down, whatever the others do, and becomes
         faster where none is. Its neighbours count as well, since speeds change from one to the
@@ -141,9 +172,12 @@ class PathSearch:
                 break
             tried.add(tuple(trial.values()))
             failed = self._failed(trial)
+            self.too_fast |= failed
             duration = self.asked.timed(trial)[0].duration
             if not failed and duration < least:
-                best, least = trial, duration
+                best, least, most = trial, duration, most - 1
+                if most == 0:
+                    return best
             for k, speed in trial.items():
                 if k in failed:
                     (together.add if len(failed) > 1 else together.discard)(k)
@@ -158,6 +192,46 @@ class PathSearch:
             if best is not None and math.isfinite(brackets[k].high):
                 best = self._raised(best, k, brackets[k].high)
         return best
+
+    def _level(self, best: Speeds | None) -> Speeds | None:
+        """The best speeds, but none below some speed that all may have, if that takes less time.
+
+        Where short stretches leave no room for changes of speed under a limit of jerk, they may
+        need the very speed of their neighbours: one that is given, or the greatest of another.
+        """
+        beside = {j for k in self.caps for j in (k - 1, k + 1) if 0 <= j < len(self.asked.speeds)}
+        given = {speed for j in beside if (speed := self.asked.speeds[j]) is not None}
+        caps = {cap for cap in self.caps.values() if math.isfinite(cap)}
+        for speed in sorted(given | caps, reverse=True):
+            asked = dict.fromkeys(self.caps, speed)
+            if best is not None:
+                asked = {k: max(speed, best[k]) for k in asked}
+            trial = self._with_room(asked, {})
+            if trial and self._shorter(trial, best) and not self._failed(trial):
+                return trial
+        return None
+
+    def _released(self, speeds: Speeds, k: int) -> Speeds:
+        """The speeds with a greater one for a stretch, the others as they are, if that will do."""
+        speed, high = self.first[k], math.inf
+        for _ in range(MOST_RELEASED):
+            trial = self._with_room({**speeds, k: speed}, speeds)
+            if trial and self._shorter(trial, speeds) and not self._failed(trial):
+                speeds = trial
+            else:
+                high = speed
+            low = speeds[k]
+            if high < NEAR * low or not math.isfinite(high):
+                break
+            speed = max(high / STEP, math.sqrt(low * high))
+        return speeds
+
+    def _shorter(self, speeds: Speeds, than: Speeds | None) -> bool:
+        """Whether the path takes less time at some speeds than at others, if there are any."""
+        if than is None:
+            return True
+        first, second = (self.asked.timed(one)[0].duration for one in (speeds, than))
+        return first < (1.0 - ROUNDING) * second
 
     def _with_room(self, asked: Speeds, last: Speeds) -> Speeds:
         """Speeds as asked for; nearer to the last ones where given ones leave no room for these.
@@ -176,7 +250,9 @@ class PathSearch:
         """Speeds of which one is the greater, the others as they are, if that will do."""
         factor = FINE
         while (trial := self._with_room({**speeds, k: speed}, speeds)).get(k, 0.0) > speeds[k]:
-            if self._failed(trial):
+            failed = self._failed(trial)
+            self.too_fast |= failed
+            if failed:
                 break
             speeds, speed, factor = trial, speed * factor, factor * factor
         return speeds
@@ -193,7 +269,6 @@ class PathSearch:
             after = [j for j in speeds if j > k][:1]
             for j in [k] if k in speeds else before + after:
                 failed.setdefault(j, held)
-        self.too_fast |= failed
         return failed
 
     def slowed(self, k: int, speeds: Speeds) -> bool:

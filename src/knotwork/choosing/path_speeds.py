@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
 from functools import partial
 from typing import Any, NoReturn
 
 import numpy as np
 
+from knotwork.choosing.accelerations import other_acceleration
 from knotwork.choosing.along_path import AlongPath, Excess, Hindrance
 from knotwork.choosing.bracket import SLOWEST
 from knotwork.choosing.given_speeds import ROUNDING, located, tell
-from knotwork.choosing.path_search import (
-    RAMPS,
-    PathSearch,
-    Speeds,
-    acceleration_edit,
-)
+from knotwork.choosing.path_search import RAMPS, PathSearch, Speeds
 from knotwork.choosing.task import FreeTask
 from knotwork.documents import Location
-from knotwork.errors import DocumentError, InputError, PathError
+from knotwork.errors import DocumentError, InputError
 from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.scenario import ScenarioPath
+from knotwork.scenario import FreeTimes, ScenarioPath
 from knotwork.timing import Binding
-from knotwork.timing.safe_numbers import rounded_down, rounded_up, with_margin
-
-ACCELERATIONS = (4.0, 16.0, 64.0, 256.0)
-"""Where no speed will do, path.acceleration is tried by these factors higher or lower."""
+from knotwork.timing.safe_numbers import rounded_up, with_margin
 
 
 def path_speeds(task: FreeTask) -> tuple[dict[Location, Any], list[Binding]]:
@@ -43,33 +35,44 @@ def path_speeds(task: FreeTask) -> tuple[dict[Location, Any], list[Binding]]:
         search = PathSearch(task, path, path.asked.at_most)
         speeds = search.greatest()
         if speeds is None:
-            other = _other_acceleration(search) if search.no_room else None
-            tell(_given_too_fast(task, path, other))
-            _refuse(task, search, other if search.no_room else _other_acceleration(search))
+            chosen = [one for one in task.scenario.paths if one.asked.at_most]
+            other = partial(other_acceleration, task, chosen, higher=search.no_room)
+            found = other() if search.no_room else None
+            tell(_given_too_fast(task, path, found))
+            _refuse(task, search, found if search.no_room else other())
         edits |= search.edits(speeds)
         binding += search.binding(speeds)
     return edits, binding
 
 
-def check_joints_at_given_speeds(task: FreeTask, chosen: Container[int]) -> None:
+def check_joints_at_given_speeds(task: FreeTask, asked: FreeTimes) -> None:
     """Refuse tool paths whose given speeds take a joint beyond a limit.
 
     Args:
         task: The task.
-        chosen: Indices in the file of the ends of stretches whose speed was chosen; along their
-            paths the speeds that are given do.
+        asked: What was to be chosen; along paths with a speed that was, those given do.
 
     Raises:
         InputError: There is one.
     """
     errors: list[InputError] = []
+    stuck = []
     for path in task.scenario.paths:
         ends = range(path.first + 1, path.last + 1)
-        if any(task.free.index[i] in chosen for i in ends):
+        if any(task.free.index[i] in asked.path_speed for i in ends):
             continue
         along = AlongPath(task, path)
         if along.joint_beyond(along.motion(task.scenario), 1.0 + ROUNDING) is not None:
-            errors += _given_too_fast(task, path) or [_no_lower_speed(task, path)]
+            slower = _given_too_fast(task, path)
+            errors += slower
+            stuck += [] if slower else [path]
+    if stuck:
+        waypoints = asked.document.data["waypoints"]
+        others: dict[Location, Any] = {
+            ("waypoints", i, "speed"): waypoints[i]["speed"] for i in asked.path_speed
+        }
+        other = other_acceleration(task, stuck, higher=False, others=others)
+        errors += [_no_lower_speed(task, path, other) for path in stuck]
     tell(errors)
 
 
@@ -126,18 +129,11 @@ def _excesses(task: FreeTask, path: ScenarioPath, chosen: Speeds) -> dict[int, s
     return found
 
 
-def _no_lower_speed(task: FreeTask, path: ScenarioPath) -> InputError:
+def _no_lower_speed(task: FreeTask, path: ScenarioPath, other: float | None) -> InputError:
     """The error for given speeds that can't be kept along a path, and lower ones neither."""
     k, held = next(iter(_excesses(task, path, {}).items()))
-    along = AlongPath(task, path)
-    for factor in ACCELERATIONS:
-        value = _shortened(task, path.asked.acceleration / factor)
-        try:
-            if not along.hindrances(task.with_edits(acceleration_edit(task, value))):
-                return _too_fast(task, path, k, held, _acceleration(task, value))
-        except (DocumentError, PathError):
-            break
-    return _too_fast(task, path, k, held, "a lower speed or path.acceleration")
+    accepted = "another path" if other is None else _acceleration(task, other)
+    return _too_fast(task, path, k, held, accepted)
 
 
 def _too_fast(task: FreeTask, path: ScenarioPath, k: int, held: str, accepted: str) -> InputError:
@@ -195,25 +191,9 @@ def _refuse(task: FreeTask, search: PathSearch, other: float | None) -> NoReturn
         raise InputError(f"{said}; accepted: {accepted}higher limits, or another path")
 
 
-def _other_acceleration(search: PathSearch) -> float | None:
-    """A path.acceleration with which there are speeds that keep the limits [m/s²]."""
-    for factor in ACCELERATIONS:
-        own = search.asked.acceleration
-        value = _shortened(search.task, own * factor if search.no_room else own / factor)
-        if search.accelerated(value).greatest() is not None:
-            return value
-    return None
-
-
 def _at_acceleration(task: FreeTask) -> str:
     shown = task.scenario.units.text(task.scenario.paths[0].asked.acceleration, "m/s²")
     return f"at path.acceleration, {shown}"
-
-
-def _shortened(task: FreeTask, acceleration: float) -> float:
-    """An acceleration with few digits in the unit of the file [m/s²]."""
-    unit = task.scenario.shown_length[0]
-    return rounded_down(unit * acceleration, 2) / unit
 
 
 def _acceleration(task: FreeTask, acceleration: float) -> str:

@@ -15,11 +15,13 @@ from knotwork.scenario.model import (
     ToleranceSet,
     ToolPlacement,
 )
+from knotwork.scenario.path_timing import AskedTiming
 from knotwork.scenario.resolve import load_scenario, scenario_of
 from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
 
 __all__ = [
     "SMALLEST_PATH_TOLERANCE",
+    "AskedTiming",
     "ChosenValues",
     "CollisionRules",
     "FrameSpeed",
