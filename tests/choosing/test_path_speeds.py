@@ -212,3 +212,30 @@ def test_an_acceleration_is_proposed_where_lower_given_speeds_would_be_worse() -
     task |= {"times": "fastest", "tolerances": {"path": 0.3, "path_speed": 0.03}}
     acceleration = accepted_acceleration(task, r"at 10 mm/s along the path from 'in' to 'a'")
     kw.plan({**task, "path": {"acceleration": acceleration}}).report.raise_if_failed()
+
+
+@pytest.mark.parametrize(
+    ("ends", "limits"),
+    [
+        ([line("a", -103)], {"acceleration": 1200, "jerk": 30000}),
+        ([line("a", -117.9), line("b", -31.5)], {"acceleration": 600, "jerk": 4000}),
+    ],
+)
+def test_a_path_that_the_arm_could_not_leave_at_its_greatest_speed_is_passed_slower(
+    ends: list[dict[str, Any]], limits: dict[str, Any]
+) -> None:
+    """A wrist joint is at its limit of velocity where the path ends, and has to turn back."""
+    task = passed(*ends, limits=limits)
+    task["waypoints"][0]["pose"]["position"][1] = -120
+    made = kw.plan(task)
+    made.report.raise_if_failed()
+    said = [str(one) for one in made.report.select(quantity="binding_limits")]
+    assert any("the motion before or after bounds the speed along the path" in one for one in said)
+    assert made.chosen is not None
+    found = speeds(made)[-1]
+    for speed in (0.5 * found, 0.2 * found):
+        for end in ends:
+            end["speed"] = speed
+        slower = kw.plan(task)
+        assert slower.chosen is not None
+        assert slower.chosen.duration > made.chosen.duration

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -15,14 +15,14 @@ from knotwork.choosing.given_speeds import (
     check_waypoint_speeds,
 )
 from knotwork.choosing.numbers import numbers
-from knotwork.choosing.path_speeds import check_joints_at_given_speeds, path_speeds
+from knotwork.choosing.passing import at_greatest_speeds, at_lower_speeds
+from knotwork.choosing.path_speeds import check_joints_at_given_speeds
 from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
-from knotwork.choosing.task import FreeTask, knots_of
+from knotwork.choosing.task import FreeTask
 from knotwork.documents import Document, Edits, Location, edited
 from knotwork.errors import InputError, TimingError, together
-from knotwork.joint_space import joint_space
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
-from knotwork.task_to_joint import TaskSolution, solve_task
+from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.problem import PEAKS
 from knotwork.timing.safe_numbers import rounded_up, with_room
@@ -119,26 +119,22 @@ def choose_times(
         InputError: The task can't be solved, or no motion that keeps the limits was found.
     """
     watch = Watch(progress, budget)
-    edits: dict[Location, Any] = {}
-    asked = free.document
     check_path_speeds(scenario)
-    on_paths: list[Binding] = []
-    if free.path_speed:
-        space = joint_space(scenario)
-        waypoints = solve_task(scenario, space, knots_of(scenario)).waypoints
-        speeds, on_paths = path_speeds(FreeTask(scenario, free, space, waypoints))
-        edits |= speeds
-        scenario = scenario_of(edited(asked, edits))
-    space = joint_space(scenario)
-    solution = solution or solve_task(scenario, space, knots_of(scenario))
-    left = scenario.free or replace(free, path_speed={})
-    task = FreeTask(scenario, left, space, solution.waypoints)
-    check_given_speeds(task)
-    check_joints_at_given_speeds(task, free)
-    check_waypoint_speeds(task)
-    runs = find_runs(task)
-    found = _solved(task, runs, watch, _starts(task, runs, warm))
-    edits |= numbers(task, found)
+    passing = at_greatest_speeds(scenario, free, solution)
+    try:
+        found = _found(passing.task, free, watch, warm)
+    except _NoMotionsError as failed:
+        runs = list(failed.errors)
+        slower = at_lower_speeds(scenario, free, solution, passing, runs, watch)
+        if slower is None:
+            raise _told(failed, passing.task) from None
+        passing = slower
+        try:
+            found = _found(passing.task, free, watch, warm)
+        except _NoMotionsError as again:
+            raise _told(again, passing.task) from None
+    task, asked = passing.task, free.document
+    edits = passing.edits | numbers(task, found)
     scenario = scenario_of(edited(asked, edits))
     duration = float(scenario.times[-1] - scenario.times[0])
     in_runs = sum(motion.duration for _, motion in found)
@@ -152,15 +148,44 @@ def choose_times(
         document=asked,
         scenario=scenario,
         edits=edits,
-        solution=solution,
+        solution=passing.solution,
         duration=duration,
         lower_bound=duration - in_runs + least,
         status="stopped" if any(one.status == "stopped" for _, one in found) else "optimal",
-        binding=(*on_paths, *(binding for _, motion in found for binding in motion.binding)),
+        binding=(*passing.binding, *(binding for _, motion in found for binding in motion.binding)),
         objective=objective,
         runs=tuple(motion for _, motion in found),
-        assumed_jerk=assumed_jerk(space),
+        assumed_jerk=assumed_jerk(task.space),
     )
+
+
+class _NoMotionsError(Exception):
+    """No motion was found for some runs.
+
+    Attributes:
+        errors: Why, by run.
+    """
+
+    def __init__(self, errors: dict[Run, NoMotionError]) -> None:
+        super().__init__()
+        self.errors = errors
+
+
+def _told(failed: _NoMotionsError, task: FreeTask) -> InputError:
+    """What may be the cause, for all runs together."""
+    located = [_located(error.causes, task, run) for run, error in failed.errors.items()]
+    return together([one for causes in located for one in causes])
+
+
+def _found(
+    task: FreeTask, asked: FreeTimes, watch: Watch, warm: ChosenTimes | None
+) -> list[tuple[Run, TimedMotion]]:
+    """The motions of all runs of a task whose speeds along paths are known."""
+    check_given_speeds(task)
+    check_joints_at_given_speeds(task, asked)
+    check_waypoint_speeds(task)
+    runs = find_runs(task)
+    return _solved(task, runs, watch, _starts(task, runs, warm))
 
 
 def _starts(task: FreeTask, runs: list[Run], warm: ChosenTimes | None) -> dict[Run, TimedMotion]:
@@ -183,7 +208,7 @@ def _solved(
     def found_for(
         runs: list[Run], objective: Objective, totals: Mapping[Run, float] = MappingProxyType({})
     ) -> dict[Run, TimedMotion]:
-        found, causes = {}, []
+        found, failed = {}, {}
         for run in runs:
             total = totals.get(run)
             # what is not fastest has not the knots of what is
@@ -191,9 +216,9 @@ def _solved(
             try:
                 found[run] = solved(timing_problem(task, run, objective, total), watch, start)
             except NoMotionError as error:
-                causes += _located(error.causes, task, run)
-        if causes:
-            raise together(causes)
+                failed[run] = error
+        if failed:
+            raise _NoMotionsError(failed)
         return found
 
     _check_given(task, runs)

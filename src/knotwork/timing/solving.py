@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -73,13 +74,18 @@ def solve(
 class NoMotionError(Exception):
     """No motion was found that keeps the limits.
 
-    Attributes:
-        causes: What may be the cause, each with its place; at least one.
+    Args:
+        tell: Looks for what may be the cause, which takes time.
     """
 
-    def __init__(self, causes: list[TimingError]) -> None:
+    def __init__(self, tell: Callable[[], list[TimingError]]) -> None:
         super().__init__()
-        self.causes = causes
+        self._tell = tell
+
+    @cached_property
+    def causes(self) -> list[TimingError]:
+        """What may be the cause, each with its place; at least one."""
+        return self._tell()
 
 
 def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = None) -> TimedMotion:
@@ -96,7 +102,7 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
     begun, iterations = watch.now(), watch.iterations
     wrong = wrongly_given(problem)
     if wrong:
-        raise NoMotionError(wrong)
+        raise NoMotionError(lambda: wrong)
     motion = _solved_from(problem, watch, start)
     if start is not None and _gap(motion) > WORSE * _gap(start) and not watch.late(found=True):
         cold = _solved_from(problem, watch, None)
@@ -110,7 +116,7 @@ def _gap(motion: TimedMotion) -> float:
 
 def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None) -> TimedMotion:
     found: list[Attempt] = []
-    causes: list[TimingError] = []
+    failed: list[tuple[TimingProblem, int]] = []
     for first, last in sections(problem):
         part = part_of(problem, first, last)
 
@@ -121,11 +127,11 @@ def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None
         if attempt is not None:
             found += better_parts(part, watch, attempt)
         elif watch.late(found=False):
-            raise NoMotionError([_out_of_time(watch)])
+            raise NoMotionError(lambda: [_out_of_time(watch)])
         else:
-            causes += explained(part, first)
-    if causes:
-        raise NoMotionError(causes)
+            failed.append((part, first))
+    if failed:
+        raise NoMotionError(lambda: [one for part in failed for one in explained(*part)])
     return _motion(problem, found)
 
 
