@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pickle
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -354,6 +355,22 @@ def test_curves_of_very_many_pieces_have_the_same_derivatives_at_a_few_times():
         expected = curve.derivative(nu)(t)
         np.testing.assert_array_equal(curve(t, nu), expected)
         np.testing.assert_array_equal([curve(one, nu) for one in t], expected)
+
+
+def test_all_orders_share_what_large_curves_keep_for_a_few_times():
+    """Their breaks once, and nothing before it is used; of so many no coefficients are kept."""
+    curve = PiecewisePolynomial(np.ones((4, 600_000)), np.arange(600_001.0))
+    curve(curve.x[:40_000])
+    tracemalloc.start()
+    try:
+        for nu in range(6):
+            curve(curve.x[:40_000], nu)
+        assert tracemalloc.get_traced_memory()[0] < 0.1 * curve.x.nbytes
+        for nu in range(6):
+            curve([0.0, 7.5], nu)
+        assert tracemalloc.get_traced_memory()[0] < 1.1 * curve.x.nbytes
+    finally:
+        tracemalloc.stop()
 
 
 def test_what_evaluates_a_curve_does_not_make_its_pickle_longer():

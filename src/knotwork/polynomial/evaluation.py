@@ -93,57 +93,67 @@ def evaluate(x: FloatArray, c: FloatArray, t: FloatArray, nu: int) -> FloatArray
 
 
 class FewTimes:
-    """Evaluates a derivative of a piecewise polynomial at few times, in few calls of NumPy.
+    """Evaluates a piecewise polynomial and its derivatives at few times, in few calls of NumPy.
 
     Args:
         x: Breaks, shape (m+1,).
         c: Coefficients, shape (k+1, m, d), highest power first, contiguous.
-        nu: Order of the derivative, >= 0.
-
-    Attributes:
-        most: More times than this are not few.
     """
 
-    __slots__ = ("_d", "_factors", "_others", "_piece_at", "_start_of", "_terms_of", "most")
+    __slots__ = ("_c", "_d", "_orders", "_piece_at", "_start_of")
 
-    def __init__(self, x: FloatArray, c: FloatArray, nu: int) -> None:
-        size, factors = c.shape[0] - nu, None
-        if size <= 0:
-            c = np.zeros_like(c[:1])
-        elif nu:
-            c, factors = c[:size], np.array(falling_factorials(size, nu))[:, None, None]
-            if c.size <= KEPT:
-                c, factors = c * factors, None
-        # What is after the end, and NaN, gets a piece of its own, which begins at NaN; what is
-        # before the start is before the start of its piece. So one comparison tells both.
-        ends, starts = x[1:].copy(), x.copy()
+    def __init__(self, x: FloatArray, c: FloatArray) -> None:
+        # What is after the end, and NaN, has no piece; what is before the start is before the
+        # start of its piece.
+        ends = x[1:].copy()
         ends[-1] = np.nextafter(x[-1], np.inf)
-        starts[-1] = np.nan
-        self._piece_at, self._start_of, self._terms_of = ends.searchsorted, starts.take, c.take
-        self._d, self._factors, self._others = c.shape[2], factors, range(1, c.shape[0])
-        self.most = FEW // self._d if self._d else 0
+        self._piece_at, self._start_of = ends.searchsorted, x[:-1].take
+        self._c, self._d = c, c.shape[2]
+        self._orders: dict[int, tuple[FloatArray, FloatArray | None]] = {}
 
-    def at(self, t: FloatArray) -> FloatArray | None:
-        """Evaluate at times of shape (s,), s > 0, in any order.
+    def at(self, t: FloatArray, nu: int) -> FloatArray | None:
+        """Evaluate the nu-th derivative, 0 <= nu <= k, at times of shape (s,), in any order.
+
+        Args:
+            t: Times, s > 0.
+            nu: Order of the derivative.
 
         Returns:
             Values, shape (s, d), contiguous; `None` if a time lies outside [x[0], x[-1]] or is NaN.
         """
         piece = self._piece_at(t, "right")
-        u = t - self._start_of(piece)
-        if not u.item(u.argmin()) >= 0.0:  # where there is a NaN, it counts as the least
+        try:
+            u = t - self._start_of(piece)
+        except IndexError:
             return None
-        terms = self._terms_of(piece, 1)
-        if self._factors is not None:
-            terms *= self._factors
+        if not u.item(u.argmin()) >= 0.0:
+            return None
+        c, factors = self._orders.get(nu) or self._order(nu)
+        terms = c.take(piece, 1)
+        if factors is not None:
+            terms *= factors
         value: FloatArray = terms[0]
-        if self._others:
+        if len(terms) > 1:
             # over contiguous memory products take a fourth of the time
             u = u.repeat(self._d).reshape(-1, self._d)
-            for power in self._others:
+            for power in range(1, len(terms)):
                 value = value * u
                 value += terms[power]
         return value
+
+    def _order(self, nu: int) -> tuple[FloatArray, FloatArray | None]:
+        """Coefficients of a derivative, and what they are still to be multiplied by, if anything.
+
+        They are kept.
+        """
+        c, factors = self._c, None
+        if nu:
+            c = c[: c.shape[0] - nu]
+            factors = np.array(falling_factorials(c.shape[0], nu))[:, None, None]
+            if c.size <= KEPT:
+                c, factors = c * factors, None
+        self._orders[nu] = c, factors
+        return c, factors
 
 
 def pieces_of(x: FloatArray, t: FloatArray) -> NDArray[np.intp]:

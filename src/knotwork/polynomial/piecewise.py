@@ -12,6 +12,7 @@ from knotwork.errors import InputError, TimeRangeError
 from knotwork.polynomial.coefficients import checked_coefficients, checked_order
 from knotwork.polynomial.critical_points import horner
 from knotwork.polynomial.evaluation import (
+    FEW,
     FewTimes,
     evaluate,
     falling_factorials,
@@ -54,7 +55,8 @@ class PiecewisePolynomial(ReadOnlyArrays):
     _c: FloatArray
     _axis: int
     _extrema: dict[int, Extrema]
-    _few: dict[int, FewTimes]
+    _few: FewTimes | None
+    _most_few: int
 
     def __init__(self, c: ArrayLike, x: ArrayLike, *, axis: int = 0) -> None:
         breaks = checked_times(x)
@@ -66,10 +68,11 @@ class PiecewisePolynomial(ReadOnlyArrays):
         x.setflags(write=False)
         self._c, self._x, self._axis = c, x, axis
         self._extrema = {}  # the curve does not change, and checks ask for them often
-        self._few = {}
+        d = math.prod(c.shape[2:])
+        self._few, self._most_few = None, FEW // d if d else 0
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_few": {}}  # made anew where it is needed
+        return {**self.__dict__, "_few": None}  # made anew where it is needed
 
     @staticmethod
     def _from_parts(c: FloatArray, x: FloatArray, axis: int) -> PiecewisePolynomial:
@@ -120,17 +123,19 @@ class PiecewisePolynomial(ReadOnlyArrays):
             InputError: `nu` is no integer or negative.
         """
         t = np.asarray(x)
-        few = self._few.get(nu) if type(nu) is int else None
-        if few is None:
-            few = self._few_times(checked_order(nu))
+        nu = checked_order(nu)
         if t.dtype is not _FLOAT:
             if t.dtype.kind not in "buif":
                 raise InputError(f"times must be real numbers, not {t.dtype}")
             t = t.astype(float)
         flat_t = t if t.ndim == 1 else t.ravel()
-        out = few.at(flat_t) if 0 < t.size <= few.most else None
+        out = None
+        if 0 < t.size <= self._most_few and nu < self._c.shape[0]:
+            if self._few is None:  # made where it is needed only: it has breaks of its own
+                self._few = FewTimes(self._x, self._flat)
+            out = self._few.at(flat_t, nu)
         if out is None:  # a time outside is found here, too
-            out = evaluate(self._x, self._flat, flat_t, checked_order(nu))
+            out = evaluate(self._x, self._flat, flat_t, nu)
         if t.ndim != 1 or self._c.ndim != 3:
             out = out.reshape(t.shape + self._c.shape[2:])
         if self._axis == 0:
@@ -139,13 +144,6 @@ class PiecewisePolynomial(ReadOnlyArrays):
         order = list(range(out.ndim))
         cut = t.ndim + self._axis
         return out.transpose(order[t.ndim : cut] + order[: t.ndim] + order[cut:])
-
-    def _few_times(self, nu: int) -> FewTimes:
-        """What evaluates the nu-th derivative at few times; it is kept."""
-        nu = min(nu, self._c.shape[0])  # all higher ones are zero alike
-        if nu not in self._few:
-            self._few[nu] = FewTimes(self._x, self._flat, nu)
-        return self._few[nu]
 
     def derivative(self, nu: int = 1) -> PiecewisePolynomial:
         """Return the nu-th derivative as a curve; a negative order integrates.
