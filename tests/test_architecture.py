@@ -227,6 +227,7 @@ IMPORTED_BY_TESTS = {
         "kinematics.sequence",
         "kinematics.solutions",
         "polynomial.refined",
+        "recording.banded",
         "scene",
         "timing.binding",
         "timing.feasible",

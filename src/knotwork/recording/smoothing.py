@@ -10,12 +10,14 @@ changed the curve, which is more than finer knots would.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.recording.banded import inverse_within_band
 from knotwork.recording.limits import of_missed, of_pieces, of_rounding
 from knotwork.recording.noise import Noise, noise_of, slopes_of
 from knotwork.recording.reading import Recording
@@ -258,18 +260,29 @@ class _Fit:
         at = self._time if at is None else at
         return np.asarray(self._basis(at, order) @ self._coefficients)
 
-    def standard_errors(self, at: FloatArray, order: int, chunk: int = 500) -> FloatArray:
+    def standard_errors(self, at: FloatArray, order: int) -> FloatArray:
         """What the noise leaves unknown of a derivative at times, shape (n, d)."""
-        from scipy.linalg import cho_solve_banded
-
+        # at a time no more B-splines differ from zero than the inverse's band is wide
         basis = self._basis(at, order).tocsr()
-        errors = np.empty((len(at), len(self._factors)))
-        for start in range(0, len(at), chunk):
-            part = basis[start : start + chunk].toarray()
-            for j, factor in enumerate(self._factors):
-                squares = (part * cho_solve_banded((factor, True), part.T).T).sum(axis=1)
-                errors[start : start + chunk, j] = np.sqrt(np.maximum(squares, 0.0))
-        return errors
+        squares = [(basis @ inverse).multiply(basis).sum(axis=1) for inverse in self._inverses]
+        return np.asarray(np.sqrt(np.maximum(np.column_stack(squares), 0.0)))
+
+    @cached_property
+    def _inverses(self) -> list[Any]:
+        """Covariances of the coefficients within the band of the normal equations, by joint."""
+        from scipy.sparse import diags_array
+
+        band = inverse_within_band(np.stack(self._factors, axis=-1))
+        size = band.shape[1]
+        offsets = range(-DEGREE, DEGREE + 1)
+        return [
+            diags_array(
+                [band[abs(k), : size - abs(k), j] for k in offsets],
+                offsets=list(offsets),
+                shape=(size, size),
+            ).tocsr()
+            for j in range(band.shape[2])
+        ]
 
     def polynomial(self) -> PiecewisePolynomial:
         """The curve as polynomials between its breaks."""
