@@ -76,6 +76,12 @@ def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
     page = report_page(plan).html
     for said in ("Whistling", "2.125 to 2.375", "71.5", FAST.replace("'", "&#39;"), "dB", "12.25"):
         assert said in page
+    rows = page.partition('id="tightest"')[2].partition("<tbody>")[2]
+    rows = rows.partition("</tbody>")[0].split("</tr>")
+    assert [row.count('class="wrong"') for row in rows] == [1] + [0] * (len(rows) - 1)
+    for said in ("loudness", "three four", "71.5", "width: 100%", "FAIL, 119 %"):
+        assert said in rows[0]
+    assert "loudness" not in "".join(rows[1:])
     # less of it would do, so a limit from below is used in part, too
     tight = [(found.quantity, found.use) for found in plan.report.tightest]
     assert [use for _, use in tight] == sorted((use for _, use in tight), reverse=True)

@@ -148,12 +148,9 @@ def _told(
 ) -> list[BriefLine]:
     """Tell findings in their own words: the worst of those alike, and how many more there are."""
     lines: list[BriefLine] = []
-    alike: dict[tuple[str, str, str], list[Finding]] = {}
-    for found in findings:
-        alike.setdefault((found.group, found.subject, found.quantity), []).append(found)
     left = len(findings)
-    for several in alike.values():
-        worst = max(several, key=lambda one: one.use or 0.0)
+    for several in _alike(findings):
+        worst = _worst(several)
         others = f" (and {len(several) - 1} more like it)" if len(several) > 1 else ""
         told = _wrapped(kind, f"{mark}{worst}{others}", width, " " * len(mark))
         if lines and len(lines) + len(told) > most:
@@ -161,6 +158,25 @@ def _told(
         lines += told
         left -= len(several)
     return lines
+
+
+def worst_failures(findings: Sequence[Finding]) -> list[Finding]:
+    """Of each quantity that fails with a number, the worst of those alike, in the order given."""
+    failing = [one for one in findings if not one.ok and one.value is not None and not one.detail]
+    return [_worst(several) for several in _alike(failing)]
+
+
+def _alike(findings: Sequence[Finding]) -> list[list[Finding]]:
+    """Findings on the same quantity of things of the same kind, together."""
+    alike: dict[tuple[str, str, str], list[Finding]] = {}
+    for found in findings:
+        alike.setdefault((found.group, found.subject, found.quantity), []).append(found)
+    return list(alike.values())
+
+
+def _worst(alike: Sequence[Finding]) -> Finding:
+    """The finding furthest beyond its limit: by the part of it that is used, else by the margin."""
+    return max(alike, key=lambda one: (one.use or 0.0, -(one.margin or 0.0)))
 
 
 def _rows(groups: dict[str, list[Finding]], units: Units, room: int, width: int) -> list[BriefLine]:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from knotwork.documents import read_text
 from knotwork.units import Units, readable
-from knotwork.verification import Finding
-from knotwork.verification.brief import NOTABLE, summary, told_apart
+from knotwork.verification import Finding, Report
+from knotwork.verification.brief import NOTABLE, summary, told_apart, worst_failures
 from knotwork.view.inline_picture import inline_svg, night_colours
 from knotwork.view.motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
@@ -25,7 +25,7 @@ NO_ROBOT = (
     "the scenario names no robot, so there is no arm to show: this report has plots of the joints "
     "only; name a robot in the scenario to see it move"
 )
-# Rows of what is tightest.
+# Rows of what fails, and of what is tightest.
 MOST = 6
 _VERDICTS = {
     "met": "ok",
@@ -50,8 +50,6 @@ def report_page(plan: PlanLike) -> Page:
     from markupsafe import Markup
 
     report, scenario, robot = plan.report, plan.scenario, plan.space.robot
-    tight = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
-    tight += [one for found in report.groups.values() for one in told_apart(found)]
     plots = [("Joints over time", plot_joints(plan))]
     scene: Page | None = None
     if robot is not None:
@@ -68,7 +66,7 @@ def report_page(plan: PlanLike) -> Page:
             robot=robot,
             trajectory=plan.trajectory,
             summary=summary(report),
-            tightest=_in_units(tight, report.units),
+            tightest=_in_units(_tightest(report), report.units),
             verdicts=_VERDICTS,
             number=_number,
             vector=_vector,
@@ -86,6 +84,15 @@ def report_page(plan: PlanLike) -> Page:
         )
     )
     return Page(f"{scenario.name}: report", text, warnings)
+
+
+def _tightest(report: Report) -> list[Finding]:
+    """Of each quantity what fails worst, then what is nearest its limit."""
+    failing = worst_failures(report.failures)[:MOST]
+    rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
+    rows += [one for found in report.groups.values() for one in told_apart(found)]
+    shown = {(one.subject, one.quantity) for one in failing}
+    return [*failing, *(one for one in rows if (one.subject, one.quantity) not in shown)]
 
 
 def _in_units(findings: Sequence[Finding], units: Units) -> list[Finding]:
