@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import knotwork as kw
+from drawn import beside_an_arm
 from knotwork.view import view_trajectory
 from sweeps import mostly_exhaustive
 
 FAILING = Path(__file__).parents[1] / "failing"
 SCENARIOS = ("ur5_deburring", "panda_pick_place", "kinova_dispense", "planar2_closed_form")
 HIDE = "(path) => viewer.set_property(['Knotwork', ...path], 'visible', false)"
+NEXT_FRAME = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 Picture = NDArray[np.int64]
 
 
@@ -50,8 +52,7 @@ def resize(tab: Any, width: int, height: int) -> None:
         }""",
         arg=[width, height],
     )
-    # labels follow with the next frame
-    tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    tab.evaluate(NEXT_FRAME)  # labels follow with it
 
 
 def picture(tab: Any) -> Picture:
@@ -217,6 +218,26 @@ def test_the_arm_is_in_its_colours(show: Any) -> None:
     red, green, blue = np.moveaxis(picture(tab), 2, 0)
     orange = (red > 150) & (green > 60) & (green < 200) & (blue < 90)
     assert orange.mean() > 0.01
+
+
+@pytest.mark.parametrize("shape", [{"box": [2, 2, 0.1]}, {"half_space": {"normal": [0, 0, 1]}}])
+def test_what_stands_around_is_dark_by_night(tabs: Any, tmp_path: Path, shape: Any) -> None:
+    kind = next(iter(shape))
+    floor = {**shape, "position": [0, 0, -0.5]}
+    tab = tabs.scene(f"night {kind}", lambda: beside_an_arm(floor), tmp_path)
+    whole = picture(tab)
+    tab.evaluate(HIDE, ["objects"])
+    ground = changed(whole, picture(tab))
+    assert ground.mean() > 0.1
+    tab.evaluate("viewer.set_property(['Knotwork', 'objects'], 'visible', true)")
+    shown = []
+    for scheme in ("dark", "light"):
+        tab.emulate_media(color_scheme=scheme)
+        tab.evaluate(NEXT_FRAME)
+        shown.append(picture(tab))
+    by_night, by_day = shown
+    assert np.median(by_night[ground]) < 0.5 * np.median(whole[ground])
+    assert not changed(whole, by_day).any()
 
 
 def test_turning_asked_for_is_shown_and_explained(show: Any) -> None:

@@ -109,7 +109,7 @@ def scene_objects(
             plane = one.shape.kind == "half_space"
             mesh = shape_mesh(one.shape, PLANE if plane else OBJECT, size)
             mesh = mesh.moved(base.rotation, base.translation)
-            things.append(_thing(OBJECTS, mesh, plane=plane or None))
+            things.append(_thing(OBJECTS, mesh, around=True))
             if not plane:
                 labels.append(_label(one.name, mesh.vertices.mean(axis=0), f"object {one.name!r}"))
                 if np.ptp(mesh.vertices, axis=0).max() <= size:

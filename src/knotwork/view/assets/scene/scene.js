@@ -35,7 +35,7 @@ class Stage {
     this.player = new Player(viewer.animator);
     night.addEventListener("change", () => {
       addSurroundings(viewer, this.data);
-      for (const thing of this.data.things) if (thing.plane) thing.object.material = paint(thing);
+      for (const thing of this.data.things) if (thing.around) thing.object.material = paint(thing);
     });
     this.strip = new Strip(this.player);
     this.joints = new Joints(this.player);

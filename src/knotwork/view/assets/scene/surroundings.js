@@ -1,21 +1,22 @@
 // What is around the arm: background, floor and lamps; and the marks of the task.
 
-// By day and by night: the background from above to below, lines of the grid, and planes that have no
-// end, which are as light by day as they are given
+// By day and by night: the background from above to below, lines of the grid, and how light what stands
+// around the arm is, against its own colours (red, green, blue)
 const SKIES = {
-  light: { above: [0.93, 0.95, 0.97], below: [0.78, 0.82, 0.87], lines: [0x7c8794, 0xb4bdc8] },
-  dark: { above: [0.13, 0.15, 0.18], below: [0.07, 0.08, 0.1], lines: [0x55606c, 0x333c46], plane: [74, 78, 84] },
+  light: { above: [0.93, 0.95, 0.97], below: [0.78, 0.82, 0.87], lines: [0x7c8794, 0xb4bdc8], objects: [1, 1, 1] },
+  dark: { above: [0.13, 0.15, 0.18], below: [0.07, 0.08, 0.1], lines: [0x55606c, 0x333c46], objects: [0.36, 0.38, 0.42] },
 };
 const night = matchMedia("(prefers-color-scheme: dark)");
+const sky = () => SKIES[night.matches ? "dark" : "light"];
 
 function addSurroundings(viewer, data) {
-  const sky = SKIES[night.matches ? "dark" : "light"];
-  viewer.set_property(["Background"], "top_color", sky.above);
-  viewer.set_property(["Background"], "bottom_color", sky.below);
+  const { above, below, lines } = sky();
+  viewer.set_property(["Background"], "top_color", above);
+  viewer.set_property(["Background"], "bottom_color", below);
   for (const name of ["Grid", "Axes"]) viewer.set_property([name], "visible", false);
   const cell = 10 ** Math.floor(Math.log10(data.size / 3));
   const cells = 2 * Math.ceil((1.4 * data.size) / cell);
-  const grid = new THREE.GridHelper(cells * cell, cells, ...sky.lines);
+  const grid = new THREE.GridHelper(cells * cell, cells, ...lines);
   grid.rotateX(Math.PI / 2);
   grid.position.z = data.floor - 0.002 * data.size;
   viewer.set_object([...ROOT, "grid"], grid);
@@ -41,9 +42,11 @@ function addLamps(viewer, from) {
   });
 }
 
-// What a thing is painted with: planes without an end are dark by night.
-function paint({ mesh, lit, plane }) {
-  return material(mesh, { lit, tint: plane && night.matches ? SKIES.dark.plane : null });
+// What a thing is painted with: a floor, a table and whatever else stands around is dark by night.
+function paint({ mesh, lit, around }) {
+  const paint = material(mesh, { lit });
+  if (around) paint.color.multiply(new THREE.Color(...sky().objects));
+  return paint;
 }
 
 // The path, waypoints, arrows and what fails; the tool moves with the joint that carries it.
