@@ -342,3 +342,24 @@ def test_a_bound_of_jerk_that_nobody_gave_is_said_to_be_assumed() -> None:
     assert any("a jerk (assumed) for " in s for s in said)
     given = kw.plan(swing(to(1)))
     assert not given.report.select(group="Chosen times", quantity="assumed_jerk")
+
+
+def given_beside_free(seconds: float, **keys: Any) -> dict[str, Any]:
+    """A move in given time, a wait, and a move whose time is free."""
+    ends = [{"x": 0, "y": 0}, {"x": 1, "y": -1}, {"x": 2, "y": 0.5}]
+    waypoints: list[dict[str, Any]] = [
+        {"name": name, "joints": joints} for name, joints in zip("abc", ends, strict=True)
+    ]
+    waypoints[1] |= {"after": seconds, "wait": 0.5}
+    limits = {"velocity": 2, "acceleration": 4, "jerk": 40}
+    return {"times": "fastest", "limits": limits, "waypoints": waypoints, **keys}
+
+
+def test_a_move_in_given_time_keeps_the_limits_beside_those_whose_time_is_free() -> None:
+    """It takes 1.106 s at least; the paper's knots need far more."""
+    made = kw.plan(given_beside_free(1.15))
+    made.report.raise_if_failed()
+    assert made.scenario.times[1] == 1.15
+    assert not kw.plan(given_beside_free(1.15, knots="paper")).report.ok
+    with pytest.raises(InputError, match=r"from 'a' to 'b' 1\.05 s are given.* 1\.1\d* s"):
+        kw.plan(given_beside_free(1.05))

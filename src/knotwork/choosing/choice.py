@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -159,6 +159,10 @@ def choose_times(
     )
 
 
+SMOOTHEST = Objective(time=0.0, jerk=1.0)
+"""What is made least where all times are given."""
+
+
 class _NoMotionsError(Exception):
     """No motion was found for some runs.
 
@@ -213,8 +217,11 @@ def _solved(
             total = totals.get(run)
             # what is not fastest has not the knots of what is
             start = starts.get(run) if objective.only_time and total is None else None
+            problem = timing_problem(task, run, objective, total)
+            if objective.only_time and total is None and not problem.free.any():
+                problem = replace(problem, objective=SMOOTHEST)
             try:
-                found[run] = solved(timing_problem(task, run, objective, total), watch, start)
+                found[run] = solved(problem, watch, start)
             except NoMotionError as error:
                 failed[run] = error
         if failed:

@@ -29,7 +29,7 @@ def numbers(task: FreeTask, runs: list[tuple[Run, TimedMotion]]) -> dict[Locatio
     edits: dict[Location, Any] = {
         (key,): REMOVED for key in ("times", "duration", "objective") if key in free.document.data
     }
-    if free.optimal_knots:
+    if free.document.data.get("knots") == "optimal":
         edits[("knots",)] = REMOVED
     edits |= _solutions(task, units)
     for run, motion in runs:

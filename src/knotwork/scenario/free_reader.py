@@ -87,10 +87,17 @@ def read_free_times(
         path_speed=paths,
         objective=_objective(file),
         total=file.duration,
-        optimal_knots=file.knots == "optimal",
+        optimal_knots=_optimal_knots(file),
     )
     _check_use(file, document, free)
     return free if free.anything else None
+
+
+def _optimal_knots(file: ScenarioFile) -> bool:
+    """Whether knots are chosen where times are given; where others are free, unless it says no."""
+    return file.knots == "optimal" or (
+        "knots" not in file.model_fields_set and _free_anywhere(file)
+    )
 
 
 def _objective(file: ScenarioFile) -> dict[str, float]:

@@ -240,7 +240,7 @@ class ScenarioFile(StrictModel):
         "paper",
         description="Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
         "beside each waypoint, at the times given [s], or optimal: where they serve the objective "
-        "best, within the limits",
+        "best, within the limits. Left out where some times are free: optimal",
     )
     times: Literal["fastest"] | None = Field(
         None, description="fastest: for every waypoint that gives no time, as after: fastest there"
