@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.polynomial.refined import refined
+from knotwork.recording.likeness import LeftOfPlan, left_of_plan
 from knotwork.recording.smoothing import Smoothed
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
@@ -57,28 +59,28 @@ class Alignment:
             order: 0 for the position to 3 for the jerk.
             time: When, by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        grid = self.curve.grid - self.start
-        errors = self.curve.errors[order]
-        if time is not None:
-            return np.asarray(errors[int(np.abs(grid - time).argmin())])
-        start, end = self.trajectory.start_time, self.trajectory.end_time
-        return np.asarray(errors[(grid >= start - NEAR) & (grid <= end + NEAR)].max(axis=0))
+        return self._at(self.curve.errors[order], time)
 
-    def left_of_plan(self) -> FloatArray:
-        """How far samples of the plan itself are off a curve with the log's knots, shape (d,).
+    def left_of_plan(self, order: int, time: float | None) -> FloatArray:
+        """What a curve with the log's knots leaves of the plan, shape (d,).
 
-        Where its jerk jumps, no such curve follows it, however exact a log is. It is the largest
-        distance of each joint [rad or m], and zero for a plan that jumps in position or velocity.
+        Args:
+            order: 0 for the position to 3 for the jerk.
+            time: When, by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        plan = self.reference
-        if plan.continuity.order < 1:
-            return np.zeros(len(plan.joint_names))
-        time = self.curve.log.time - self.start
-        inside = np.clip(time, plan.start_time, plan.end_time)
-        # before and after its time it goes on, for its velocity must not jump there either
-        velocity = plan.velocity(inside)
-        position = plan.position(inside) + velocity * (time - inside)[:, None]
-        return np.asarray(np.abs(self.curve.left_of(position, velocity)).max(axis=0))
+        return self._at(self.left.errors[order], time)
+
+    @cached_property
+    def left(self) -> LeftOfPlan:
+        """How far the plan itself is off a curve with the log's knots."""
+        return left_of_plan(self.curve, self.reference, self.start)
+
+    def _at(self, values: FloatArray, time: float | None) -> FloatArray:
+        grid = self.curve.grid - self.start
+        if time is not None:
+            return np.asarray(values[int(np.abs(grid - time).argmin())])
+        start, end = self.trajectory.start_time, self.trajectory.end_time
+        return np.asarray(values[(grid >= start - NEAR) & (grid <= end + NEAR)].max(axis=0))
 
 
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:

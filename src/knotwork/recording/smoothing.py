@@ -67,8 +67,8 @@ class Smoothed:
     velocities: str
     velocity_sigma: FloatArray | None
 
-    def left_of(self, position: FloatArray, velocity: FloatArray) -> FloatArray:
-        """What a curve with these knots leaves of another motion [rad or m], shape (n, d).
+    def curve_of(self, position: FloatArray, velocity: FloatArray) -> PiecewisePolynomial:
+        """What the same knots and weights make of samples of another motion.
 
         Args:
             position: Of that motion at the times of the log [rad or m], shape (n, d).
@@ -77,7 +77,7 @@ class Smoothed:
         rates = velocity if self.velocity_sigma is not None else None
         breaks = self.trajectory.breaks
         fit = _Fit(self.log.time, breaks, position, self.sigma, rates, self.velocity_sigma)
-        return np.asarray(position - fit.values(0))
+        return fit.polynomial()
 
 
 def smoothed(log: Recording, noise: float | None = None) -> Smoothed:

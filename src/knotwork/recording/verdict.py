@@ -4,7 +4,8 @@ The smoothed motion is checked as any other. But a log knows its motion only up 
 fails by less than `CERTAIN` standard errors of the curve is undecided and fails nothing. And the
 curve is smooth because it was made so: whether the motion jumps is judged by how far the samples
 are off it, against their noise. In a log without noise they are off it where the jerk jumps, as it
-may: what the same curve leaves of the plan, it may leave of the log.
+may: what the same curve leaves of the plan, it may leave of the log. By as much of the plan's
+position, velocity and acceleration it may be off the motion.
 """
 
 from __future__ import annotations
@@ -107,7 +108,7 @@ def compare_log(
         units: Those that people read.
         required: A jump of the position fails.
     """
-    allowed = LIKE_THE_PLAN * alignment.left_of_plan()
+    allowed = LIKE_THE_PLAN * alignment.left.samples
     return Report(
         scenario=alignment.curve.log.source,
         robot=robot.name if robot is not None else None,
@@ -131,7 +132,7 @@ def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float 
     order = [own.index(name) for name in space.joint_names]
 
     def errors(nu: int) -> FloatArray:
-        return CERTAIN * alignment.errors(nu, found.at)[order]
+        return _unknown(alignment, nu, found.at)[order]
 
     of_joint = found.name in space.joint_names
     if of_joint and found.subject == "joint" and found.quantity in DERIVATIVES:
@@ -157,6 +158,12 @@ def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float 
             known += float(turn * np.linalg.norm(jacobian[:3] * errors(0)))
         return known
     return None
+
+
+def _unknown(alignment: Alignment, order: int, time: float | None) -> FloatArray:
+    """What the log does not tell of each joint: by its noise, and where no such curve follows."""
+    noise = CERTAIN * alignment.errors(order, time)
+    return noise + LIKE_THE_PLAN * alignment.left_of_plan(order, time)
 
 
 def _at(alignment: Alignment, space: JointSpace, time: float, order: int = 0) -> FloatArray:
@@ -228,7 +235,7 @@ def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[
             f"deviation), {origin}",
         )  # fmt: skip
     for order, quantity in enumerate(DERIVATIVES[:3]):
-        errors = CERTAIN * alignment.errors(order, None)
+        errors = _unknown(alignment, order, None)
         for j, name in enumerate(log.joint_names):
             unit = rate_unit(log.joint_units[j], order)
             yield _number(

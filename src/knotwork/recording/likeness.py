@@ -1,0 +1,82 @@
+"""What a curve with the knots of a log leaves of the motion that was asked for.
+
+Where the jerk or the acceleration of a motion jumps, no smooth curve follows it, however exact a
+log is. A log of the plan is off its curve by what the same curve leaves of the plan's own samples,
+and the curve is off the motion by as much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knotwork.recording.smoothing import ORDERS, Smoothed
+from knotwork.trajectory import JointTrajectory
+from knotwork.waypoints import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOfPlan:
+    """How far a plan is off a curve with the knots and the weights of a log.
+
+    Attributes:
+        samples: Largest distance of its samples [rad or m], shape (d,).
+        errors: Distances of position, velocity, acceleration and jerk at the times of the log's
+            grid or beside them [rad or m, per s, per s², per s³], shape (4, g, d).
+    """
+
+    samples: FloatArray
+    errors: FloatArray
+
+
+def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOfPlan:
+    """Smooth a plan as a log was; nothing is left of a plan that jumps in position or velocity.
+
+    Args:
+        curve: The smoothed log.
+        plan: The plan, with the log's joints in its order.
+        start: The plan's time 0 since the log's first sample [s].
+    """
+    joints = len(plan.joint_names)
+    if plan.continuity.order < 1:
+        return LeftOfPlan(np.zeros(joints), np.zeros((ORDERS, curve.grid.size, joints)))
+    time = curve.log.time
+    position, velocity = (_going_on(plan, time - start, order) for order in range(2))
+    followed = curve.curve_of(position, velocity)
+    samples = np.abs(position - followed(time))
+    errors = np.stack(
+        [
+            np.abs(_going_on(plan, curve.grid - start, order) - followed(curve.grid, order))
+            for order in range(ORDERS)
+        ]
+    )
+    # knots that suit the log but not the plan show that the log is of another motion there
+    own = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
+    share = np.minimum(1.0, own / np.maximum(_by_piece(curve, samples), np.finfo(float).tiny))
+    piece = np.minimum(np.arange(curve.grid.size) // 2, len(share) - 1)
+    return LeftOfPlan(samples.max(axis=0), share[piece] * _with_neighbours(errors, axis=1))
+
+
+def _going_on(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:
+    """A plan that goes on before and after its time, so that its velocity does not jump there."""
+    inside = np.clip(time, plan.start_time, plan.end_time)
+    beyond = (time - inside)[:, None]
+    values = plan(inside, order)
+    if order == 0:
+        return np.asarray(values + plan.velocity(inside) * beyond)
+    return values if order == 1 else np.where(beyond == 0.0, values, 0.0)
+
+
+def _by_piece(curve: Smoothed, values: FloatArray) -> FloatArray:
+    """The largest of samples in each piece and beside it, shape (pieces, d)."""
+    first = np.searchsorted(curve.log.time, curve.trajectory.breaks[:-1])
+    return _with_neighbours(np.maximum.reduceat(values, first, axis=0), axis=0)
+
+
+def _with_neighbours(values: FloatArray, axis: int) -> FloatArray:
+    """The largest of each value, the one before and the one after."""
+    padded = np.moveaxis(values, axis, 0)
+    padded = np.concatenate((padded[:1], padded, padded[-1:]))
+    most = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
+    return np.asarray(np.moveaxis(most, 0, axis))
