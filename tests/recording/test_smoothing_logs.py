@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robot_logs import Samples, record, write
+from robot_logs import Samples, record, write, write_rows
 from scipy.interpolate import make_lsq_spline
 
 from knotwork import Plan
@@ -108,6 +108,26 @@ def test_velocities_that_contradict_the_positions_are_left_out(
     assert "left out" in curve.velocities
     without = smooth(tmp_path, deburring, late)
     assert (curve.trajectory.polynomial.c == without.trajectory.polynomial.c).all()
+
+
+@pytest.mark.parametrize(
+    ("rate", "late", "agree"), [(100.0, 0, True), (500.0, 0, True), (500.0, 1, False)]
+)
+def test_velocities_that_are_more_exact_than_the_curve_contradict_nothing(
+    tmp_path: Path, deburring: Plan, rate: float, late: int, agree: bool
+) -> None:
+    """A log with all digits is off its curve where the jerk jumps; late velocities are beyond."""
+    motion = deburring.trajectory
+    samples = record(motion, rate=rate)
+    rows = np.column_stack([samples.time, samples.position, np.roll(samples.velocity, late, 0)])
+    names = [f"{name}/{what}" for what in ("position", "velocity") for name in samples.names]
+    file = write_rows(
+        tmp_path / "log.csv", ["time", *names], [[repr(x) for x in row] for row in rows.tolist()]
+    )
+    said = smoothed(read_log(file, motion.joint_names, motion.joint_units)).velocities
+    assert said.startswith("left out")
+    assert ("though they agree" in said) == agree
+    assert ("times their noise" in said) == (not agree)
 
 
 def test_the_curve_is_scipys_least_squares_spline(tmp_path: Path, deburring: Plan) -> None:

@@ -9,22 +9,20 @@ changed the curve, which is more than finer knots would.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.polynomial.hermite import two_point_coefficients
-from knotwork.recording.banded import inverse_within_band
+from knotwork.recording.fitting import Fit
 from knotwork.recording.limits import of_missed, of_pieces, of_rounding
 from knotwork.recording.noise import Noise, noise_of, slopes_of
 from knotwork.recording.reading import Recording
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
-DEGREE = 3
 _ALLOWED = 1.1  # by how much the estimated noise may be too small
 FEWEST = 4
 """An interval has at least so many samples."""
@@ -76,7 +74,7 @@ class Smoothed:
         """
         rates = velocity if self.velocity_sigma is not None else None
         breaks = self.trajectory.breaks
-        fit = _Fit(self.log.time, breaks, position, self.sigma, rates, self.velocity_sigma)
+        fit = Fit(self.log.time, breaks, position, self.sigma, rates, self.velocity_sigma)
         return fit.polynomial()
 
 
@@ -102,24 +100,14 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
     known = noise_of(log, noise)
     sigma = known.of_samples(slopes_of(log.time, log.position))
     coarse_ends, ends, missed = _knots(log, sigma)
-    coarse = _Fit(log.time, coarse_ends, log.position, sigma)
-    fit = _Fit(log.time, ends, log.position, sigma)
-    velocities, velocity_sigma = "none are recorded", None
-    if log.velocity is not None and known.velocity is not None:
-        middles = 0.5 * (ends[1:] + ends[:-1])
-        place = np.searchsorted(ends[1:-1], log.time)
-        unknown = np.hypot(known.velocity, fit.standard_errors(middles, 1)[place])
-        off = np.sqrt((((log.velocity - fit.values(1)) / unknown) ** 2).mean(axis=0))
-        if (off <= AGREEING).all():
-            fit = _Fit(log.time, ends, log.position, sigma, log.velocity, known.velocity)
-            velocity_sigma = known.velocity
-            velocities = "used, for they agree with the positions"
-        else:
-            j = int(off.argmax())
-            velocities = (
-                f"left out: those of joint {log.joint_names[j]!r} are off the slope of its "
-                f"positions by {off[j]:.3g} times their noise"
-            )
+    coarse = Fit(log.time, coarse_ends, log.position, sigma)
+    fit = Fit(log.time, ends, log.position, sigma)
+    spans = tuple((float(coarse_ends[i]), float(coarse_ends[i + 1])) for i in missed)
+    unfollowed = _unfollowed(log, coarse, fit, spans)
+    velocities, velocity_sigma = _use_of_velocities(log, known, fit, unfollowed[1])
+    if velocity_sigma is not None:
+        fit = Fit(log.time, ends, log.position, sigma, log.velocity, velocity_sigma)
+        unfollowed = _unfollowed(log, coarse, fit, spans)
     grid = _grid(fit.breaks)
     trajectory = JointTrajectory(
         log.joint_names,
@@ -128,22 +116,54 @@ def smoothed(log: Recording, noise: float | None = None) -> Smoothed:
         planner=f"{log.source} (log)",
     )
     residuals = log.position - fit.values(0)
-    errors = np.stack(
-        [
-            np.hypot(fit.standard_errors(grid, order), _changes(coarse, fit, grid, order))
-            for order in range(ORDERS)
-        ]
-    )
-    errors = np.hypot(errors, of_rounding(log, grid))
-    errors = np.hypot(errors, of_pieces(fit.polynomial(), grid))
-    spans = tuple((float(coarse_ends[i]), float(coarse_ends[i + 1])) for i in missed)
-    errors = np.maximum(errors, of_missed(log, residuals, spans, grid))
+    noise_left = np.stack([fit.standard_errors(grid, order) for order in range(ORDERS)])
+    errors = np.hypot(np.hypot(noise_left, of_rounding(log, grid)), unfollowed)
     return Smoothed(
         trajectory, log, known, grid, errors, residuals, sigma, spans, velocities, velocity_sigma
     )
 
 
-def _changes(coarse: _Fit, fit: _Fit, grid: FloatArray, order: int) -> FloatArray:
+def _use_of_velocities(
+    log: Recording, known: Noise, fit: Fit, unfollowed: FloatArray
+) -> tuple[str, FloatArray | None]:
+    """Say how recorded velocities are used, with their standard deviations if they are."""
+    if log.velocity is None or known.velocity is None:
+        return "none are recorded", None
+    at = _grid(fit.breaks)
+    place = np.searchsorted(0.5 * (at[1:] + at[:-1]), log.time)
+    difference, sigma = log.velocity - fit.values(1), known.velocity
+
+    def off(unknown: FloatArray) -> FloatArray:
+        shares = difference / np.hypot(sigma, unknown[place])
+        return np.asarray(np.sqrt((shares**2).mean(axis=0)))
+
+    noise = fit.standard_errors(at, 1)
+    beyond = off(noise)
+    if (beyond <= AGREEING).all():
+        return "used, for they agree with the positions", sigma
+    # in a log without noise it is the curve that is off, where the jerk of the motion jumps
+    if (off(np.hypot(noise, unfollowed)) <= AGREEING).all():
+        return (
+            "left out, though they agree with the positions: they are more exact than the curve"
+        ), None
+    j = int(beyond.argmax())
+    return (
+        f"left out: those of joint {log.joint_names[j]!r} are off the slope of its positions by "
+        f"{beyond[j]:.3g} times their noise"
+    ), None
+
+
+def _unfollowed(
+    log: Recording, coarse: Fit, fit: Fit, missed: Sequence[tuple[float, float]]
+) -> FloatArray:
+    """What such a curve leaves of the motion, however exact the samples are, shape (4, g, d)."""
+    grid = _grid(fit.breaks)
+    changes = np.stack([_changes(coarse, fit, grid, order) for order in range(ORDERS)])
+    left = np.hypot(changes, of_pieces(fit.polynomial(), grid))
+    return np.maximum(left, of_missed(log, log.position - fit.values(0), missed, grid))
+
+
+def _changes(coarse: Fit, fit: Fit, grid: FloatArray, order: int) -> FloatArray:
     """How much the last halving has changed the curve, at each time and beside it, shape (g, d)."""
     change = np.abs(fit.values(order, grid) - coarse.values(order, grid))
     most = change.copy()
@@ -166,7 +186,7 @@ def _knots(log: Recording, sigma: FloatArray) -> tuple[FloatArray, FloatArray, l
     n = log.time.size
     cuts = np.unique(np.linspace(0, n, max(1, min(8, n // (2 * FEWEST))) + 1).astype(int))
     while True:
-        fit = _Fit(log.time, _times(log.time, cuts), log.position, sigma)
+        fit = Fit(log.time, _times(log.time, cuts), log.position, sigma)
         shares = (log.position - fit.values(0)) / sigma
         halved = _halved(cuts, _misses(shares, cuts))
         if halved.size == cuts.size:
@@ -201,92 +221,3 @@ def _halved(cuts: Any, which: Any) -> Any:
 def _times(time: FloatArray, cuts: Any) -> FloatArray:
     inner = cuts[1:-1]
     return np.concatenate((time[:1], 0.5 * (time[inner - 1] + time[inner]), time[-1:]))
-
-
-class _Fit:
-    """A weighted least-squares spline with given knots, joint by joint."""
-
-    def __init__(
-        self,
-        time: FloatArray,
-        breaks: FloatArray,
-        position: FloatArray,
-        sigma: FloatArray,
-        velocity: FloatArray | None = None,
-        velocity_sigma: FloatArray | None = None,
-    ) -> None:
-        from scipy.linalg import cho_solve_banded, cholesky_banded
-
-        self.breaks, self._time = breaks, time
-        self._knots = np.concatenate(([breaks[0]] * DEGREE, breaks, [breaks[-1]] * DEGREE))
-        rows, slopes = self._basis(time, 0), None
-        if velocity is not None:
-            slopes = self._basis(time, 1)
-        self._factors, columns = [], []
-        for j in range(position.shape[1]):
-            weight = sigma[:, j] ** -2
-            normal = rows.T @ rows.multiply(weight[:, None])
-            right = rows.T @ (weight * position[:, j])
-            if slopes is not None and velocity is not None and velocity_sigma is not None:
-                normal = normal + slopes.T @ slopes * velocity_sigma[j] ** -2
-                right = right + slopes.T @ velocity[:, j] * velocity_sigma[j] ** -2
-            # the normal equations have as many diagonals as the degree has, on each side
-            band = np.zeros((DEGREE + 1, len(right)))
-            for k in range(DEGREE + 1):
-                band[k, : len(right) - k] = normal.diagonal(-k)
-            factor = cholesky_banded(band, lower=True)
-            self._factors.append(factor)
-            columns.append(cho_solve_banded((factor, True), right))
-        self._coefficients = np.column_stack(columns)
-
-    def _basis(self, at: FloatArray, order: int) -> Any:
-        """Values of the derivatives of all B-splines at times, sparse, shape (n, K)."""
-        from scipy.interpolate import BSpline
-        from scipy.sparse import diags_array
-
-        knots, degree, change = self._knots, DEGREE, None
-        for _ in range(order):
-            inner = knots[1:-1]
-            step = degree / (inner[degree:] - inner[:-degree])
-            size = len(step)
-            down = diags_array((-step, step), offsets=(0, 1), shape=(size, size + 1))
-            change = down if change is None else down @ change
-            knots, degree = inner, degree - 1
-        matrix = BSpline.design_matrix(at, knots, degree)
-        return matrix if change is None else matrix @ change
-
-    def values(self, order: int, at: FloatArray | None = None) -> FloatArray:
-        """The curve or a derivative of it, at the samples or at other times, shape (n, d)."""
-        at = self._time if at is None else at
-        return np.asarray(self._basis(at, order) @ self._coefficients)
-
-    def standard_errors(self, at: FloatArray, order: int) -> FloatArray:
-        """What the noise leaves unknown of a derivative at times, shape (n, d)."""
-        # at a time no more B-splines differ from zero than the inverse's band is wide
-        basis = self._basis(at, order).tocsr()
-        squares = [(basis @ inverse).multiply(basis).sum(axis=1) for inverse in self._inverses]
-        return np.asarray(np.sqrt(np.maximum(np.column_stack(squares), 0.0)))
-
-    @cached_property
-    def _inverses(self) -> list[Any]:
-        """Covariances of the coefficients within the band of the normal equations, by joint."""
-        from scipy.sparse import diags_array
-
-        band = inverse_within_band(np.stack(self._factors, axis=-1))
-        size = band.shape[1]
-        offsets = range(-DEGREE, DEGREE + 1)
-        return [
-            diags_array(
-                [band[abs(k), : size - abs(k), j] for k in offsets],
-                offsets=list(offsets),
-                shape=(size, size),
-            ).tocsr()
-            for j in range(band.shape[2])
-        ]
-
-    def polynomial(self) -> PiecewisePolynomial:
-        """The curve as polynomials between its breaks."""
-        ends = tuple(
-            np.asarray(self._basis(self.breaks, order) @ self._coefficients) for order in range(2)
-        )
-        return PiecewisePolynomial(two_point_coefficients(self.breaks, ends), self.breaks)
