@@ -309,3 +309,23 @@ def test_what_fails_over_an_interval_is_marked_where_it_begins_and_on_the_path()
     assert "noise 75, limit 60 dB" in page
     assert '"broken": true' in page or '"broken":true' in page
     assert '"broken": false' in quiet or '"broken":false' in quiet
+
+
+@pytest.fixture
+def tried() -> Iterator[None]:
+    def check(motion: Motion, scenario: kw.Scenario, space: Any) -> Iterator[Finding]:
+        said = "`a: <b>` is tried"
+        yield Finding("Tried", "motion", "", "tried", "information", said)
+        yield Finding("Slips", "motion", "", "slip", "warning", "a slip of `<c>`")
+
+    CHECKS["tried"] = check
+    yield
+    del CHECKS["tried"]
+
+
+@pytest.mark.usefixtures("whistle", "tried")
+def test_words_of_files_are_code_on_pages_and_what_was_tried_is_there_once() -> None:
+    plan = kw.plan("planar2_closed_form")
+    for page in (report_page(plan).html, plan.view().html):
+        text = page.partition('<script id="data"')[0].replace("&amp;", "&")
+        assert text.count("<code>a: &lt;b&gt;</code> is tried") == 1

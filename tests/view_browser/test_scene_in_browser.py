@@ -201,15 +201,27 @@ def test_a_long_list_of_failures_scrolls_and_is_counted(show: Any) -> None:
     assert tab.locator("#head .failures li").count() == len(failures)
     assert tab.inner_text("#head .count") == f"{len(failures)} failures:"
     last = tab.locator("#head .failures li").last
-    panel = tab.locator("#head .failures").bounding_box()
+    panel = tab.locator("#head .told").bounding_box()
     assert last.bounding_box()["y"] > panel["y"] + panel["height"]
-    tab.locator("#head .failures").hover()
+    tab.locator("#head .told").hover()
     tab.mouse.wheel(0, 5000)
     tab.wait_for_function(
-        "(() => { const l = document.querySelector('#head .failures');"
+        "(() => { const l = document.querySelector('#head .told');"
         " return l.scrollTop + l.clientHeight >= l.scrollHeight - 1; })()"
     )
     assert last.bounding_box()["y"] < panel["y"] + panel["height"]
+
+
+def test_failures_that_are_cut_on_a_phone_end_within_a_line(show: Any) -> None:
+    """So that it is seen that there is more."""
+    tab = show("panda_pick_place", "parabolic-blend")
+    resize(tab, 390, 844)
+    shown, line = tab.evaluate("""() => {
+      const told = document.querySelector("#head .told");
+      return [told.clientHeight, parseFloat(getComputedStyle(told.querySelector("li")).lineHeight)];
+    }""")
+    assert 6.0 < shown / line < 7.0
+    assert 0.3 < shown / line % 1.0 < 0.8
 
 
 def test_the_arm_is_in_its_colours(show: Any) -> None:

@@ -6,6 +6,7 @@ import html
 import importlib.metadata
 import importlib.util
 import json
+import re
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -17,6 +18,7 @@ from knotwork.view.files import checked_page_path
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from markupsafe import Markup
 
 ASSETS = Path(__file__).parent / "assets"
 # One script on the page, from these files in `assets/scene/`; each may use those before it.
@@ -142,8 +144,16 @@ def environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
     )
+    made.filters["coded"] = _coded
     made.filters["short"] = lambda value: f"{float(f'{value:.3g}'):g}"
     return made
+
+
+def _coded(said: object) -> Markup:
+    """Words between backticks, which messages put around what stands in files, as code."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(said))))
 
 
 def asset(name: str) -> str:

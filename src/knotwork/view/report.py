@@ -72,7 +72,7 @@ def report_page(plan: PlanLike) -> Page:
             vector=_vector,
             groups=[
                 _group(title, _in_units(found, report.units))
-                for title, found in report.groups.items()
+                for title, found in _details(report).items()
             ],
             plots=[(name, _picture(figure)) for name, figure in plots],
             scene=Markup(frame(scene.html, height="100%", name="3D view")) if scene else None,
@@ -93,6 +93,15 @@ def _tightest(report: Report) -> list[Finding]:
     rows += [one for found in report.groups.values() for one in told_apart(found)]
     shown = {(one.subject, one.quantity) for one in failing}
     return [*failing, *(one for one in rows if (one.subject, one.quantity) not in shown)]
+
+
+def _details(report: Report) -> dict[str, list[Finding]]:
+    """Findings by their group, without what is told at the head of the page."""
+    told = report.tried if report.failures else ()
+    left = {
+        title: [one for one in found if one not in told] for title, found in report.groups.items()
+    }
+    return {title: found for title, found in left.items() if found}
 
 
 def _in_units(findings: Sequence[Finding], units: Units) -> list[Finding]:
