@@ -18,16 +18,16 @@ def distinct(values: NDArray[NumberT], *more: ArrayLike) -> NDArray[NumberT]:
 
     Args:
         values: Of any shape, without NaN.
-        more: Values to put in among them.
+        more: Values to put in among them: scalars or arrays of any shape.
 
     Returns:
         Shape (k,).
 
     >>> from knotwork.distinct import distinct
-    >>> distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0])
-    array([0. , 0.5, 1. , 2. ])
+    >>> distinct(np.array([[2.0, 1.0], [1.0, 0.0]]), [0.5, 2.0], 3.0)
+    array([0. , 0.5, 1. , 2. , 3. ])
     """
-    found = np.concatenate((values.ravel(), *more)) if more else values.flatten()
+    found = np.concatenate([np.ravel(one) for one in (values, *more)])
     found.sort()
     kept = np.ones(found.shape, bool)
     np.not_equal(found[1:], found[:-1], out=kept[1:])
