@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import yaml
 import knotwork as kw
 from command_line import Command
 from drawn import scene
+from knotwork import pipeline
 
 DOWN = [180, 0, 0]
 BESIDE_A_POST: dict[str, Any] = {
@@ -43,7 +46,7 @@ def blocked(tmp_path: Path) -> Path:
     return file
 
 
-def test_a_turned_tool_or_another_branch_is_found_where_it_collides(
+def test_a_turned_tool_is_found_where_it_collides(
     knotwork: Command, blocked: Path, tmp_path: Path
 ) -> None:
     ran = knotwork("plan", blocked)
@@ -54,8 +57,6 @@ def test_a_turned_tool_or_another_branch_is_found_where_it_collides(
     assert "tried: it passes with" in said
     assert turned in said
     # what is said is so
-    free = {key: value for key, value in BESIDE_A_POST.items() if key != "branch"}
-    assert kw.plan(free).report.ok
     waypoints = [
         {**one, "pose": {**one["pose"], "rpy": [180, 0, -90]}}  # the axis points down
         for one in BESIDE_A_POST["waypoints"]
@@ -73,6 +74,120 @@ def test_a_turned_tool_or_another_branch_is_found_where_it_collides(
         page = (tmp_path / f"{command}.html").read_text()
         assert "turned by 90° about its z axis at" in page
         assert "12 sequences of solutions, all of which collide" in page
+
+
+def test_no_other_solutions_are_looked_for_than_half_as_many_as_planned(
+    knotwork: Command, blocked: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Any] = []
+    check = pipeline.check
+    monkeypatch.setattr(pipeline, "check", lambda *a, **b: made.append(a) or check(*a, **b))
+    kw.plan(blocked)
+    alone = len(made)
+    assert alone == 12
+    knotwork("plan", blocked)
+    assert 0 < len(made) - 2 * alone <= alone // 2
+
+
+def test_a_part_in_the_grip_is_not_turned(knotwork: Command, blocked: Path) -> None:
+    """Turned where it is taken or left, it would lie there otherwise than asked for."""
+    task = yaml.safe_load(blocked.read_text())
+    part = {"box": [20, 20, 20]}
+    for first, last, names in (
+        ("here", "there", None),
+        ("start", "there", None),
+        ("start", "here", "'there'"),
+    ):
+        task["tool"]["holds"] = {"part": {**part, "from": first, "to": last}}
+        blocked.write_text(yaml.safe_dump(task))
+        said = " ".join(knotwork("plan", blocked).out.split())
+        assert "all of which collide" in said
+        assert ("the tool turned" in said) == (names is not None)
+        if names is not None:
+            assert f"about its z axis at {names}" in said
+
+
+def test_a_change_is_tried_with_as_many_sequences_as_were_planned(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    """The best one collides here, with every time that is tried."""
+    source = kw.load_scenario("ur5_valve").source
+    assert source is not None
+    task = yaml.safe_load(source.read_text(encoding="utf-8"))
+    (quick,) = (one for one in task["waypoints"] if one["name"] == "turn 180")
+    quick["after"] = 0.35
+    file = tmp_path / "valve.yaml"
+    file.write_text(yaml.safe_dump(task))
+    ran = knotwork("plan", file)
+    assert ran.code == 1
+    said = "tried: it passes with `after: 0.7` for 'turn 180' in place of 0.35"
+    assert said in " ".join(ran.out.split())
+    quick["after"] = 0.7
+    assert kw.plan(task).report.ok
+
+
+def swings(by_after: bool, after: float, velocities: tuple[float, float], limit: float) -> Any:
+    """A joint that goes on slowly beside a short move."""
+    at = {"a": 0.0, "b": 1.0, "c": 1.2, "d": 2.5}
+    rows: list[dict[str, Any]] = [{"name": one, "joints": {"a": at[one]}} for one in at]
+    for row, velocity in zip(rows[1:], velocities, strict=False):
+        row["velocity"] = {"a": velocity}
+    durations = (2, after, 2)
+    times = itertools.accumulate(durations)
+    for row, duration, end in zip(rows[1:], durations, times, strict=True):
+        row |= {"after": duration} if by_after else {"time": end}
+    return {"limits": {"velocity": limit}, "waypoints": rows}
+
+
+@pytest.mark.parametrize("clock", [0.0, 100.0])
+def test_what_is_found_depends_on_no_clock(
+    knotwork: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clock: float
+) -> None:
+    """Twice the time for the short move does not do, four times as much does."""
+    file = tmp_path / "swings.yaml"
+    file.write_text(yaml.safe_dump(swings(True, 0.1, (0.3, 1.0), 2.0)))
+    ticks = itertools.count()
+    monkeypatch.setattr(time, "process_time", lambda: clock * next(ticks))
+    said = " ".join(knotwork("plan", file).out.split())
+    assert "tried: it passes with `after: 0.4` for 'c' in place of 0.1" in said
+
+
+def test_a_short_move_is_named_only_if_another_one_fails_and_never_as_the_cause(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    file = tmp_path / "swings.yaml"
+    beside = swings(False, 0.3, (2.0, 2.0), 2.0)
+    file.write_text(yaml.safe_dump(beside))
+    said = " ".join(knotwork("plan", file).out.split())
+    assert (
+        "the move from 'b' to 'c' has 0.3 s, beside one of 2 s; something fails from 'c' to 'd'; "
+        "more time for the short move was not tried"
+    ) in said
+    # with `after` it is tried, and where that does not do, nothing is said of the short move
+    file.write_text(yaml.safe_dump(swings(True, 0.3, (2.0, 2.0), 2.0)))
+    said = " ".join(knotwork("plan", file).out.split())
+    assert "FAILED" in said
+    assert "short move" not in said
+    # what fails here is the short move itself
+    beside["waypoints"][2]["joints"]["a"] = 2.2
+    beside["waypoints"][3]["joints"]["a"] = 3.5
+    file.write_text(yaml.safe_dump(beside))
+    said = " ".join(knotwork("plan", file).out.split())
+    assert "FAILED" in said
+    assert "short move" not in said
+
+
+def test_a_page_that_follows_its_files_does_not_wait_for_it(
+    knotwork: Command, blocked: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes: list[Any] = []
+    monkeypatch.setattr(
+        "knotwork.cli.watching.follow",
+        lambda server, files, made: scenes.append(made()[0]),
+    )
+    assert knotwork("view", blocked, "--watch", "--no-open").code == 0
+    (said,) = scenes[0]["tried"]
+    assert "12 sequences of solutions" in said
 
 
 def test_nothing_is_tried_where_all_is_met() -> None:

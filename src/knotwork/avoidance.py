@@ -62,7 +62,7 @@ def best_of_sequences(
         if _worth(current) < _worth(best):
             best = current
     if sequences.tried > 1:
-        best = _said_of_collisions(best, sequences.tried)
+        best = replace(_said_of_collisions(best, sequences.tried), sequences=sequences.tried)
     if current.scenario.prefers_clearance and not failed:
         sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
         return _with_most_room(best, current, sequences)

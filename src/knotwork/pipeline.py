@@ -52,6 +52,7 @@ class Plan:
         solution: How the solutions of the poses were chosen.
         chosen: What was chosen of a scenario with free times; `scenario` then has numbers in place
             of them. `None` where nothing was free.
+        sequences: So many sequences of solutions were planned until one collided nowhere, or all.
 
     >>> made = kw.plan("paper_case")
     >>> made.joint_waypoints.time, made.trajectory.end_time, made.report.ok
@@ -66,6 +67,7 @@ class Plan:
     left_out: tuple[str, ...] = ()
     solution: TaskSolution | None = None
     chosen: ChosenTimes | None = None
+    sequences: int = 1
 
     def __str__(self) -> str:
         """The report in short."""
@@ -266,15 +268,17 @@ def plan(
     return best_of_sequences(timed(None), timed, MOST_TIMED)
 
 
-def plan_once(scenario: Scenario, *, planner: str | None = None, knots: Knots = None) -> Plan:
-    """Plan a scenario in which nothing is free, with its best sequence of solutions alone.
+def plan_fixed(
+    scenario: Scenario, most: int, *, planner: str | None = None, knots: Knots = None
+) -> Plan:
+    """Plan a scenario in which nothing is free, with at most so many sequences of solutions.
 
-    Where its motion collides, no other sequence is tried; `plan` gives the same where it does not.
+    Where the motion of one of them collides nowhere, `plan` gives the same.
 
     Raises:
         InputError: As for `plan`.
     """
-    return _planned(scenario, planner, knots)[0]
+    return best_of_sequences(*_planned(scenario, planner, knots), most)
 
 
 def _planned(

@@ -99,7 +99,8 @@ def view(
     def made(
         before: Mapping[str, Any] | None = None, warm: Motion | None = None
     ) -> tuple[dict[str, Any], Motion]:
-        return _scene(source, reference, options, compare, robot, log, before, warm)
+        # on a save the page is to be there at once, so nothing is tried then
+        return _scene(source, reference, options, compare, robot, log, before, warm, not watch)
 
     if meshcat is not None:
         given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
@@ -127,6 +128,7 @@ def _scene(
     log: LogOptions | None,
     before: Mapping[str, Any] | None,
     warm: Motion | None,
+    remedies: bool,
 ) -> tuple[dict[str, Any], Motion]:
     from knotwork.robot import load_robot
     from knotwork.trajectory import JointTrajectory
@@ -140,7 +142,7 @@ def _scene(
     tell_failures(shown)
     first, *others = shown
     if not isinstance(first, JointTrajectory):
-        first = tried(first)
+        first = tried(first) if remedies else first
         refuse({"--robot": robot_name}, "the scenario names the robot")
         compared = {one.trajectory.planner: one.trajectory for one in checked(others)}
         return scene_of(first, compared, before), first
