@@ -138,7 +138,7 @@ def test_what_passes_is_found_by_trying(
     )
     assert ("with `knots: balanced`" in said) == (knots is not None)
     assert (f"with `after: {after}` for 'on' in place of 0.3" in said) == (after is not None)
-    assert ("beside one of" in said) == (knots is after is None)
+    assert "beside one of" not in said  # more time for the short move was tried
     if knots is not None:
         assert kw.plan(file, knots=knots).report.ok
     if after is not None:
