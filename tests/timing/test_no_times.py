@@ -264,7 +264,7 @@ def test_an_arm_too_heavy_to_hold_still_names_waypoint_joint_and_limit() -> None
     assert planned(1.5 * heavy.value.bound).report.ok
 
 
-def over_the_top(effort: float) -> kw.Plan:
+def over_the_top(effort: float, **more: Any) -> kw.Plan:
     """Past a place where the arm is stretched out, too heavy to rest there below some 21 N m."""
     places = [("in", -1.5), ("over", 0.0), ("out", 1.5)]
     points: list[dict[str, Any]] = [
@@ -273,7 +273,8 @@ def over_the_top(effort: float) -> kw.Plan:
     points[1]["velocity"] = "free"
     limits = {"effort": effort, "velocity": 6}
     gravity = {"gravity": [0, -9.81, 0], "times": "fastest"}
-    return kw.plan({"robot": "planar2", "limits": limits, "waypoints": points, **gravity})
+    given = {"limits": limits, "waypoints": points, **gravity, **more}
+    return kw.plan({"robot": "planar2", **given})
 
 
 def test_a_place_where_the_arm_is_too_heavy_to_rest_is_passed_in_motion() -> None:
@@ -281,6 +282,16 @@ def test_a_place_where_the_arm_is_too_heavy_to_rest_is_passed_in_motion() -> Non
     made.report.raise_if_failed()
     assert made.chosen is not None
     assert abs(made.chosen.runs[0].velocity[1, 0]) > 0.5
+
+
+@pytest.mark.parametrize(("effort", "longer"), [(15.0, 1.02), (19.0, 1.001)])
+def test_such_a_place_is_passed_in_a_little_more_than_the_least_time(
+    effort: float, longer: float
+) -> None:
+    least = over_the_top(effort).trajectory.duration
+    made = over_the_top(effort, duration=longer * least)
+    made.report.raise_if_failed()
+    assert made.trajectory.duration == pytest.approx(longer * least)
 
 
 def test_an_arm_too_heavy_to_rest_where_its_velocity_is_free_is_told_with_what_would_do() -> None:

@@ -156,8 +156,11 @@ def _from_fastest(problem: TimingProblem, watch: Watch, starts: int) -> Attempt 
         found = solved_section(one, watch, starts=starts)
         if found is None:
             continue
-        guess = stretched_guess(found.found, problem)
-        best = _run(guess, problem, watch, first_care(problem)).best
+        guess, care = stretched_guess(found.found, problem), first_care(problem)
+        if found.care.effort is not None:
+            # held to efforts from the first step on, or it would leave the only place with room
+            guess, care = replace(guess, near=False), replace(found.care, still=None)
+        best = _run(guess, problem, watch, care).best
         if best is not None:
             return best
     return None

@@ -185,10 +185,13 @@ def near_guess(found: Found) -> Guess:
 
 
 def stretched_guess(found: Found, problem: TimingProblem) -> Guess:
-    """Start from a motion whose intervals take as long as is given, where it is."""
+    """Start from a motion whose intervals, or all together, take as long as is given."""
     curve, knots = found.curve, found.knots
     before = np.diff(knots.time)
     duration = np.where(problem.free, before, problem.duration)
+    if problem.total is not None:
+        free = problem.free
+        duration[free] *= (problem.total - duration[~free].sum()) / duration[free].sum()
     times = np.repeat(duration / before, knots.share.shape[1])
     slowed = curve.c / times[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
     breaks = np.concatenate(([0.0], np.cumsum(times * np.diff(curve.x))))
