@@ -194,7 +194,9 @@ def test_effort_needs_dynamics() -> None:
         one_joint([0, 1], [0, 0], TimingLimits([1.0], [1.0], effort=[1.0]))
 
 
-def test_limits_that_only_together_would_do() -> None:
+@pytest.mark.parametrize("patience", [3000, 200_000])
+def test_limits_that_only_together_would_do(monkeypatch: pytest.MonkeyPatch, patience: int) -> None:
+    monkeypatch.setattr("knotwork.timing.search.PATIENCE", patience)
     limits = TimingLimits([2.0] * 2, [17.5] * 2, [42.0] * 2, lower=[-0.08] * 2, upper=[1.082] * 2)
     position = np.repeat([[0.0], [1.047], [1.065]], 2, axis=1)
     velocity = np.repeat([[0.0], [0.96], [0.0]], 2, axis=1)
@@ -206,6 +208,19 @@ def test_limits_that_only_together_would_do() -> None:
     assert len(needed) == 2
     assert error.bound in needed
     solve(replace(problem, limits=replace(limits, jerk=needed)))
+
+
+def test_a_search_that_takes_too_long_tells_what_it_has_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("knotwork.timing.search.PATIENCE", 1)
+    limits = replace(LIMITS, jerk=[1.0])
+    ends = [[0.0], [np.nan], [0.0]]
+    asked = one_joint([0, 1, 2], np.zeros(3), limits, acceleration=ends, duration=[2.3, np.nan])
+    error = failure(asked)
+    assert (error.waypoint, error.interval, error.joint) == (0, True, "elbow")
+    assert (error.limit, error.value) == ("duration", 2.3)
+    solve(replace(asked, duration=[error.bound, np.nan]))
 
 
 def test_a_proposed_time_suits_the_intervals_beside() -> None:
@@ -284,7 +299,7 @@ def test_a_place_where_the_arm_is_too_heavy_to_rest_is_passed_in_motion() -> Non
     assert abs(made.chosen.runs[0].velocity[1, 0]) > 0.5
 
 
-@pytest.mark.parametrize(("effort", "longer"), [(15.0, 1.02), (19.0, 1.001)])
+@pytest.mark.parametrize(("effort", "longer"), [(15.0, 1.00001), (15.0, 1.02), (19.0, 1.001)])
 def test_such_a_place_is_passed_in_a_little_more_than_the_least_time(
     effort: float, longer: float
 ) -> None:

@@ -254,7 +254,11 @@ def _solved(
             )
     stretch = (free.total - given) / sum(spans.values())
     totals = {run: stretch * span for run, span in spans.items()}
-    return list(found_for(runs, objective, totals).items())
+    try:
+        return list(found_for(runs, objective, totals).items())
+    except TimingError as error:
+        error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
+        raise
 
 
 def _check_given(task: FreeTask, runs: list[Run]) -> None:

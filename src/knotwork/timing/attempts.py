@@ -66,6 +66,9 @@ SLOWER = (1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
 HALVINGS = 3
 """So often the step between what is too fast and what is not is halved then."""
 
+HARDLY = 1.001
+"""So much longer than the fastest motion a motion can only be much like it."""
+
 MOST_TIMES = 12
 """How often a start is solved again, with more care, before it has failed."""
 
@@ -160,10 +163,19 @@ def _from_fastest(problem: TimingProblem, watch: Watch, starts: int) -> Attempt 
         if found.care.effort is not None:
             # held to efforts from the first step on, or it would leave the only place with room
             guess, care = replace(guess, near=False), replace(found.care, still=None)
-        best = _run(guess, problem, watch, care).best
+        best = _run(guess, problem, watch, care).best or _hardly_slower(problem, found.found)
         if best is not None:
             return best
     return None
+
+
+def _hardly_slower(problem: TimingProblem, fastest: Found) -> Attempt | None:
+    """The fastest motion, slowed to the total given, where next to no other is left room for."""
+    knots = fastest.knots
+    if problem.total is None or not _scales(problem):
+        return None
+    times = problem.total / float(np.ptp(knots.time))
+    return _kept(problem, slower_knots(knots, times), optimal=True) if times <= HARDLY else None
 
 
 def stopping(problem: TimingProblem) -> Attempt | None:
@@ -175,11 +187,25 @@ def stopping(problem: TimingProblem) -> Attempt | None:
 
 def _slowed(problem: TimingProblem, found: Found) -> Attempt | None:
     """What the solver had come to, so slow that it keeps every limit, if it may be slower."""
-    moving = problem.velocity_known[:, None] & (problem.velocity != 0.0)
-    moving |= problem.acceleration_known[:, None] & (problem.acceleration != 0.0)
-    if problem.total is not None or not problem.free.all() or moving.any():
+    if problem.total is not None or not _scales(problem):
         return None
     return _no_slower_than_need_be(problem, lambda slower: slower_knots(found.knots, slower))
+
+
+def _scales(problem: TimingProblem) -> bool:
+    """Whether all of a motion may be slower: no time, velocity or acceleration fixes its scale."""
+    moving = problem.velocity_known[:, None] & (problem.velocity != 0.0)
+    moving |= problem.acceleration_known[:, None] & (problem.acceleration != 0.0)
+    return bool(problem.free.all() and not moving.any())
+
+
+def _kept(problem: TimingProblem, knots: Knots, *, optimal: bool) -> Attempt | None:
+    """A motion that was not searched for, if it keeps every limit."""
+    found = Found(knots, rebuilt(knots))
+    if not keeps_limits(problem, found.curve):
+        return None
+    cost = weighted(problem, terms(problem, found.curve))
+    return Attempt(found, cost, optimal, first_care(problem))
 
 
 def _no_slower_than_need_be(
@@ -189,13 +215,7 @@ def _no_slower_than_need_be(
 
     def kept(slower: float) -> Attempt | None:
         knots = made(slower)
-        if knots is None:
-            return None
-        found = Found(knots, rebuilt(knots))
-        if not keeps_limits(problem, found.curve):
-            return None
-        cost = weighted(problem, terms(problem, found.curve))
-        return Attempt(found, cost, False, first_care(problem))
+        return None if knots is None else _kept(problem, knots, optimal=False)
 
     low = 1.0
     for high in SLOWER:

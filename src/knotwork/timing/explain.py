@@ -176,11 +176,18 @@ def _too_short(problem: TimingProblem, first: int, search: Search) -> list[Timin
 def _needed_durations(
     problem: TimingProblem, least: FloatArray, short: BoolArray, search: Search
 ) -> FloatArray | None:
-    """Durations, as they are printed, with which a motion is found."""
+    """Durations, as they are printed, with which a motion is found.
+
+    Where the search for them takes too long, those of the motion that lasts no less than is given.
+    """
     for room in ROOMS:
         needed = np.array([with_room(float(h) * (1.0 + room)) for h in least])
         needed = np.where(short, needed, problem.duration)
-        if search.solved(replace(problem, duration=needed)) is not None:
+        try:
+            found = search.solved(replace(problem, duration=needed))
+        except OutOfStepsError:
+            return np.where(short, [with_room(float(h)) for h in least], problem.duration)
+        if found is not None:
             return needed
     return None
 
@@ -211,7 +218,10 @@ def _passing(problem: TimingProblem, i: int, search: Search) -> str:
         total=None,
         objective=Objective(),
     )
-    found = search.solved(part) if part.velocity_known.all() else None
+    try:
+        found = search.solved(part) if part.velocity_known.all() else None
+    except OutOfStepsError:
+        return ""  # what would do is known without it
     if found is None:
         return ""
     least = with_room(float(np.ptp(found.found.knots.time)))
@@ -222,25 +232,27 @@ def _least_changes(problem: TimingProblem, name: str, search: Search) -> list[_C
     """Find the fewest joints whose limits of a kind must be raised, and about how far at least.
 
     A motion was found with just these limits. The list is empty if this kind alone does not do.
+    Where the search takes too long, they are more, or raised farther, than need be.
     """
-    everywhere = _bounds_of(problem, name)
+
+    def does(changes: list[_Change]) -> bool:
+        return search.solved(_with(problem, changes)) is not None
+
+    needed = _bounds_of(problem, name)
     low, high = 1.0, LARGEST
-    if search.solved(_with(problem, _changes(problem, everywhere, high))) is None:
+    if not does(_changes(problem, needed, high)):
         return []
-    while high - low > PRECISION * low:
-        middle = float(np.sqrt(low * high))
-        found = search.solved(_with(problem, _changes(problem, everywhere, middle)))
-        low, high = (low, middle) if found is not None else (middle, high)
-    needed = everywhere
-    for one in everywhere:
-        fewer = [other for other in needed if other != one]
-        if fewer and search.solved(_with(problem, _changes(problem, fewer, high))) is not None:
-            needed = fewer
-    for room in ROOMS:
-        changes = _changes(problem, needed, high * (1.0 + room))
-        if search.solved(_with(problem, changes)) is not None:
-            return changes
-    return []
+    try:
+        while high - low > PRECISION * low:
+            middle = float(np.sqrt(low * high))
+            low, high = (low, middle) if does(_changes(problem, needed, middle)) else (middle, high)
+        for one in _bounds_of(problem, name):
+            fewer = [other for other in needed if other != one]
+            if fewer and does(_changes(problem, fewer, high)):
+                needed = fewer
+    except OutOfStepsError:
+        pass  # what was found so far does
+    return _changes(problem, needed, high)
 
 
 @dataclass(frozen=True)
