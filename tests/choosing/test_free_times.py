@@ -363,3 +363,12 @@ def test_a_move_in_given_time_keeps_the_limits_beside_those_whose_time_is_free()
     assert not kw.plan(given_beside_free(1.15, knots="paper")).report.ok
     with pytest.raises(InputError, match=r"from 'a' to 'b' 1\.05 s are given.* 1\.1\d* s"):
         kw.plan(given_beside_free(1.05))
+
+
+def test_the_least_time_is_told_where_a_longer_one_is_given_that_no_motion_has() -> None:
+    """At the given velocities there is no room to stop between the waypoints."""
+    ends = [{"joints": {"x": x}, "velocity": {"x": 1}} for x in (0, 1)]
+    limits = {"velocity": 2, "acceleration": 0.6, "jerk": 40, "position": {"x": [0, 1]}}
+    task = {"times": "fastest", "duration": 5, "limits": limits, "waypoints": ends}
+    with pytest.raises(InputError, match=r"the shortest motion that was found lasts 0\.886"):
+        kw.plan(task)

@@ -256,9 +256,10 @@ def _solved(
     totals = {run: stretch * span for run, span in spans.items()}
     try:
         return list(found_for(runs, objective, totals).items())
-    except TimingError as error:
+    except _NoMotionsError as failed:
+        error = _told(failed, task)
         error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
-        raise
+        raise error from None
 
 
 def _check_given(task: FreeTask, runs: list[Run]) -> None:
