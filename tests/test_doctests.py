@@ -107,7 +107,7 @@ PLAIN_DATA = {
     ),
     "metrics.peak": ("Peak",),
     "plan": ("ChosenTimes",),
-    "recording.aligned": ("Alignment",),
+    "recording.aligned": ("Alignment", "LeftOfPlan"),
     "recording.read_log": ("Recording",),
     "recording.smoothed": ("Noise", "Smoothed"),
     "sweep": ("Axis", "StudySpec"),

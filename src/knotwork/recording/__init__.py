@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from knotwork.recording.alignment import Alignment as Alignment
     from knotwork.recording.alignment import aligned as aligned
     from knotwork.recording.alignment import deviation_findings as deviation_findings
+    from knotwork.recording.likeness import LeftOfPlan as LeftOfPlan
     from knotwork.recording.noise import Noise as Noise
     from knotwork.recording.reading import Recording as Recording
     from knotwork.recording.reading import read_log as read_log
