@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     Changes: TypeAlias = Iterator[tuple[str, Scenario]]
 
 GROUP = "Tried"
-PLANS = 3
-"""Where a plan collides nowhere, changes take as many motions as so many plans of its kind."""
 LEAST = 3
-"""Where it collides they take half as many motions as it did itself, and at least so many."""
+"""Changes take half as many motions as the plan did itself, and at least so many."""
+PLANS = 3
+"""Where it collides nowhere, they take as many as so many plans of its kind, up to `SOME`."""
+SOME = 6
+"""More than so many motions only half of those of the plan itself allow."""
 SHORT = 1.0 / 3.0
 """A move is short if it has at most this part of the time of the longest beside it."""
 LONGER = (2.0, 4.0)
@@ -64,7 +66,8 @@ class _Trials:
 
     def __init__(self, plan: Plan) -> None:
         collides = bool(failed_pairs(plan.report.findings))
-        self.left = max(LEAST, plan.sequences // 2) if collides else PLANS * plan.sequences
+        some = LEAST if collides else min(PLANS * plan.sequences, SOME)
+        self.left = max(some, plan.sequences // 2)
         self._each = 1 if collides else plan.sequences
         self._planner = plan.scenario.planner
         self._own_knots = _takes_knots(plan)
