@@ -71,6 +71,26 @@ def test_a_worker_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> N
     assert not planning(psutil.Process())
 
 
+def test_finished_chunks_that_are_lost_with_their_workers_are_planned_again(serial: Any) -> None:
+    killed: list[psutil.Process] = []
+
+    def kill_all(at: kw.SweepProgress) -> None:
+        if at.done >= ROWS // 4 and not killed:
+            time.sleep(2.0)  # the workers finish what they have and keep the results
+            for one in planning(psutil.Process()):
+                worker = one.parent()
+                assert worker is not None
+                assert worker.pid != os.getpid()
+                worker.kill()
+                killed.append(worker)
+            psutil.wait_procs(killed)
+            time.sleep(0.2)  # the scheduler sees it, and others need longer to start
+
+    study = kw.sweep(TASK, VARY, workers=2, progress=kill_all, **OPTIONS)
+    assert len(killed) == 2
+    assert without_time(study).equals(serial)
+
+
 def test_a_run_that_is_killed_is_gone_on_with(serial: Any, tmp_path: Path) -> None:
     folder = tmp_path / "study"
     script = (
@@ -149,3 +169,29 @@ def test_no_scheduler_at_an_address(monkeypatch: pytest.MonkeyPatch) -> None:
     for address in ("tcp://127.0.0.1:9", "no such address"):
         with pytest.raises(kw.InputError, match=f"scheduler {address}: can't be reached"):
             kw.sweep(TASK, VARY, scheduler=address, **OPTIONS)
+
+
+def test_a_scheduler_that_is_lost_costs_no_finished_chunk(serial: Any, tmp_path: Path) -> None:
+    import distributed
+
+    folder = tmp_path / "study"
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
+    ) as cluster:
+
+        def end(at: kw.SweepProgress) -> None:
+            if at.done >= ROWS // 4:
+                cluster.close()
+
+        with pytest.raises(kw.InputError, match="could not be planned.*go on with --resume"):
+            kw.sweep(
+                TASK,
+                VARY,
+                out=folder,
+                scheduler=cluster.scheduler_address,
+                progress=end,
+                **OPTIONS,
+            )
+    assert ROWS // 4 <= len(kw.Study.open(folder)) < ROWS
+    study = kw.sweep(TASK, VARY, out=folder, resume=True, workers=0, **OPTIONS)
+    assert without_time(study).equals(serial)

@@ -39,6 +39,8 @@ SILENT = 50
 """Level of logging that keeps Dask from writing of workers that are lost; they are replaced."""
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
+PLANNED_AGAIN = ("lost", "pending")
+"""What Dask says of a result that was lost with its worker before it was fetched."""
 
 
 def here(chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
@@ -166,10 +168,15 @@ def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
         if not under_way:
             return
         done = next(waiting)
+        if done.status in PLANNED_AGAIN:
+            waiting.add(done)
+            continue
         under_way -= 1
-        if done.status != "finished":
-            raise _lost(done)
-        yield done.result()
+        try:
+            finished = done.result()
+        except Exception:  # what a chunk or Dask may raise is not known here
+            raise _lost(done) from None
+        yield finished
         done.release()
 
 
