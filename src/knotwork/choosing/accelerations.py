@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from types import MappingProxyType
 
 from knotwork.choosing.along_path import AlongPath
 from knotwork.choosing.path_search import PathSearch, acceleration_edit
@@ -26,7 +27,11 @@ ENOUGH, HIGHER, LOWER = 0, 1, -1
 
 
 def other_acceleration(
-    task: FreeTask, paths: Sequence[ScenarioPath], *, higher: bool, others: Edits | None = None
+    task: FreeTask,
+    paths: Sequence[ScenarioPath],
+    *,
+    higher: bool,
+    others: Edits = MappingProxyType({}),
 ) -> float | None:
     """An acceleration not far from the task's own with which paths keep the limits [m/s²].
 
@@ -40,7 +45,7 @@ def other_acceleration(
     before = own = task.scenario.paths[0].asked.acceleration
     for k in range(1, STEPS + 1):
         beyond = _shortened(task, own * FACTOR ** (needed * k))
-        fit = _needed(task, paths, beyond, others or {})
+        fit = _needed(task, paths, beyond, others)
         if fit != needed:
             break
         before = beyond
@@ -49,7 +54,7 @@ def other_acceleration(
     best = beyond if fit == ENOUGH else None
     for _ in range(HALVINGS):
         middle = _shortened(task, math.sqrt(before * beyond))
-        fit = _needed(task, paths, middle, others or {})
+        fit = _needed(task, paths, middle, others)
         if fit == needed:
             before = middle
             continue

@@ -15,7 +15,7 @@ from knotwork.choosing.given_speeds import (
     check_waypoint_speeds,
 )
 from knotwork.choosing.numbers import numbers
-from knotwork.choosing.passing import at_greatest_speeds, at_lower_speeds
+from knotwork.choosing.passing import Passing, at_greatest_speeds, at_lower_speeds
 from knotwork.choosing.path_speeds import check_joints_at_given_speeds
 from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
 from knotwork.choosing.task import FreeTask
@@ -120,19 +120,10 @@ def choose_times(
     """
     watch = Watch(progress, budget)
     check_path_speeds(scenario)
-    passing = at_greatest_speeds(scenario, free, solution)
     try:
-        found = _found(passing.task, free, watch, warm)
+        passing, found = _found(scenario, free, solution, watch, warm)
     except _NoMotionsError as failed:
-        runs = list(failed.errors)
-        slower = at_lower_speeds(scenario, free, solution, passing, runs, watch)
-        if slower is None:
-            raise _told(failed, passing.task) from None
-        passing = slower
-        try:
-            found = _found(passing.task, free, watch, warm)
-        except _NoMotionsError as again:
-            raise _told(again, passing.task) from None
+        raise failed.told() from None
     task, asked = passing.task, free.document
     edits = passing.edits | numbers(task, found)
     scenario = scenario_of(edited(asked, edits))
@@ -167,29 +158,46 @@ class _NoMotionsError(Exception):
     """No motion was found for some runs.
 
     Attributes:
+        task: The task that has them.
         errors: Why, by run.
     """
 
-    def __init__(self, errors: dict[Run, NoMotionError]) -> None:
+    def __init__(self, task: FreeTask, errors: dict[Run, NoMotionError]) -> None:
         super().__init__()
-        self.errors = errors
+        self.task, self.errors = task, errors
 
-
-def _told(failed: _NoMotionsError, task: FreeTask) -> InputError:
-    """What may be the cause, for all runs together."""
-    located = [_located(error.causes, task, run) for run, error in failed.errors.items()]
-    return together([one for causes in located for one in causes])
+    def told(self) -> InputError:
+        """What may be the cause, for all runs together."""
+        located = [_located(error.causes, self.task, run) for run, error in self.errors.items()]
+        return together([one for causes in located for one in causes])
 
 
 def _found(
-    task: FreeTask, asked: FreeTimes, watch: Watch, warm: ChosenTimes | None
-) -> list[tuple[Run, TimedMotion]]:
-    """The motions of all runs of a task whose speeds along paths are known."""
-    check_given_speeds(task)
-    check_joints_at_given_speeds(task, asked)
-    check_waypoint_speeds(task)
-    runs = find_runs(task)
-    return _solved(task, runs, watch, _starts(task, runs, warm))
+    scenario: Scenario,
+    free: FreeTimes,
+    solution: TaskSolution | None,
+    watch: Watch,
+    warm: ChosenTimes | None,
+) -> tuple[Passing, list[tuple[Run, TimedMotion]]]:
+    """Speeds along paths, the greatest ones if they will do, and the motions of the runs."""
+
+    def motions(passing: Passing) -> list[tuple[Run, TimedMotion]]:
+        task = passing.task
+        check_given_speeds(task)
+        check_joints_at_given_speeds(task, free)
+        check_waypoint_speeds(task)
+        runs = find_runs(task)
+        return _solved(task, runs, watch, _starts(task, runs, warm))
+
+    greatest = at_greatest_speeds(scenario, free, solution)
+    try:
+        return greatest, motions(greatest)
+    except _NoMotionsError as failed:
+        runs = list(failed.errors)
+        slower = at_lower_speeds(scenario, free, solution, greatest, runs, watch)
+        if slower is None:
+            raise
+    return slower, motions(slower)
 
 
 def _starts(task: FreeTask, runs: list[Run], warm: ChosenTimes | None) -> dict[Run, TimedMotion]:
@@ -225,7 +233,7 @@ def _solved(
             except NoMotionError as error:
                 failed[run] = error
         if failed:
-            raise _NoMotionsError(failed)
+            raise _NoMotionsError(task, failed)
         return found
 
     _check_given(task, runs)
@@ -257,7 +265,7 @@ def _solved(
     try:
         return list(found_for(runs, objective, totals).items())
     except _NoMotionsError as failed:
-        error = _told(failed, task)
+        error = failed.told()
         error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
         raise error from None
 
