@@ -183,7 +183,7 @@ def test_a_scheduler_that_is_lost_costs_no_finished_chunk(serial: Any, tmp_path:
             if at.done >= ROWS // 4:
                 cluster.close()
 
-        with pytest.raises(kw.InputError, match="could not be planned.*go on with --resume"):
+        with pytest.raises(kw.InputError, match=r"could not be planned.*go on with --resume"):
             kw.sweep(
                 TASK,
                 VARY,
