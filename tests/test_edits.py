@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from knotwork.documents import REMOVED, Document, edited, edited_text, parse
@@ -68,10 +68,37 @@ def test_everything_else_stays_to_the_letter() -> None:
         ("{b: 2, a: 1}", "{b: 2}"),
         ("{a: 1}", "{}"),
         ("b: 2\n# about a\na: 1 # it\n", "b: 2\n# about a\n# it\n"),
+        (
+            "a: # it\n  c: 1 # one\n  # two\n  d: '#' # three\nb: 2\n",
+            "# it\n# one\n# two\n# three\nb: 2\n",
+        ),
+        ("{a: 1, # it\n b: 2}", "{ # it\n  b: 2}"),
+        ("{b: 2, # two\n a: 1} # it", "{b: 2 # two\n  } # it"),
     ],
 )
 def test_keys_are_taken_out(text: str, removed: str) -> None:
     assert edited_text(text, {("a",): REMOVED}) == removed
+
+
+@pytest.mark.parametrize(
+    ("text", "changed"),
+    [
+        ("a: {b: 1, # one\n    c: 2} # two\nd: 3\n", "a: # one\n  0.5 # two\nd: 3\n"),
+        ("a: # it\n  b: 1 # one\n  c: 2 # two\nd: 3\n", "a: # it\n  # one\n  0.5 # two\nd: 3\n"),
+        ("- a:\n    - 1 # one\n    - 2\n", "- a:\n    # one\n      0.5\n"),
+        ("{a: {b: '# no'}}", "{a: 0.5}"),
+        ('a: "# no" # it', "a: 0.5 # it"),
+    ],
+)
+def test_comments_in_a_value_stay_before_the_new_one(text: str, changed: str) -> None:
+    place = ("a",) if not text.startswith("-") else (0, "a")
+    assert edited_text(text, {place: 0.5}) == changed
+
+
+def test_a_comment_between_a_key_and_its_value_stays_when_both_are_replaced() -> None:
+    text = "- name: b\n  speed: # as may be\n    fastest\n  joints: 1\n"
+    edits: dict[Any, Any] = {(0, "speed"): REMOVED, (0, "stop"): True}
+    assert edited_text(text, edits) == "- name: b\n  # as may be\n  stop: true\n  joints: 1\n"
 
 
 def test_an_alias_is_not_changed_in_silence() -> None:
@@ -109,6 +136,28 @@ def places(data: Any, place: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
         if isinstance(value, dict | list):
             found += places(value, (*place, key))
     return found
+
+
+@settings(max_examples=60)
+@given(st.data(), DATA, st.sampled_from([True, False, None]))
+def test_no_comment_is_lost(data: Any, content: Any, flow: bool | None) -> None:
+    plain = yaml.safe_dump(content, default_flow_style=flow, width=20, sort_keys=False)
+    lines = plain.splitlines()
+    text = "".join(f"{line} # {i}:\n" for i, line in enumerate(lines))
+    try:
+        found = parse(text)
+        assume(found.data == parse(plain).data)  # no comment is in a text of several lines
+    except InputError:
+        return
+    place = data.draw(st.sampled_from(places(found.data)))
+    mapping = not isinstance(place[-1], int)
+    value = data.draw(st.just(0.5) | st.just(REMOVED) if mapping else st.just(0.5))
+    try:
+        result = edited_text(text, {place: value})
+    except InputError:
+        return  # a block can't be left without a key
+    kept = [line.split("# ")[-1] for line in result.splitlines() if line.endswith(":")]
+    assert sorted(kept) == sorted(f"{i}:" for i in range(len(lines)))
 
 
 @settings(max_examples=60)

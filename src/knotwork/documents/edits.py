@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from knotwork.documents.comments import Change, with_comments
 from knotwork.documents.document import Document, Location, field_path
 from knotwork.errors import InputError
 
@@ -57,11 +58,11 @@ def edited_text(text: str, edits: Edits) -> str:
     from knotwork.documents.yaml_text import parse
 
     root = yaml.compose(text, Loader=yaml.SafeLoader)
-    changes: list[tuple[int, int, str]] = []
-    for location, value in _paired(root, edits):
-        changes.append(_change(text, root, location, value))
+    changes = [_change(text, root, location, value) for location, value in _paired(root, edits)]
     result = text
-    for start, end, new in sorted(changes, key=lambda one: one[:2], reverse=True):
+    for start, end, new in sorted(
+        with_comments(text, changes), key=lambda one: one[:2], reverse=True
+    ):
         result = result[:start] + new + result[end:]
     wanted = edited(parse(text), edits).data
     try:
@@ -77,7 +78,7 @@ def edited_text(text: str, edits: Edits) -> str:
     return result
 
 
-def _change(text: str, root: Any, location: Location, value: Any) -> tuple[int, int, str]:
+def _change(text: str, root: Any, location: Location, value: Any) -> Change:
     """Start, end and new text of one edit."""
     *way, last = location
     part = root
@@ -93,14 +94,14 @@ def _change(text: str, root: Any, location: Location, value: Any) -> tuple[int, 
     pair = pairs[found][0] if found is not None else None
     if isinstance(value, _Renamed) and pair is not None:
         new = _item(value.key, value.value, _indent(text, part), pair.start_mark.column)
-        return pair.start_mark.index, _end(node), new
+        return Change(pair.start_mark.index, _end(node), new)
     if pair is not None and part.flow_style and isinstance(value, Mapping | list):
         key = text[pair.start_mark.index : pair.end_mark.index]
         return _item_in_flow(text, part, pair.start_mark.index, _end(node), key, value)
     # a list in block style may begin no further right than its key
     space = "  " if isinstance(node, yaml.SequenceNode) and not node.flow_style else ""
     new = flow(value, _indent(text, part), node.start_mark.column)
-    return node.start_mark.index, _end(node), space + new
+    return Change(node.start_mark.index, _end(node), space + new)
 
 
 class _Renamed(NamedTuple):
@@ -148,9 +149,7 @@ def _end(node: Any) -> int:
     return _end(last[1] if isinstance(last, tuple) else last)
 
 
-def _insertion(
-    text: str, part: yaml.MappingNode, key: str, value: Any, *, top: bool
-) -> tuple[int, int, str]:
+def _insertion(text: str, part: yaml.MappingNode, key: str, value: Any, *, top: bool) -> Change:
     """Put a key into a mapping: after its first key, if there are more, or at the end.
 
     At the end of a file, and of a mapping in flow style.
@@ -158,17 +157,18 @@ def _insertion(
     if part.flow_style and part.value:
         at = _end(part.value[-1][1])
         start, end, new = _item_in_flow(text, part, at, at, _key(key), value)
-        return start, end, f",{new}" if new[0].isspace() else f", {new}"
+        return Change(start, end, f",{new}" if new[0].isspace() else f", {new}")
     if part.flow_style:
         at = part.start_mark.index + 1
-        return at, at, _item(_key(key), value, _indent(text, part), part.start_mark.column)
+        new = _item(_key(key), value, _indent(text, part), part.start_mark.column)
+        return Change(at, at, new)
     if top:
         at = part.end_mark.index
         before = "" if text[:at].endswith("\n") else "\n"
-        return at, at, before + block({key: value})
+        return Change(at, at, before + block({key: value}))
     at = part.value[min(1, len(part.value) - 1)][0].start_mark.index
     column = part.value[0][0].start_mark.column
-    return at, at, f"{_item(_key(key), value, column, column)}\n{' ' * column}"
+    return Change(at, at, f"{_item(_key(key), value, column, column)}\n{' ' * column}")
 
 
 def _item(key: str, value: Any, column: int, start: int) -> str:
@@ -178,15 +178,15 @@ def _item(key: str, value: Any, column: int, start: int) -> str:
 
 def _item_in_flow(
     text: str, part: yaml.MappingNode, start: int, end: int, key: str, value: Any
-) -> tuple[int, int, str]:
+) -> Change:
     """Put a key with its value into a mapping in flow style, on a line of its own if it is long."""
     column, at = _indent(text, part), start - text.rfind("\n", 0, start) - 1
     new = _item(key, value, column, at)
     first = text[:start].rstrip().endswith("{")
     if first or ("\n" not in new and at + len(new) + 2 <= WIDTH):
-        return start, end, new
+        return Change(start, end, new)
     below = f"\n{' ' * (column + 2)}{_item(key, value, column + 2, column + 2)}"
-    return len(text[:start].rstrip(" ")), end, below
+    return Change(len(text[:start].rstrip(" ")), end, below)
 
 
 def _indent(text: str, node: Any) -> int:
@@ -195,23 +195,23 @@ def _indent(text: str, node: Any) -> int:
     return len(line) - len(line.lstrip(" -"))
 
 
-def _removal(text: str, part: yaml.MappingNode, i: int) -> tuple[int, int, str]:
+def _removal(text: str, part: yaml.MappingNode, i: int) -> Change:
     """Take a key out of a mapping, and its line if nothing else is in it."""
     key, value = part.value[i]
     start, end = key.start_mark.index, _end(value)
     if part.flow_style:
         if i + 1 < len(part.value):
-            return start, part.value[i + 1][0].start_mark.index, ""
-        return (_end(part.value[i - 1][1]) if i else start), end, ""
+            return Change(start, part.value[i + 1][0].start_mark.index, "")
+        return Change(_end(part.value[i - 1][1]) if i else start, end, "")
     line_end = text.find("\n", end)
     line_end = len(text) if line_end < 0 else line_end
     if not text[end:line_end].strip():
         below = line_end + 1 if line_end < len(text) else line_end
         line_start = text.rfind("\n", 0, start) + 1
         if not text[line_start:start].strip():
-            return line_start, below, ""
+            return Change(line_start, below, "")
     spaces = len(text[end:line_end]) - len(text[end:line_end].lstrip())
-    return start, end + spaces, ""
+    return Change(start, end + spaces, "")
 
 
 def flow(value: Any, column: int = 0, start: int | None = None) -> str:

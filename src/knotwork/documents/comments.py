@@ -1,0 +1,60 @@
+"""Comments in the text of a YAML file: changes of the text keep them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import yaml
+
+
+class Change(NamedTuple):
+    """New text in place of the old one from start to end."""
+
+    start: int
+    end: int
+    new: str
+
+
+class _Comment(NamedTuple):
+    """Where a comment begins, and its text."""
+
+    start: int
+    text: str
+
+
+def with_comments(text: str, changes: Sequence[Change]) -> list[Change]:
+    """The changes, each with the comments in what it replaces, a line each, before what is new."""
+    if not any("#" in text[one.start : one.end] for one in changes):
+        return list(changes)
+    comments = _comments(text)
+    return [_with_comments(text, comments, one) for one in changes]
+
+
+def _with_comments(text: str, comments: Sequence[_Comment], change: Change) -> Change:
+    start, end, new = change
+    kept = [one.text for one in comments if start <= one.start < end]
+    if not kept:
+        return change
+    old = text[start:end]
+    spaces = old[: len(old) - len(old.lstrip(" "))]
+    before = text[text.rfind("\n", 0, start) + 1 : start] + spaces
+    indent = len(before) - len(before.lstrip(" -"))
+    line = "\n" + " " * (indent if indent == len(before) else indent + 2)
+    if start and not spaces and not text[start - 1].isspace():
+        spaces = " "  # without which it were no comment
+    below = "" if new.startswith("\n") else "\n" if old.endswith("\n") else line
+    return Change(start, end, spaces + line.join(kept) + below + new)
+
+
+def _comments(text: str) -> list[_Comment]:
+    """All comments, in order: they are between the tokens."""
+    found: list[_Comment] = []
+    done = 0
+    for token in yaml.scan(text, Loader=yaml.SafeLoader):
+        while (start := text.find("#", done, token.start_mark.index)) >= 0:
+            done = text.find("\n", start)
+            done = len(text) if done < 0 else done
+            found.append(_Comment(start, text[start:done].rstrip()))
+        done = max(done, token.end_mark.index)
+    return found
