@@ -188,9 +188,7 @@ def tables(data: dict[str, Any]) -> list[Table]:
 
 @click.command()
 @click.option("--runs", default=7, help="Times each check is made; the fastest counts.")
-@click.option(
-    "--save", type=click.Path(file_okay=False, path_type=Path), help="Folder for the results."
-)
+@results.save_option
 def main(runs: int, save: Path | None) -> None:
     """Compare the proof with samples."""
     data = measured(runs)

@@ -39,9 +39,7 @@ MEASURE = {"success": success, "branches": branches, "speed": speed}
 @click.command()
 @click.argument("what", type=click.Choice(list(MEASURE)))
 @click.option("--poses", default=1000, show_default=True)
-@click.option(
-    "--save", type=click.Path(file_okay=False, path_type=Path), help="Folder for the results."
-)
+@results.save_option
 def main(what: str, poses: int, save: Path | None) -> None:
     """Measure inverse kinematics and print a table."""
     data = MEASURE[what](poses)

@@ -205,9 +205,7 @@ def figure(data: dict[str, Any], file: Path) -> None:
 
 
 @click.command()
-@click.option(
-    "--save", type=click.Path(file_okay=False, path_type=Path), help="Folder for the results."
-)
+@results.save_option
 @click.option("--figure", "picture", type=click.Path(path_type=Path), help="File to draw to.")
 def main(save: Path | None, picture: Path | None) -> None:
     """Compare curves through the same points of two tool paths."""

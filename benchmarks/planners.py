@@ -191,9 +191,7 @@ def put_in_place(rows: list[dict[str, Any]], only: str, tasks: int) -> dict[str,
 @click.option("--tasks", default=300, show_default=True, help="Tasks of each kind and ratio.")
 @click.option("--seed", default=1, show_default=True)
 @click.option("--only", type=click.Choice(list(CONTENDERS)), help="Measure this planner alone.")
-@click.option(
-    "--save", type=click.Path(file_okay=False, path_type=Path), help="Folder for the results."
-)
+@results.save_option
 def main(tasks: int, seed: int, only: str | None, save: Path | None) -> None:
     """Compare planners over random tasks: median / worst of each figure."""
     names = tuple(CONTENDERS) if only is None else (*REFERENCES, only)

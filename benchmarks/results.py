@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import click
 import rich.table
 from rich.console import Console
 
@@ -50,6 +51,24 @@ class Table:
         for row in self.rows:
             shown.add_row(*row)
         console.print(shown)
+
+
+def _made(context: click.Context, parameter: click.Parameter, folder: Path | None) -> Path | None:
+    """Make the folder before anything is measured."""
+    if folder is not None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise click.BadParameter(f"{folder}: {error.strerror}") from None
+    return folder
+
+
+save_option = click.option(
+    "--save",
+    type=click.Path(file_okay=False, writable=True, path_type=Path),
+    callback=_made,
+    help="Folder for the results; made if it is not there.",
+)
 
 
 def save(folder: Path, name: str, data: dict[str, Any]) -> Path:

@@ -291,7 +291,7 @@ def tables(data: dict[str, Any]) -> list[Table]:
 @click.command()
 @click.option("--before", type=click.Path(path_type=Path), help="Checkout to compare with.")
 @click.option("--rounds", default=3, show_default=True)
-@click.option("--save", type=click.Path(path_type=Path), help="Folder for the results.")
+@results.save_option
 @click.option("--without-plans", is_flag=True, help="Measure cold starts and curves alone.")
 @click.option("--measure", is_flag=True, hidden=True)
 def main(

@@ -26,9 +26,10 @@ import psutil
 from rich.console import Console
 
 import knotwork as kw
+import results
 from knotwork.sweeps import executors
 from knotwork.sweeps.run import CENTRAL_TIME
-from results import Table, save
+from results import Table
 
 MACHINES, CORES, MANY = 100, 8, 1_000_000
 
@@ -169,8 +170,8 @@ def placements(rows: int) -> dict[str, str]:
 @click.option("--rows", default=10_000, help="Rows of the study of two workers, about.")
 @click.option("--compared", default=640, help="Rows of the studies that are compared, about.")
 @click.option("--chunk", default=8, help="Rows in a chunk.")
-@click.option("--save", "results", type=click.Path(path_type=Path), help="Save the results there.")
-def main(rows: int, compared: int, chunk: int, results: Path | None) -> None:
+@results.save_option
+def main(rows: int, compared: int, chunk: int, save: Path | None) -> None:
     """Measure sweeps."""
     vary, runs = placements(compared), dict[str, Run]()
     with tempfile.TemporaryDirectory() as folder:
@@ -214,9 +215,9 @@ def main(rows: int, compared: int, chunk: int, results: Path | None) -> None:
     scaling = runs["2 workers"].rate / runs["1 worker"].rate
     console.print(f"from 1 to 2 workers: {scaling:.2f} times the rows a second")
     estimate(runs["1 worker"], central).show(console)
-    if results is not None:
+    if save is not None:
         data = {name: vars(run) for name, run in runs.items()}
-        save(results, "sweep", {"load": load, "scaling": scaling, "central": central, **data})
+        results.save(save, "sweep", {"load": load, "scaling": scaling, "central": central, **data})
 
 
 @contextmanager

@@ -405,7 +405,7 @@ MEASURES: dict[str, Callable[[int], list[dict[str, Any]]]] = {
 @click.option("--tasks", "count", default=300, help="How many tasks.")
 @click.option("--seed", default=14, help="Seed of the tasks.")
 @click.option("--only", type=click.Choice(list(MEASURES)), help="Measure this part alone.")
-@click.option("--save", type=click.Path(path_type=Path), help="Folder for the results.")
+@results.save_option
 def main(count: int, seed: int, only: str | None, save: Path | None) -> None:
     """Run all tasks and show the tables."""
     console = Console()

@@ -146,3 +146,20 @@ def test_the_deburring_ur5_is_as_the_page_says() -> None:
     times = rival.peak_jerk.value / own.peak_jerk.value
     page = (ROOT / "docs" / "planners.md").read_text(encoding="utf-8")
     assert f"{lower:.0f} % lower and its peak jerk {times:.1f} times that of" in page
+
+
+SAVING = ["collision", "ik", "paths", "planners", "speed", "sweep", "timing"]
+
+
+@pytest.mark.parametrize("name", SAVING)
+def test_a_folder_to_save_to_is_made_before_anything_is_measured(name: str, tmp_path: Path) -> None:
+    command = importlib.import_module(name).main
+    known = ["success"] if name == "ik" else []
+    folder = tmp_path / "not" / "there"
+    command.make_context(name, [*known, "--save", str(folder)])
+    assert folder.is_dir()
+    (tmp_path / "file").write_text("")
+    for wrong in ("file", "file/in"):
+        done = CliRunner().invoke(command, [*known, "--save", str(tmp_path / wrong)])
+        assert done.exit_code == 2, done.output
+        assert "--save" in done.output
