@@ -296,7 +296,7 @@ from knotwork.verification import CHECKS
 def faulty(motion, scenario, space):
     seconds = motion.trajectory.duration
     if seconds == 1.5: os.abort()
-    if seconds == 2.0: time.sleep(60)
+    if seconds == 2.0: time.sleep(10_000)
     if seconds == 3.0: os._exit(7)
     return ()
 
@@ -313,11 +313,11 @@ def test_rows_that_hang_or_crash_say_so_and_the_others_go_on(
     paths = (str(tmp_path), *sys.path[1:])
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
     vary = {"waypoints[up].after": [1.25, 1.5, 2, 2.5, 3]}
-    study = kw.sweep(LIFT, vary, workers=1, time_limit=0.5)
+    study = kw.sweep(LIFT, vary, workers=1, time_limit=20)
     assert study["verdict"] == ["passed", "crashed", "time limit", "passed", "crashed"]
     messages = study["message"]
     assert "SIGABRT" in messages[1]
-    assert messages[2] == "took longer than 0.5 s"
+    assert messages[2] == "took longer than 20 s"
     assert "code 7" in messages[4]
 
 

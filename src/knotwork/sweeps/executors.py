@@ -39,6 +39,8 @@ SILENT = 50
 """Level of logging that keeps Dask from writing of workers that are lost; they are replaced."""
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
+LOST = "the connection to the scheduler was lost"
+KEPT = "what is finished is kept, go on with --resume"
 PLANNED_AGAIN = ("lost", "pending")
 """What Dask says of a result that was lost with its worker before it was fetched."""
 
@@ -120,7 +122,7 @@ def thread_count(address: str) -> int:
         InputError: There is no scheduler at the address.
     """
     with _client(address) as client:
-        return sum(client.nthreads().values())
+        return _thread_count(client)
 
 
 def _client(address: str) -> Any:
@@ -160,7 +162,7 @@ def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
     under_way, room, counted = 0, 0, -math.inf
     while True:
         if time.monotonic() - counted > RECOUNT:  # workers come and go
-            room, counted = AHEAD * max(1, sum(client.nthreads().values())), time.monotonic()
+            room, counted = AHEAD * max(1, _thread_count(client)), time.monotonic()
         for chunk in islice(chunks, max(0, room - under_way)):
             key = f"knotwork-{secrets.token_hex(4)}-{chunk.index}"
             waiting.add(client.submit(perform_in_child, chunk, key=key, pure=False))
@@ -180,16 +182,20 @@ def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
         done.release()
 
 
+def _thread_count(client: Any) -> int:
+    try:
+        return sum(client.nthreads().values())
+    except Exception as error:  # what Dask may raise is not known here
+        raise InputError(f"{LOST}; {KEPT}") from error
+
+
 def _lost(future: Any) -> InputError:
-    reason = "the connection to the scheduler was lost"
+    reason = LOST
     if future.status == "error":
         with contextlib.suppress(Exception):
             reason = str(future.exception())
     number = future.key.rpartition("-")[2]
-    return InputError(
-        f"chunk {number} could not be planned: {reason}; what is finished is kept, go on with "
-        "--resume"
-    )
+    return InputError(f"chunk {number} could not be planned: {reason}; {KEPT}")
 
 
 def power_of_two(count: float) -> int:

@@ -225,7 +225,7 @@ class _Run:
             try:
                 self.folder.write(chunk.index, chunk.content)
             except InputError as error:
-                error.add("what is finished is kept, go on with --resume")
+                error.add(executors.KEPT)
                 raise
         self.done, self.passed = self.done + chunk.rows, self.passed + chunk.passed
         if self.progress is not None:
