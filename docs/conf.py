@@ -45,7 +45,7 @@ if not (HERE / "notebook.ipynb").is_file() or (HERE / "notebook.ipynb").read_byt
     (HERE / "notebook.ipynb").write_bytes(notebook)
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_timeout = 900  # it ends what never does, on a slow machine too [s]
 nb_merge_streams = True
 
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]

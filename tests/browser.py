@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from patience import PATIENCE
+
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 ARGUMENTS = (
     "--no-sandbox",
@@ -19,6 +21,16 @@ ARGUMENTS = (
     "--disable-component-update",
     "--disable-sync",
 )
+
+
+MILLISECONDS = 1e3 * PATIENCE
+
+
+def new_tab(browser: Any, **options: Any) -> Any:
+    """Open an empty tab without a network, in a context of its own."""
+    context = browser.new_context(offline=True, **options)
+    context.set_default_timeout(MILLISECONDS)
+    return context.new_page()
 
 
 def _unavailable(reason: str) -> None:
@@ -38,6 +50,8 @@ def chromium() -> Iterator[Any]:
     if program is None:
         _unavailable(f"there is no browser: none of {', '.join(NAMES)} is installed")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=list(ARGUMENTS))
+        browser = playwright.chromium.launch(
+            executable_path=program, args=list(ARGUMENTS), timeout=MILLISECONDS
+        )
         yield browser
         browser.close()

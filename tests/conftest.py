@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from browser import chromium
 from command_line import Command, Ran
@@ -14,8 +15,12 @@ from knotwork import Plan, plan
 from knotwork.cli.main import main
 from sweeps import ALL_EXAMPLES, TIMES
 
+# In the background of a shell interrupts are ignored, by what the tests start there, too.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 # How long an example takes depends on the machine, and on what else it does.
-settings.register_profile("ordinary", deadline=None)
+settings.register_profile("ordinary", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("ordinary")
 settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_examples)
 

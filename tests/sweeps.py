@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import settings
 
 ALL_EXAMPLES = "exhaustive"
 """The Hypothesis profile of `make test-all`."""
@@ -32,6 +32,4 @@ def mostly_exhaustive(values: Iterable[Any], *ordinary: Any) -> list[Any]:
 def examples(count: int) -> settings:
     """Settings of a Hypothesis test: so many random examples in `make test`, ten times in all."""
     times = TIMES if settings.get_current_profile_name() == ALL_EXAMPLES else 1
-    # How fast examples are made depends on the machine, and on what else it does.
-    unhurried = [HealthCheck.too_slow]
-    return settings(max_examples=times * count, suppress_health_check=unhurried)
+    return settings(max_examples=times * count)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from patience import PATIENCE
 from public_names import documented
 
 ROOT = Path(__file__).parents[1]
@@ -280,7 +281,7 @@ def loaded_after(code: str, *, whole: bool = False) -> set[str]:
         ],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )
     assert ran.returncode == 0, ran.stderr

@@ -18,6 +18,7 @@ import yaml
 
 import knotwork as kw
 from command_line import Command
+from patience import PATIENCE
 from shipped import SCENARIO_FILES
 from sweeps import mostly_exhaustive
 
@@ -33,7 +34,7 @@ def run(*arguments: Any, cwd: Path, **options: Any) -> subprocess.CompletedProce
         cwd=cwd,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
         **options,
     )
@@ -548,7 +549,7 @@ def test_a_reader_that_stops_reading_is_no_error(tmp_path: Path) -> None:
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )
     assert ran.stdout.startswith("PASSED ur5_deburring")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import json
+import math
 import multiprocessing
 import os
 import random
@@ -167,6 +168,8 @@ def test_commands_ended_while_they_write_leave_one_whole_set(name: str, tmp_path
 
 
 def write_often(folder: Path, text: str, times: int) -> None:
+    """Wait for the other one for as long as a slow disk takes for all it has to write."""
+    pytest.MonkeyPatch().setattr("knotwork.storage.files.LONGEST_WAIT", math.inf)
     for _ in range(times):
         storage.write_files(folder, dict.fromkeys(NAMES, text))
 

@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from patience import PATIENCE
+
 # Building, installing and running a wheel takes long, and what is in it seldom changes.
 pytestmark = pytest.mark.exhaustive
 
@@ -29,7 +31,7 @@ def run(*arguments: Any, cwd: Path) -> subprocess.CompletedProcess[str]:
         env={**clean, "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE,
         check=False,
     )
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
-import time
 from pathlib import Path
 
 import pytest
 from site_build import Site, build
 
 DOCS = Path(__file__).parents[2] / "docs"
-PATIENCE = 300.0  # for another worker's build [s]
 # References, tables of keys and descriptions are as in the whole site.
 NOTHING_RUN = ("-D", "shown_run=0", "-D", "nb_execution_mode=off")
 
@@ -33,21 +32,13 @@ def built_once(paths: pytest.TempPathFactory, name: str, *options: str) -> Site:
     base = paths.getbasetemp()
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     folder, verdict = shared / name, shared / f"{name}-verdict"
-    try:
-        (shared / f"{name}-begun").mkdir()
-    except FileExistsError:
-        until = time.monotonic() + PATIENCE
-        while not verdict.exists():
-            if time.monotonic() > until:
-                pytest.fail("another worker has not finished building the documentation")
-            time.sleep(0.2)
-        code, _, said = verdict.read_text(encoding="utf-8").partition("\n")
-        return Site(folder, int(code), said)
-    built = build(DOCS, folder, *options)
-    partial = verdict.with_suffix(".part")
-    partial.write_text(f"{built.code}\n{built.said}", encoding="utf-8")
-    partial.rename(verdict)
-    return built
+    with (shared / f"{name}-lock").open("w") as lock:  # it ends with the process that has it
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not verdict.exists():
+            built = build(DOCS, folder, *options)
+            verdict.write_text(f"{built.code}\n{built.said}", encoding="utf-8")
+    code, _, said = verdict.read_text(encoding="utf-8").partition("\n")
+    return Site(folder, int(code), said)
 
 
 @pytest.fixture

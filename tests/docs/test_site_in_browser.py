@@ -7,6 +7,8 @@ from typing import Any
 import pytest
 from site_build import Site
 
+from browser import new_tab
+
 pytestmark = pytest.mark.exhaustive
 
 SCROLLS_SIDEWAYS = "document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"
@@ -20,10 +22,7 @@ SIZES = """
 def test_pages_fit_and_do_not_complain(
     whole_site: Site, chromium: Any, width: int, scheme: str
 ) -> None:
-    context = chromium.new_context(
-        viewport={"width": width, "height": 900}, offline=True, color_scheme=scheme
-    )
-    tab = context.new_page()
+    tab = new_tab(chromium, viewport={"width": width, "height": 900}, color_scheme=scheme)
     complaints: list[str] = []
     tab.on("pageerror", lambda error: complaints.append(str(error)))
     tab.on("requestfailed", lambda request: complaints.append(request.url))
@@ -33,7 +32,7 @@ def test_pages_fit_and_do_not_complain(
         tab.goto(page.as_uri())
         assert not tab.evaluate(SCROLLS_SIDEWAYS), page
     assert not complaints
-    context.close()
+    tab.context.close()
 
 
 LIGHTNESS = """(() => {
@@ -44,8 +43,7 @@ LIGHTNESS = """(() => {
 
 
 def test_equations_are_drawn(whole_site: Site, chromium: Any) -> None:
-    context = chromium.new_context(viewport={"width": 1280, "height": 900}, offline=True)
-    tab = context.new_page()
+    tab = new_tab(chromium, viewport={"width": 1280, "height": 900})
     tab.goto((whole_site.folder / "method.html").as_uri())
     sizes = tab.evaluate(SIZES)
     assert len(sizes) > 30
@@ -54,16 +52,15 @@ def test_equations_are_drawn(whole_site: Site, chromium: Any) -> None:
     height = tab.evaluate("document.querySelector('#equation-eq-31 math').clientHeight")
     line = tab.evaluate("document.querySelector('#equation-eq-30 math').clientHeight")
     assert height > 1.3 * line
-    context.close()
+    tab.context.close()
 
 
 def test_plots_are_dark_in_the_dark(whole_site: Site, chromium: Any) -> None:
     lightness = {}
     for scheme in ("light", "dark"):
-        context = chromium.new_context(color_scheme=scheme, offline=True)
-        tab = context.new_page()
+        tab = new_tab(chromium, color_scheme=scheme)
         tab.goto((whole_site.folder / "getting_started.html").as_uri())
         lightness[scheme] = tab.evaluate(LIGHTNESS)
-        context.close()
+        tab.context.close()
     assert lightness["light"][0] > 200 > 100 > lightness["light"][1]  # paper and letters
     assert lightness["dark"][0] < 60 < 150 < lightness["dark"][1]

@@ -16,6 +16,7 @@ import pytest
 from nbclient import NotebookClient
 
 import knotwork as kw
+from patience import PATIENCE
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCRIPTS = sorted(path.name for path in EXAMPLES.glob("*.py"))
@@ -171,7 +172,10 @@ def notebook(tmp_path_factory: pytest.TempPathFactory) -> nbformat.NotebookNode:
     notebook.cells.insert(0, nbformat.v4.new_code_cell(strict))
     notebook.cells.append(nbformat.v4.new_code_cell("warnings.resetwarnings()"))
     folder = tmp_path_factory.mktemp("notebook")
-    return NotebookClient(notebook, timeout=300, kernel_name="python3").execute(cwd=str(folder))
+    client = NotebookClient(
+        notebook, timeout=PATIENCE, startup_timeout=PATIENCE, kernel_name="python3"
+    )
+    return client.execute(cwd=str(folder))
 
 
 @pytest.mark.exhaustive

@@ -116,7 +116,10 @@ def test_points_of_different_kinds_are_joined_by_what_both_ends_have(tmp_path: P
 
 
 @given(st.permutations(range(3)), st.permutations(range(7)))
-@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=20,
+    suppress_health_check=[*settings().suppress_health_check, HealthCheck.function_scoped_fixture],
+)
 def test_joints_in_any_order(tmp_path: Path, joints: list[int], columns: list[int]) -> None:
     data = message(2)
     data["joint_names"] = [NAMES[j] for j in joints]

@@ -10,6 +10,7 @@ import pytest
 
 from command_line import Command
 from knotwork import Plan
+from patience import PATIENCE
 
 FAILING = Path(__file__).parents[1] / "failing"
 PNG = b"\x89PNG"
@@ -164,7 +165,7 @@ def test_matplotlib_is_loaded_only_for_a_picture(arguments: list[str]) -> None:
         "assert not {'matplotlib', 'PIL'} & set(sys.modules)"
     )
     ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     assert ran.returncode == 0, ran.stderr
 
@@ -178,6 +179,6 @@ def test_drawing_never_loads_pyplot(tmp_path: Path) -> None:
         "assert 'matplotlib' in sys.modules and 'matplotlib.pyplot' not in sys.modules"
     )
     ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     assert ran.returncode == 0, ran.stderr

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from browser import new_tab
 from drawn import coloured_cube
 from knotwork.view.page import Page
 
@@ -35,7 +36,7 @@ class Tabs:
     def new(self, **options: Any) -> Any:
         """Open an empty tab."""
         size = {"width": 640, "height": 400}
-        page = self.browser.new_context(viewport=size, offline=True, **options).new_page()
+        page = new_tab(self.browser, viewport=size, **options)
         complaints = self.complaints
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on(

@@ -14,6 +14,8 @@ from http.client import HTTPConnection
 
 import pytest
 
+from patience import PATIENCE
+
 HOST = "127.0.0.1"
 
 
@@ -28,7 +30,7 @@ def port() -> Iterator[int]:
         address = process.stdout.readline().split(" at ")[1].split()[0]
         yield int(address.rsplit(":")[-1].strip("/"))
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=PATIENCE)
     assert out == "stopped\n"
     assert not err
 

@@ -74,6 +74,8 @@ def test_the_slider_of_a_report_covers_the_whole_motion(
 
 
 def test_space_plays_and_pauses_while_the_slider_has_the_focus(scene: Any) -> None:
+    slowly = 'rate.value = "0.1"; rate.dispatchEvent(new Event("change"));'  # far from the end
+    scene.evaluate(f"() => {{ const rate = document.getElementById('rate'); {slowly} }}")
     click_slider(scene, scene, 0.3)
     assert scene.evaluate("document.activeElement.id") == "scrub"
     before = time_in(scene)

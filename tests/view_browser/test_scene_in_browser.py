@@ -283,8 +283,11 @@ def test_playing_moves_the_arm_to_the_end(show: Any) -> None:
     tab.click("#play")
     tab.wait_for_function("knotwork.time() > 1")
     tab.evaluate("knotwork.pause()")  # on a slow machine it may have come to its end already
-    assert 1 < tab.evaluate("knotwork.time()") <= end
-    assert changed(before, picture(tab)).mean() > 0.01
+    paused = tab.evaluate("knotwork.time()")
+    assert 1 < paused <= end
+    frame = paused - 1 / 240  # the frame shown is the last one before, 120 a second
+    assert tool_position(tab, plan) == pytest.approx(true_position(plan, frame), abs=0.01)
+    assert changed(before, picture(tab)).any()
     tab.evaluate("knotwork.seek(2.5)")
     tab.select_option("#rate", "2")
     tab.click("#play")

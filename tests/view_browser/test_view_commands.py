@@ -14,8 +14,12 @@ from typing import Any
 
 import pytest
 
+from patience import PATIENCE
+
 ENVIRONMENT = {
-    name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")
+    name: value
+    for name, value in os.environ.items()
+    if name not in ("BROWSER", "DISPLAY", "WAYLAND_DISPLAY")
 }
 
 
@@ -92,13 +96,13 @@ def test_it_serves_until_interrupted(tmp_path: Path) -> None:
     ) as process:
         assert process.stdout is not None
         address = process.stdout.readline().split(" at ")[1].split()[0]
-        with urllib.request.urlopen(address, timeout=60) as answer:
+        with urllib.request.urlopen(address, timeout=PATIENCE) as answer:
             assert b"planar2_closed_form" in answer.read()
         with pytest.raises(urllib.error.HTTPError, match="404") as refused:
-            urllib.request.urlopen(f"{address}etc/passwd", timeout=60)
+            urllib.request.urlopen(f"{address}etc/passwd", timeout=PATIENCE)
         refused.value.close()
         process.send_signal(signal.SIGINT)
-        out, said = process.communicate(timeout=60)
+        out, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert out.strip() == "stopped"
     assert said.strip() == "no browser could be opened here; open the address in one"

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import knotwork as kw
+from patience import PATIENCE
 
 STATE = "[knotwork.time(), ...viewer.camera.position.toArray()]"
 # What is on the graphics card, and which objects are the arm's
@@ -49,6 +50,13 @@ main()
 """
 
 
+def save(file: Path, text: str) -> None:
+    """Put a file in its place in one step, as editors do: it is never seen half written."""
+    written = file.with_name("new")
+    written.write_text(text, encoding="utf-8")
+    written.replace(file)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent as a signal")
 def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
     tabs: Any, tmp_path: Path
@@ -74,13 +82,13 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             tab.context.set_offline(False)
             tab.goto(f"{address}#paused")
             tab.wait_for_selector("#live.wrong:text('waypoints')")  # wrong before there is a motion
-            task.write_text(good, encoding="utf-8")
+            save(task, good)
             tab.wait_for_selector("html[data-ready=true]", state="attached")
             tab.evaluate("viewer.camera.position.x += 0.5; viewer.controls.update()")
             tab.evaluate("knotwork.seek(0.8)")
             seen, held = tab.evaluate(STATE), tab.evaluate(HELD)
 
-            task.write_text(good.replace("waypoints:", "way:"), encoding="utf-8")
+            save(task, good.replace("waypoints:", "way:"))
             tab.wait_for_selector("#live.wrong:text('way')")
             assert tab.locator("#live").bounding_box()["width"] > 0.9 * 640
             assert tab.locator("body.outdated").count() == 1
@@ -88,9 +96,7 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
                 "it => getComputedStyle(it, '::after').content"
             )
             assert said == '" before"'
-            changed = tmp_path / "new.yaml"  # as editors save
-            changed.write_text(good.replace("description:", "description: Changed!"), "utf-8")
-            changed.replace(task)
+            save(task, good.replace("description:", "description: Changed!"))
             words = "#head .description:text('Changed!')"  # in a low window they are not seen
             tab.wait_for_selector(words, state="attached")
             assert not tab.locator("#live").is_visible()
@@ -98,30 +104,30 @@ def test_the_page_follows_each_save_and_keeps_the_last_good_motion(
             assert tab.inner_text("#head .verdict") == "passed"
             tab.emulate_media(color_scheme="dark")
             for words in ("Again!", "Once more!"):
-                task.write_text(good.replace("description:", f"description: {words}"), "utf-8")
+                save(task, good.replace("description:", f"description: {words}"))
                 tab.wait_for_selector(f"#head .description:text('{words}')", state="attached")
                 tab.wait_for_function("viewer.needs_render === false")
             assert tab.evaluate(HELD) == held
             assert "changing" in tab.evaluate(FETCHED)
             assert "still" not in tab.evaluate(FETCHED)  # the robot is the same
 
-            task.write_text(good.replace("description:", "description: fault"), encoding="utf-8")
+            save(task, good.replace("description:", "description: fault"))
             tab.wait_for_selector("#live.wrong:text('ZeroDivisionError: boom')")
             assert "Please report it" in tab.inner_text("#live")
 
             task.unlink()  # an editor may be about to put another in its place
             (tmp_path / "sign.stl").write_text(SIGN, encoding="utf-8")
             time.sleep(0.3)
-            task.write_text(ANOTHER_ROBOT, encoding="utf-8")
+            save(task, ANOTHER_ROBOT)
             tab.wait_for_selector("#head .description:text('Another')", state="attached")
             assert "still" in tab.evaluate(FETCHED)
             assert tab.locator("#joint-rows > div").count() == 6
 
-            (tmp_path / "sign.stl").write_text("no mesh", encoding="utf-8")
+            save(tmp_path / "sign.stl", "no mesh")
             tab.wait_for_selector("#live.wrong:text('sign.stl')")
         finally:
             process.send_signal(signal.SIGINT)
-            out, err = process.communicate(timeout=60)
+            out, err = process.communicate(timeout=PATIENCE)
         tab.wait_for_selector("#live:text('stopped')")
         tabs.complaints.clear()  # of the connection that has ended
         tab.context.close()
