@@ -82,7 +82,7 @@ nitpick_ignore_regex = [
     # Parts that callers never name: a file as it was read, what a robot is made of, a union of
     # types that its description spells out.
     (r"py:.*", r"(knotwork\.documents\.)?(document\.)?Document"),
-    (r"py:.*", r"(knotwork\.robot\.model\.)?Description"),
+    (r"py:.*", r"(knotwork\.robot\.description\.)?Description"),
     (r"py:.*", r"(knotwork\.view\.motions\.)?(Drawable|PlanLike)"),
     (r"py:.*", r"EndAcceleration"),
     (r"py:.*", r"(knotwork\.view\.window\.)?Window"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,86 +16,16 @@ from knotwork.interpolation import PLANNERS, PlannerOptions, get_planner
 from knotwork.pipeline import FEASIBILITY, Plan, plan
 from knotwork.planner_options import planner_options, supported_options
 from knotwork.scenario import Scenario, load_scenario
+from knotwork.scores import Refusal as Refusal
+from knotwork.scores import Score as Score
+from knotwork.scores import best as best
+from knotwork.scores import flat, flat_columns
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
 from knotwork.verification.collisions import GROUP as COLLISIONS
 from knotwork.verification.paths import GROUP as PATHS
 from knotwork.waypoints import JointWaypoints
-
-
-@dataclass(frozen=True)
-class Score:
-    """Figures of one planner's motion for a scenario.
-
-    Joint values are in rad or m; where they are summed, rad and m are added as numbers.
-
-    Attributes:
-        planner: Name of the planner.
-        position_miss: Largest error of a joint at a waypoint.
-        velocity_miss: Largest error of a joint's velocity at a waypoint.
-        acceleration_jump: Largest jump of a joint's acceleration between start and end.
-        end_acceleration: Largest magnitude of a joint's acceleration at start and end: the step
-            that an arm makes there from rest and to rest.
-        peak_velocity: Largest magnitude of the joint nearest its limit; without limits, of any.
-        peak_acceleration: The same for acceleration.
-        peak_jerk: The same for jerk; `None` where the acceleration jumps: no bound holds there.
-        velocity_fluctuation: That of the worst joint: see `knotwork.metrics.velocity_fluctuation`.
-        squared_acceleration: Its integral over time, summed over the joints.
-        squared_jerk: The same for jerk; `None` where the acceleration jumps: it is infinite.
-        path_deviation: Distance of the tool from the straight path between poses [m], sampled;
-            `None` where no poses follow each other without a tool path.
-        path_turn: Angle of the tool from that path [rad], sampled; `None` likewise.
-        tool_path_deviation: Largest distance of the tool from the scenario's tool paths that the
-            check finds [m]; `None` without such paths.
-        tool_path_speed_error: Largest difference from the speed asked for along them, as a part of
-            it; `None` where no speed is asked for.
-        clearance: How much nearer the nearest pair of bodies may come to one another than the check
-            finds it [m]: its distance beyond the margin to keep; `None` where none is checked.
-        duration: [s]
-        required, failed: How much the check requires, and how much of that fails: waypoints,
-            continuity, limits, tool paths and whatever else it looks at.
-        time_to_plan: Time that the planner took, the best of a few runs [s].
-    """
-
-    planner: str
-    position_miss: float
-    velocity_miss: float
-    acceleration_jump: float
-    end_acceleration: float
-    peak_velocity: metrics.Peak
-    peak_acceleration: metrics.Peak
-    peak_jerk: metrics.Peak | None
-    velocity_fluctuation: float
-    squared_acceleration: float
-    squared_jerk: float | None
-    path_deviation: float | None
-    path_turn: float | None
-    tool_path_deviation: float | None
-    tool_path_speed_error: float | None
-    clearance: float | None
-    duration: float
-    required: int
-    failed: int
-    time_to_plan: float
-
-    @property
-    def passed(self) -> bool:
-        """Whether the motion does all that is required."""
-        return self.failed == 0
-
-
-@dataclass(frozen=True)
-class Refusal:
-    """A planner that can't do a scenario.
-
-    Attributes:
-        planner: Name of the planner.
-        reason: Why.
-    """
-
-    planner: str
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -133,14 +63,7 @@ class Comparison:
 
     def to_csv(self) -> str:
         """Write the comparison as CSV, a row a planner; a peak takes four columns."""
-        rows = [_flat(row) for row in self.rows]
-        names: list[str] = []
-        for item in fields(Score):
-            names += (
-                [f"{item.name}.{part}" for part in _PARTS] if item.name in _PEAKS else [item.name]
-            )
-        names.append("reason")
-        return storage.rows_to_csv(names, rows)
+        return storage.rows_to_csv(flat_columns(), [flat(row) for row in self.rows])
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write `comparison.json` and `comparison.csv` into a folder, both or none.
@@ -152,20 +75,6 @@ class Comparison:
             folder,
             {"comparison.json": storage.to_json(self.to_dict()), "comparison.csv": self.to_csv()},
         )
-
-
-_PEAKS = ("peak_velocity", "peak_acceleration", "peak_jerk")
-_PARTS = tuple(item.name for item in fields(metrics.Peak))
-
-
-def _flat(row: Score | Refusal) -> dict[str, Any]:
-    flat: dict[str, Any] = {}
-    for name, value in asdict(row).items():
-        if name not in _PEAKS:
-            flat[name] = value
-        elif value is not None:
-            flat.update({f"{name}.{part}": value[part] for part in _PARTS})
-    return flat
 
 
 _BY_RULE = {"modified-hermite": ("paper", "balanced"), "quintic": ("zero", "estimated")}
@@ -334,40 +243,3 @@ def _along_paths(report: Report, allowed: float) -> dict[str, Any]:
         "tool_path_deviation": worst.get("path_deviation"),
         "tool_path_speed_error": worst.get("path_speed"),
     }
-
-
-_NOT_RANKED = ("planner", "clearance", "duration", "required")
-COLUMNS = tuple(item.name for item in fields(Score) if item.name not in _NOT_RANKED)
-
-TIE = 0.01
-"""Part by which values may differ and share the star."""
-
-
-def best(scores: Sequence[Score]) -> dict[str, set[str]]:
-    """Planners that have the best value of each column among those that pass, by column.
-
-    Values within 1 % of the best are ties and share it, and so do all below 1e-9: no machine is
-    that exact.
-
-    >>> scores = kw.compare("paper_case", ["cubic", "modified-hermite", "septic"]).scores
-    >>> best(scores)["squared_acceleration"]
-    {'modified-hermite'}
-
-    Args:
-        scores: Of one scenario, such as `Comparison.scores`.
-    """
-    winners: dict[str, set[str]] = {}
-    for column in COLUMNS:
-        values = {score.planner: size(getattr(score, column)) for score in scores if score.passed}
-        given = {name: value for name, value in values.items() if value is not None}
-        if given:
-            least = max(min(given.values()), 0.0 if column == "time_to_plan" else 1e-9)
-            winners[column] = {name for name, value in given.items() if value <= least * (1 + TIE)}
-    return winners
-
-
-def size(value: metrics.Peak | float | None) -> float | None:
-    """The number that ranks a column: for a peak its use of the limit, if there is one."""
-    if isinstance(value, metrics.Peak):
-        return value.use if value.use is not None else value.value
-    return value

@@ -133,6 +133,6 @@ def test_progress_has_rate_time_left_and_how_many_pass(
 def test_a_log_of_a_sweep_has_lines_of_progress(
     knotwork: Command, task: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.cli.sweep.LOG_INTERVAL", 0.0)
+    monkeypatch.setattr("knotwork.cli.sweep_progress.LOG_INTERVAL", 0.0)
     ran = knotwork("sweep", task, "--vary", "waypoints[up].after=2:3:9", "--workers", 0)
     assert [line.partition(" rows")[0] for line in ran.err.splitlines()] == ["8 of 9", "9 of 9"]

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -22,18 +19,13 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
 )
-from knotwork.cli.terminal import cell, echo
+from knotwork.cli.study_tables import print_study, study_to_dict
+from knotwork.cli.sweep_progress import shown_sweep
+from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
-from knotwork.units import readable
-
-if TYPE_CHECKING:
-    from knotwork.sweeps import Study, SweepProgress
 
 PICTURE = "study.png"
 """In the folder of a study, where `--plot` names no file."""
-MOST_REASONS = 12
-LOG_INTERVAL = 30.0
-"""Between lines of progress where there is no terminal [s]."""
 
 
 @click.command(
@@ -155,7 +147,7 @@ def sweep(
         _refuse_planning(source, {"--vary": vary, "--rows": rows, "--resume": resume, "--out": out})
         study = sweeps.Study.open(source)
     else:
-        with _saying_what_is_kept(out), _shown_progress(as_json) as progress:
+        with _saying_what_is_kept(out), shown_sweep(as_json) as progress:
             study = sweeps.sweep(
                 source,
                 _varied(vary),
@@ -187,7 +179,7 @@ def sweep(
             print_study(study, figure, found)
         raise
     if as_json:
-        echo(json.dumps(_to_dict(study, figure, found), indent=1, allow_nan=False))
+        echo(json.dumps(study_to_dict(study, figure, found), indent=1, allow_nan=False))
     else:
         print_study(study, figure, found)
         for path in written:
@@ -239,126 +231,3 @@ def _saying_what_is_kept(folder: Path | None) -> Iterator[None]:
         if folder is not None:
             echo(f"finished rows are kept in {folder}; go on with --resume", err=True)
         raise
-
-
-@contextmanager
-def _shown_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
-    """Show rows, rate, time left and how many pass: in one line, which is cleared in the end.
-
-    Where no terminal is, as in a log, a line is added every half minute.
-    """
-    if quiet or sys.stderr is None:
-        yield None
-        return
-    if not sys.stderr.isatty():
-        yield _Lines()
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    line = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with line:
-        task = line.add_task("planning some rows, to learn how long they take", total=None)
-
-        def show(at: SweepProgress) -> None:
-            line.update(task, description=progress_line(at), total=at.total, completed=at.done)
-
-        yield show
-
-
-class _Lines:
-    """Progress as lines of a log."""
-
-    def __init__(self) -> None:
-        self._last = time.monotonic()
-
-    def __call__(self, at: SweepProgress) -> None:
-        if time.monotonic() - self._last >= LOG_INTERVAL:
-            self._last = time.monotonic()
-            echo(progress_line(at), err=True)
-
-
-def progress_line(at: SweepProgress) -> str:
-    """Say how far a sweep has come."""
-    left = "" if at.left is None else f", {_duration(at.left)} left"
-    share = 100.0 * at.passed / at.done if at.done else 0.0
-    return (
-        f"{at.done} of {at.total} rows, {at.rate:.3g} a second{left}, "
-        f"{at.passed} pass ({share:.0f} %)"
-    )
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {minutes} min"
-    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
-
-
-def _to_dict(study: Study, figure: str, best: dict[str, Any] | None) -> dict[str, Any]:
-    return {
-        "ok": study.passed > 0,
-        "scenario": study.name,
-        "rows": len(study.spec),
-        "finished": len(study),
-        "passed": study.passed,
-        "reasons": study.reasons,
-        "best": None if best is None else {"figure": figure, "row": _plain(best)},
-        "folder": str(study.folder) if study.folder is not None else None,
-    }
-
-
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in row.items()
-    }
-
-
-def _said(value: Any) -> str:
-    return readable(value, ".6g") if isinstance(value, float) else str(value)
-
-
-def _faulty(study: Study) -> Iterator[dict[str, Any]]:
-    """The first row that has each reason which is a fault of the study, or of Knotwork."""
-    from knotwork.sweeps.outcome import CRASHED, WRONG_INPUT
-
-    left = {WRONG_INPUT, CRASHED} & study.reasons.keys()
-    for row in study.rows() if left else ():
-        if row["reason"] in left:
-            left.remove(row["reason"])
-            yield row
-
-
-def print_study(study: Study, figure: str, best: dict[str, Any] | None) -> None:
-    """Print how many rows pass, why the others do not, and the best one."""
-    from knotwork.cli import tables
-
-    count, total = len(study), len(study.spec)
-    done = f"{count} rows" if count == total else f"{count} of {total} rows are finished"
-    table = tables.plain_table(f"{study.name}: {done}, {study.passed} pass", ["", "rows", "%"])
-    counted = {"passed": study.passed, **study.reasons}
-    for reason, number in list(counted.items())[: 1 + MOST_REASONS]:
-        style = "" if reason == "passed" else "[red]"
-        table.add_row(f"{style}{cell(reason)}", str(number), f"{100 * number / max(1, count):.1f}")
-    tables.print_table(table)
-    if len(study.reasons) > MOST_REASONS:
-        echo(f"and {len(study.reasons) - MOST_REASONS} more reasons")
-    for row in _faulty(study):
-        told = f"{row['reason']}, first in row {row['row']}: {row['message']}"
-        tables.print_wrapped(told, "", "  ")
-    if best is not None:
-        values = ", ".join(f"{name} = {_said(best[name])}" for name in study.varied)
-        known = study.figures[figure]
-        shown = study.units.text(best[figure], known.unit)
-        tables.print_wrapped(
-            f"best {known.title}: {shown} in row {best['row']}, {values}", "", "  "
-        )
-    if study.folder is not None:
-        echo(f"{study.folder}: {count} of {total} rows")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import importlib
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -17,49 +16,12 @@ from numpy.typing import ArrayLike
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.payload import Payload
 from knotwork.robot.chain import select_chain
-from knotwork.robot.limits import LimitTables, chain_limits, limit_tables
-from knotwork.robot.urdf import Urdf
+from knotwork.robot.description import Description
+from knotwork.robot.limits import chain_limits, limit_tables
 from knotwork.waypoints import FloatArray, read_only
 
 _KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"
 _TCP = "knotwork: tool centre point"
-
-
-@dataclass(frozen=True, eq=False)
-class Description:
-    """Everything a robot is made from.
-
-    Attributes:
-        name, description: What it is called, and what it is.
-        source: File that describes it.
-        urdf: Its URDF.
-        base_frame, tool_frame: Links, or `None` for the root and for none.
-        tool_offset: TCP in the tool frame.
-        payload: What the tool frame carries, in its axes.
-        gravity: In the axes of the base frame [m/s²], or `None` for 9.81 along -z of the root.
-        locked: Joints locked on purpose [rad or m].
-        configurations: Name to joint to position [rad or m].
-        limits: Limits that replace the URDF's.
-        package_paths: Folders that meshes are also looked for in.
-        ignored_pairs: Pairs of links that are not checked for collisions.
-        srdf: File that names more of them, or `None`.
-    """
-
-    name: str
-    source: Path
-    urdf: Urdf
-    description: str = ""
-    base_frame: str | None = None
-    tool_frame: str | None = None
-    tool_offset: Any = field(default_factory=pin.SE3.Identity)
-    payload: Payload | None = None
-    gravity: FloatArray | None = None
-    locked: Mapping[str, float] = field(default_factory=dict)
-    configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    limits: LimitTables = field(default_factory=dict)
-    package_paths: tuple[Path, ...] = ()
-    ignored_pairs: tuple[tuple[str, str], ...] = ()
-    srdf: Path | None = None
 
 
 class Robot:

@@ -1,0 +1,79 @@
+"""What is printed of a study: how many rows pass, why the others do not, and the best one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from knotwork.cli.terminal import cell, echo
+from knotwork.units import readable
+
+if TYPE_CHECKING:
+    from knotwork.sweeps import Study
+
+MOST_REASONS = 12
+
+
+def study_to_dict(study: Study, figure: str, best: dict[str, Any] | None) -> dict[str, Any]:
+    """Give what is printed of a study as plain data, ready for JSON."""
+    return {
+        "ok": study.passed > 0,
+        "scenario": study.name,
+        "rows": len(study.spec),
+        "finished": len(study),
+        "passed": study.passed,
+        "reasons": study.reasons,
+        "best": None if best is None else {"figure": figure, "row": _plain(best)},
+        "folder": str(study.folder) if study.folder is not None else None,
+    }
+
+
+def _plain(row: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in row.items()
+    }
+
+
+def _said(value: Any) -> str:
+    return readable(value, ".6g") if isinstance(value, float) else str(value)
+
+
+def _faulty(study: Study) -> Iterator[dict[str, Any]]:
+    """The first row that has each reason which is a fault of the study, or of Knotwork."""
+    from knotwork.sweeps.outcome import CRASHED, WRONG_INPUT
+
+    left = {WRONG_INPUT, CRASHED} & study.reasons.keys()
+    for row in study.rows() if left else ():
+        if row["reason"] in left:
+            left.remove(row["reason"])
+            yield row
+
+
+def print_study(study: Study, figure: str, best: dict[str, Any] | None) -> None:
+    """Print how many rows pass, why the others do not, and the best one."""
+    from knotwork.cli import tables
+
+    count, total = len(study), len(study.spec)
+    done = f"{count} rows" if count == total else f"{count} of {total} rows are finished"
+    table = tables.plain_table(f"{study.name}: {done}, {study.passed} pass", ["", "rows", "%"])
+    counted = {"passed": study.passed, **study.reasons}
+    for reason, number in list(counted.items())[: 1 + MOST_REASONS]:
+        style = "" if reason == "passed" else "[red]"
+        table.add_row(f"{style}{cell(reason)}", str(number), f"{100 * number / max(1, count):.1f}")
+    tables.print_table(table)
+    if len(study.reasons) > MOST_REASONS:
+        echo(f"and {len(study.reasons) - MOST_REASONS} more reasons")
+    for row in _faulty(study):
+        told = f"{row['reason']}, first in row {row['row']}: {row['message']}"
+        tables.print_wrapped(told, "", "  ")
+    if best is not None:
+        values = ", ".join(f"{name} = {_said(best[name])}" for name in study.varied)
+        known = study.figures[figure]
+        shown = study.units.text(best[figure], known.unit)
+        tables.print_wrapped(
+            f"best {known.title}: {shown} in row {best['row']}, {values}", "", "  "
+        )
+    if study.folder is not None:
+        echo(f"{study.folder}: {count} of {total} rows")

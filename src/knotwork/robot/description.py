@@ -1,0 +1,52 @@
+"""What a robot is made from: its URDF, the tool it carries, and what replaces its limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pinocchio as pin
+
+from knotwork.payload import Payload
+from knotwork.robot.limits import LimitTables
+from knotwork.robot.urdf import Urdf
+from knotwork.waypoints import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """Everything a robot is made from.
+
+    Attributes:
+        name, description: What it is called, and what it is.
+        source: File that describes it.
+        urdf: Its URDF.
+        base_frame, tool_frame: Links, or `None` for the root and for none.
+        tool_offset: TCP in the tool frame.
+        payload: What the tool frame carries, in its axes.
+        gravity: In the axes of the base frame [m/s²], or `None` for 9.81 along -z of the root.
+        locked: Joints locked on purpose [rad or m].
+        configurations: Name to joint to position [rad or m].
+        limits: Limits that replace the URDF's.
+        package_paths: Folders that meshes are also looked for in.
+        ignored_pairs: Pairs of links that are not checked for collisions.
+        srdf: File that names more of them, or `None`.
+    """
+
+    name: str
+    source: Path
+    urdf: Urdf
+    description: str = ""
+    base_frame: str | None = None
+    tool_frame: str | None = None
+    tool_offset: Any = field(default_factory=pin.SE3.Identity)
+    payload: Payload | None = None
+    gravity: FloatArray | None = None
+    locked: Mapping[str, float] = field(default_factory=dict)
+    configurations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    limits: LimitTables = field(default_factory=dict)
+    package_paths: tuple[Path, ...] = ()
+    ignored_pairs: tuple[tuple[str, str], ...] = ()
+    srdf: Path | None = None
