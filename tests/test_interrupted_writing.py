@@ -31,7 +31,7 @@ print(flush=True)
 while True:
     storage.write_files(sys.argv[1], {name: text * 50_000 for name in "abc"})
 """
-# Ends the process at its n-th step that changes a folder, as a power cut would.
+# Ends the process at its n-th step that changes a folder, as a power cut or Ctrl-C would.
 CUT = """
 import os, signal, sys
 from knotwork import storage
@@ -40,6 +40,8 @@ def counted(function):
     def step(*arguments, **options):
         global steps
         steps -= 1
+        if steps == 0 and sys.argv[4] == "interrupt":
+            raise KeyboardInterrupt
         if steps == 0:
             os.kill(os.getpid(), signal.SIGKILL)
         return function(*arguments, **options)
@@ -58,15 +60,19 @@ def hidden(folder: Path) -> list[str]:
     return [path.name for path in folder.iterdir() if path.name.startswith(".")]
 
 
-def test_a_writer_ended_at_any_step_leaves_one_whole_set(tmp_path: Path) -> None:
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
+def test_a_writer_ended_at_any_step_leaves_one_whole_set(
+    end: signal.Signals, tmp_path: Path
+) -> None:
     """The next reader finishes what was decided, the next writer removes what was not."""
     seen = set()
     for steps in range(1, 100):
         folder = tmp_path / str(steps)
         storage.write_files(folder, dict.fromkeys(NAMES, "old"))
         (folder / "mine.txt").write_text("my own")
-        command = [sys.executable, "-c", CUT, str(folder), "new", str(steps)]
-        ran = subprocess.run(command, check=False)
+        how = "interrupt" if end == signal.SIGINT else "kill"
+        command = [sys.executable, "-c", CUT, str(folder), "new", str(steps), how]
+        ran = subprocess.run(command, check=False, stderr=subprocess.DEVNULL)
         storage.finish_interrupted(folder)
         found = contents(folder)
         assert len(found) == 1
@@ -77,7 +83,7 @@ def test_a_writer_ended_at_any_step_leaves_one_whole_set(tmp_path: Path) -> None
         assert (folder / "mine.txt").read_text() == "my own"
         if ran.returncode == 0:
             break
-        assert ran.returncode == -signal.SIGKILL
+        assert ran.returncode == -end
     else:
         pytest.fail("it never came to its end")
     assert seen == {"old", "new"}

@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import stat
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -108,8 +107,8 @@ def _write(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]:
             os.rename(new, whole)
             _to_disk(folder)
             _put_in_place(whole, folder, old)
-        finally:
-            for left in (new, whole, old):
+        finally:  # what is decided and not in place, as after an interrupt, is left to the next
+            for left in (new, old):
                 shutil.rmtree(left, ignore_errors=True)
         _to_disk(folder)
     return [folder / name for name in contents]
@@ -151,7 +150,9 @@ def _put_in_place(whole: Path, folder: Path, old: Path) -> None:
                 os.replace(old / name, folder / name)
             else:
                 (folder / name).unlink()
+        shutil.rmtree(whole, ignore_errors=True)
         raise
+    shutil.rmtree(whole, ignore_errors=True)
 
 
 def finish_interrupted(folder: Path) -> None:
@@ -177,10 +178,12 @@ def _left_in(folder: Path) -> list[str]:
 
     A link of such a name is none: where a stranger made it, it leads to files of the user's own.
     """
-    names = os.listdir(folder) if folder.is_dir() else []
+    if not folder.is_dir():
+        return []
     ends = (UNDECIDED, DECIDED, REPLACED)
-    ours = [name for name in names if name.startswith(_PREFIX) and name.endswith(ends)]
-    return [name for name in ours if stat.S_ISDIR((folder / name).lstat().st_mode)]
+    with os.scandir(folder) as entries:  # which knows the kind even of what has gone meanwhile
+        ours = [one for one in entries if one.name.startswith(_PREFIX) and one.name.endswith(ends)]
+        return [one.name for one in ours if one.is_dir(follow_symlinks=False)]
 
 
 @contextlib.contextmanager
