@@ -1,8 +1,14 @@
-"""Small tasks to sweep over."""
+"""Small tasks to sweep over, and the processes that plan them."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterable
 from typing import Any
+
+import psutil
+
+from patience import PATIENCE
 
 LIFT: dict[str, Any] = {
     "name": "lift",
@@ -21,3 +27,37 @@ PLACED: dict[str, Any] = {
     "frame": "part",
     "waypoints": [],
 }
+
+
+def planning(process: psutil.Process) -> list[psutil.Process]:
+    """Processes below one that plan rows."""
+    found = []
+    for one in process.children(recursive=True):
+        try:
+            if "knotwork.sweeps.child" in one.cmdline():
+                found.append(one)
+        except psutil.Error:
+            continue
+    return found
+
+
+def workers_of(process: psutil.Process) -> list[psutil.Process]:
+    """Dask's workers that a process has started, whether they have begun to plan or not."""
+    return [one for one in process.children() if "spawn_main" in " ".join(one.cmdline())]
+
+
+def ended(process: psutil.Process) -> bool:
+    """Whether a process has come to its end; nobody may have asked how."""
+    try:
+        return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
+
+
+def all_end(processes: Iterable[psutil.Process]) -> bool:
+    """Wait until processes have ended."""
+    left, until = list(processes), time.monotonic() + PATIENCE
+    while left and time.monotonic() < until:
+        time.sleep(0.05)
+        left = [one for one in left if not ended(one)]
+    return not left

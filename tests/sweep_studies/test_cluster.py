@@ -7,13 +7,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import psutil
 import pytest
-from tasks import LIFT
+from tasks import LIFT, all_end, planning, workers_of
 
 import knotwork as kw
 from patience import PATIENCE
@@ -40,40 +39,6 @@ def without_time(study: kw.Study) -> Any:
 def serial() -> Any:
     """The rows as one process makes them, without Dask."""
     return without_time(kw.sweep(TASK, VARY, workers=0, **OPTIONS))
-
-
-def planning(process: psutil.Process) -> list[psutil.Process]:
-    """Processes below one that plan rows."""
-    found = []
-    for one in process.children(recursive=True):
-        try:
-            if "knotwork.sweeps.child" in one.cmdline():
-                found.append(one)
-        except psutil.Error:
-            continue
-    return found
-
-
-def workers_of(process: psutil.Process) -> list[psutil.Process]:
-    """Dask's workers that a process has started, whether they have begun to plan or not."""
-    return [one for one in process.children() if "spawn_main" in " ".join(one.cmdline())]
-
-
-def ended(process: psutil.Process) -> bool:
-    """Whether a process has come to its end; nobody may have asked how."""
-    try:
-        return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return True
-
-
-def all_end(processes: Iterable[psutil.Process]) -> bool:
-    """Wait until processes have ended."""
-    left, until = list(processes), time.monotonic() + PATIENCE
-    while left and time.monotonic() < until:
-        time.sleep(0.05)
-        left = [one for one in left if not ended(one)]
-    return not left
 
 
 def test_a_worker_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> None:
@@ -224,6 +189,39 @@ def test_a_scheduler_that_is_lost_costs_no_finished_chunk(
                 out=folder,
                 scheduler=cluster.scheduler_address,
                 progress=end,
+                **OPTIONS,
+            )
+    assert ROWS // 4 <= len(kw.Study.open(folder)) < ROWS
+    study = kw.sweep(TASK, VARY, out=folder, resume=True, workers=0, **OPTIONS)
+    assert without_time(study).equals(serial)
+
+
+def test_a_scheduler_that_loses_all_workers_costs_no_finished_chunk(
+    serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import distributed
+
+    monkeypatch.setattr("knotwork.sweeps.executors.RECOUNT", 0.1)
+    monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_ABSENCE", 0.5)
+    monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_FETCH", 5.0)
+    folder = tmp_path / "study"
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
+    ) as cluster:
+
+        def dismiss(at: kw.SweepProgress) -> None:
+            if at.done >= ROWS // 4:
+                cluster.scale(0)
+                while cluster.scheduler.workers:
+                    time.sleep(0.05)
+
+        with pytest.raises(kw.InputError, match=r"all workers are lost.*go on with --resume"):
+            kw.sweep(
+                TASK,
+                VARY,
+                out=folder,
+                scheduler=cluster.scheduler_address,
+                progress=dismiss,
                 **OPTIONS,
             )
     assert ROWS // 4 <= len(kw.Study.open(folder)) < ROWS

@@ -351,3 +351,30 @@ def test_plans_of_many() -> None:
         kw.plan_many(tasks, workers=0)
     with pytest.raises(kw.InputError, match=r"scenarios\[1\] is 5; accepted: a name"):
         kw.plan_many([LIFT, 5], workers=1)  # type: ignore[list-item]
+
+
+def test_a_study_whose_folder_is_removed_meanwhile_says_so(tmp_path: Path) -> None:
+    folder = tmp_path / "study"
+
+    def remove(at: kw.SweepProgress) -> None:
+        shutil.rmtree(folder)
+
+    with pytest.raises(kw.InputError, match=r"study\.json was removed while") as raised:
+        kw.sweep(LIFT, VARY, out=folder, workers=0, chunk=4, progress=remove)
+    assert "resume" not in str(raised.value)
+
+
+def test_of_two_runs_that_begin_a_study_in_one_folder_the_second_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "study"
+
+    def other_run(*_: Any) -> int:
+        """While this run learns how long rows take."""
+        kw.sweep(LIFT, VARY, out=folder, workers=0, chunk=4)
+        return 3
+
+    monkeypatch.setattr("knotwork.sweeps.run._chunk_size", other_run)
+    with pytest.raises(kw.InputError, match="holds a study already; go on with it by --resume"):
+        kw.sweep(LIFT, VARY, out=folder, workers=0)
+    assert kw.Study.open(folder)["row"] == list(range(10))

@@ -56,7 +56,9 @@ def write_files(folder: Path | str, contents: Mapping[str, str | bytes]) -> list
         ) from error
 
 
-def write_file(path: Path | str, content: str | bytes, *, what: str = "") -> Path:
+def write_file(
+    path: Path | str, content: str | bytes, *, what: str = "", replace: bool = True
+) -> Path:
     """Write one file, whole or not at all; an existing one is replaced.
 
     >>> write_file("motion/a.txt", "one").read_text()
@@ -66,13 +68,14 @@ def write_file(path: Path | str, content: str | bytes, *, what: str = "") -> Pat
         path: Path of the file; its folder is made if it does not exist.
         content: Text, written in UTF-8, or bytes.
         what: What it holds, for the error, such as `"a picture"`.
+        replace: Whether there may be one already; if not, of several writers one alone writes.
 
     Raises:
         InputError: It can't be written.
     """
     path = Path(path)
     try:
-        return _write(path.parent, {path.name: content})[0]
+        return _write(path.parent, {path.name: content}, replace)[0]
     except (OSError, ValueError) as error:
         raise InputError(
             f"can't write {what + ' ' if what else ''}to {path}: {_reason(error)}; give a file in "
@@ -84,7 +87,7 @@ def _reason(error: OSError | ValueError) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
-def _write(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]:
+def _write(folder: Path, contents: Mapping[str, str | bytes], replace: bool = True) -> list[Path]:
     """Write files, all of them or none.
 
     Raises:
@@ -93,6 +96,8 @@ def _write(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _alone_in(folder):
+        if not replace and any((folder / name).exists() for name in contents):
+            raise FileExistsError(None, "it is there already")
         token = f"{_PREFIX}{os.urandom(6).hex()}"
         new, whole, old = (folder / f"{token}{end}" for end in (UNDECIDED, DECIDED, REPLACED))
         try:

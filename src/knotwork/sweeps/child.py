@@ -11,12 +11,13 @@ import faulthandler
 import importlib
 import os
 import pickle
+import queue
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
 
 from knotwork.errors import InputError
 
@@ -26,6 +27,8 @@ START_LIMIT = 120.0
 """Time that a child may take until it answers [s]; importing is not the fault of a row."""
 END_PATIENCE = 5.0
 """A process that has closed its pipes may take so long to end [s]."""
+LONGEST = 1e8
+"""Longer limits are this one [s], as clocks have an end."""
 # One process is one thread of work; NumPy's would be in the way of the others.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -52,11 +55,30 @@ def refuse_own_checks(instead: str) -> None:
         )
 
 
+_Answer = TypeVar("_Answer")
+
+
+def again_if_ended(call: Callable[[], _Answer]) -> _Answer:
+    """Make a call that a child answers; once more if the child ends, as others may have ended it.
+
+    A system that is short of memory ends processes whose rows are in order.
+
+    Raises:
+        ChildTimeoutError: It took longer than it may.
+        ChildCrashedError: The child ended both times.
+    """
+    try:
+        return call()
+    except ChildCrashedError:
+        return call()
+
+
 class Child:
     """A child process with a `Bench`; started when it is first called, and again after its end."""
 
     def __init__(self) -> None:
         self._process: Any = None
+        self._closed = False
 
     def call(self, method: str, *arguments: Any, limit: float) -> Any:
         """Call a method of the bench.
@@ -70,9 +92,12 @@ class Child:
             ChildTimeoutError: It took longer.
             ChildCrashedError: The process came to its end.
         """
-        if self._process is None:
+        limit = min(limit, LONGEST)
+        if self._process is None and not self._closed:
             self._process = _Process()
             self._answer(START_LIMIT)
+        if self._closed:
+            raise ChildCrashedError("it was closed")
         return self._answer(limit, (method, arguments, limit))
 
     def _answer(self, limit: float, question: Any = None) -> Any:
@@ -98,6 +123,9 @@ class Child:
             raise ChildCrashedError(_said(code)) from error
         finally:
             timer.cancel()
+        timer.join()
+        if late.is_set():  # the answer came just before
+            self._ended()
         if not ok:
             raise answer
         return answer
@@ -108,7 +136,8 @@ class Child:
         return 0 if process is None else process.end(patience)
 
     def close(self) -> None:
-        """End the process."""
+        """End the process, whatever it is about, and start none again."""
+        self._closed = True
         self._ended()
 
 
@@ -178,9 +207,19 @@ def _send(sink: Any, answer: tuple[bool, Any]) -> None:
 
 
 def _calls(source: Any) -> Iterator[tuple[str, tuple[Any, ...], float]]:
-    with contextlib.suppress(EOFError):
-        while True:
-            yield pickle.load(source)
+    """Calls of the parent; when that has gone this process ends, whatever it is about."""
+    asked: queue.SimpleQueue[tuple[str, tuple[Any, ...], float]] = queue.SimpleQueue()
+
+    def listen() -> None:
+        try:
+            while True:
+                asked.put(pickle.load(source))
+        finally:
+            os._exit(0)
+
+    threading.Thread(target=listen, daemon=True).start()
+    while True:
+        yield asked.get()
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import math
 import secrets
@@ -39,10 +40,16 @@ SILENT = 50
 """Level of logging that keeps Dask from writing of workers that are lost; they are replaced."""
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
-LOST = "the connection to the scheduler was lost"
-KEPT = "what is finished is kept, go on with --resume"
+LONGEST_ABSENCE = 60.0
+"""Without any worker chunks wait so long for one [s]."""
+LONGEST_ANSWER = LONGEST_FETCH = 60.0
+"""The scheduler may take so long for an answer, and a finished chunk until it is here [s]."""
+GLANCE = 0.02
+"""Between looks at what is ready [s]."""
 PLANNED_AGAIN = ("lost", "pending")
 """What Dask says of a result that was lost with its worker before it was fetched."""
+LOST = "the connection to the scheduler was lost"
+KEPT = "what is finished is kept, go on with --resume"
 
 
 def here(chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
@@ -67,9 +74,9 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Finished
     dask = distributed()
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask_config().set(QUIET))
-        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="knotwork-"))
-        with _interrupts_for_this_process():
-            try:
+        try:
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="knotwork-"))
+            with _interrupts_for_this_process():
                 cluster = dask.LocalCluster(
                     n_workers=workers,
                     threads_per_worker=1,
@@ -79,11 +86,11 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Finished
                     local_directory=folder,
                     silence_logs=SILENT,
                 )
-            except RuntimeError as error:  # for example a worker was ended from outside
-                raise InputError(
-                    f"the {workers} worker processes could not be started ({error}); a script that "
-                    'starts some must have `if __name__ == "__main__":`'
-                ) from error
+        except (RuntimeError, OSError) as error:  # for example a worker was ended from outside
+            raise InputError(
+                f"the {workers} worker processes could not be started ({error}); a script that "
+                'starts some must have `if __name__ == "__main__":`'
+            ) from error
         stack.enter_context(cluster)
         yield from _by(stack.enter_context(dask.Client(cluster)), chunks)
 
@@ -121,8 +128,8 @@ def thread_count(address: str) -> int:
     Raises:
         InputError: There is no scheduler at the address.
     """
-    with _client(address) as client:
-        return _thread_count(client)
+    with _client(address) as client, _connected():
+        return sum(client.nthreads(callback_timeout=LONGEST_ANSWER).values())
 
 
 def _client(address: str) -> Any:
@@ -156,37 +163,83 @@ def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
     """Hand chunks over as earlier ones become ready, so that few are under way at any time.
 
     Raises:
-        InputError: The scheduler is lost, or a chunk ended the workers it was given to.
+        InputError: The scheduler or all workers are lost, or a chunk ended the workers it was given
+            to.
     """
-    waiting = distributed().as_completed(raise_errors=False)
-    under_way, room, counted = 0, 0, -math.inf
+    waiting, crew, under_way = distributed().as_completed(raise_errors=False), _Crew(client), 0
     while True:
-        if time.monotonic() - counted > RECOUNT:  # workers come and go
-            room, counted = AHEAD * max(1, _thread_count(client)), time.monotonic()
-        for chunk in islice(chunks, max(0, room - under_way)):
+        for chunk in islice(chunks, max(0, AHEAD * crew.count() - under_way)):
             key = f"knotwork-{secrets.token_hex(4)}-{chunk.index}"
-            waiting.add(client.submit(perform_in_child, chunk, key=key, pure=False))
+            with _connected():
+                waiting.add(client.submit(perform_in_child, chunk, key=key, pure=False))
             under_way += 1
         if not under_way:
             return
-        done = next(waiting)
-        if done.status in PLANNED_AGAIN:
-            waiting.add(done)
-            continue
-        under_way -= 1
-        try:
-            finished = done.result()
-        except Exception:  # what a chunk or Dask may raise is not known here
-            raise _lost(done) from None
-        yield finished
-        done.release()
+        ready = waiting.next_batch(block=False)
+        if not ready:
+            time.sleep(GLANCE)
+        for done in ready:
+            finished = _fetched(done)
+            if finished is None:
+                waiting.add(done)
+                continue
+            under_way -= 1
+            yield finished
+            done.release()
 
 
-def _thread_count(client: Any) -> int:
+class _Crew:
+    """How many chunks the workers can plan at once, counted now and then, as they come and go."""
+
+    def __init__(self, client: Any) -> None:
+        self._client, self._count, self._counted = client, 0, -math.inf
+        self._gone: float | None = None
+
+    def count(self) -> int:
+        """At least 1.
+
+        Raises:
+            InputError: There have been no workers for long, or there is no scheduler.
+        """
+        now = time.monotonic()
+        if now - self._counted > RECOUNT:
+            with _connected():
+                threads = self._client.nthreads(callback_timeout=LONGEST_ANSWER)
+            self._count, self._counted = sum(threads.values()), now
+            if self._count:
+                self._gone = None
+            elif self._gone is None:
+                self._gone = now
+            elif now - self._gone > LONGEST_ABSENCE:
+                raise InputError(f"all workers are lost, and no others came; {KEPT}")
+        return max(1, self._count)
+
+
+@contextlib.contextmanager
+def _connected() -> Iterator[None]:
+    """Say in words that the scheduler is lost, whatever Dask raises."""
     try:
-        return sum(client.nthreads().values())
-    except Exception as error:  # what Dask may raise is not known here
+        yield
+    except (OSError, RuntimeError, asyncio.TimeoutError, asyncio.CancelledError) as error:
         raise InputError(f"{LOST}; {KEPT}") from error
+
+
+def _fetched(future: Any) -> FinishedChunk | None:
+    """The rows of a chunk; `None` if they were lost on the way and are planned again.
+
+    Raises:
+        InputError: There will be none.
+    """
+    if future.status in PLANNED_AGAIN:
+        return None
+    try:
+        finished: FinishedChunk = future.result(timeout=LONGEST_FETCH)
+    except Exception as error:  # what a chunk or Dask may raise is not known here
+        late = isinstance(error, TimeoutError | asyncio.TimeoutError)
+        if late and future.status not in ("error", "cancelled"):
+            return None
+        raise _lost(future) from None
+    return finished
 
 
 def _lost(future: Any) -> InputError:

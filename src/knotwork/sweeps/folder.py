@@ -41,7 +41,13 @@ class StudyFolder:
         return self.path / CHUNKS / f"{index // PER_FOLDER:04d}" / f"{index:07d}.parquet"
 
     def write(self, index: int, content: bytes) -> None:
-        """Write the rows of a chunk, whole or not at all."""
+        """Write the rows of a chunk, whole or not at all.
+
+        Raises:
+            InputError: It can't be written, or the study is gone.
+        """
+        if not is_study(self.path):
+            raise InputError(f"{self.path}: {STUDY} was removed while the study was planned")
         storage.write_file(self.file(index), content)
 
     def finished(self) -> Iterator[int]:
@@ -59,13 +65,27 @@ def is_study(path: Path | str) -> bool:
     return (Path(path) / STUDY).is_file()
 
 
+def refuse_study(path: Path) -> None:
+    """Refuse to begin a study where there is one.
+
+    Raises:
+        InputError: There is one in the folder.
+    """
+    if is_study(path):
+        raise InputError(
+            f"{path} holds a study already; go on with it by --resume (resume=True), or give "
+            "another folder"
+        )
+
+
 def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
     """Make the folder of a study.
 
     Raises:
-        InputError: It can't be made, or has rows of a study whose description is gone.
+        InputError: It can't be made, or there is a study, or rows of one whose description is gone.
     """
     folder = StudyFolder(path, spec, size)
+    refuse_study(path)
     if next(folder.finished(), None) is not None:
         raise InputError(
             f"{path} holds rows of a study, and no {STUDY} that says of which; give another folder"
@@ -85,7 +105,11 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
         raise InputError(
             f"the study can't be written: {error}; accepted: values as a file may have them"
         ) from error
-    storage.write_file(path / STUDY, text + "\n")
+    try:
+        storage.write_file(path / STUDY, text + "\n", replace=False)
+    except InputError:
+        refuse_study(path)  # another run was faster
+        raise
     return folder
 
 

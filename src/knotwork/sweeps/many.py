@@ -13,7 +13,13 @@ from knotwork.arguments import finite_number
 from knotwork.errors import InputError, KnotworkError, shown
 from knotwork.pipeline import Plan
 from knotwork.scenario import Scenario
-from knotwork.sweeps.child import Child, ChildCrashedError, ChildTimeoutError, refuse_own_checks
+from knotwork.sweeps.child import (
+    Child,
+    ChildCrashedError,
+    ChildTimeoutError,
+    again_if_ended,
+    refuse_own_checks,
+)
 from knotwork.sweeps.run import TIME_LIMIT
 
 
@@ -62,16 +68,18 @@ def plan_many(
             own.child = Child()
             children.append(own.child)
         try:
-            found: Plan | KnotworkError = own.child.call("plan", scenario, limit=limit)
+            found: Plan | KnotworkError = again_if_ended(
+                lambda: own.child.call("plan", scenario, limit=limit)
+            )
         except (ChildTimeoutError, ChildCrashedError) as error:
             return KnotworkError(str(error))
         except Exception as error:  # a fault in one is not the end of the others
             return KnotworkError(f"internal error: {type(error).__name__}: {error}")
         return found
 
-    try:
-        with ThreadPoolExecutor(min(count, max(1, len(given)))) as pool:
+    with ThreadPoolExecutor(min(count, max(1, len(given)))) as pool:
+        try:
             return list(pool.map(planned, given))
-    finally:
-        for child in children:
-            child.close()
+        finally:  # inside, as the pool waits for what is under way when an interrupt ends this
+            for child in children:
+                child.close()

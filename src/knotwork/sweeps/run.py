@@ -16,7 +16,7 @@ from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
 from knotwork.sweeps.child import refuse_own_checks
-from knotwork.sweeps.folder import StudyFolder, create, is_study, reopen
+from knotwork.sweeps.folder import StudyFolder, create, is_study, refuse_study, reopen
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.packages import arrow, distributed
 from knotwork.sweeps.spec import StudySpec, scenario_document
@@ -157,12 +157,9 @@ def sweep(
     folder = Path(out) if out is not None else None
     if resume and folder is None:
         raise InputError("there is no study to go on with: resume is given without out")
+    if folder is not None and not resume:
+        refuse_study(folder)
     if folder is not None and is_study(folder):
-        if not resume:
-            raise InputError(
-                f"{folder} holds a study already; go on with it by --resume (resume=True), or give "
-                "another folder"
-            )
         made = reopen(folder, spec)
     else:
         size = chunk or _chunk_size(spec, workers, scheduler)
@@ -225,7 +222,8 @@ class _Run:
             try:
                 self.folder.write(chunk.index, chunk.content)
             except InputError as error:
-                error.add(executors.KEPT)
+                if is_study(self.folder.path):
+                    error.add(executors.KEPT)
                 raise
         self.done, self.passed = self.done + chunk.rows, self.passed + chunk.passed
         if self.progress is not None:

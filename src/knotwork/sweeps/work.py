@@ -14,7 +14,12 @@ from typing import Any, Protocol
 from knotwork.documents import Document
 from knotwork.documents.edits import flow
 from knotwork.sweeps.bench import Bench, Block
-from knotwork.sweeps.child import Child, ChildCrashedError, ChildTimeoutError
+from knotwork.sweeps.child import (
+    Child,
+    ChildCrashedError,
+    ChildTimeoutError,
+    again_if_ended,
+)
 from knotwork.sweeps.figures import FIGURES
 from knotwork.sweeps.outcome import CRASHED, PASSED, TIME_LIMIT, Outcome
 from knotwork.sweeps.packages import arrow
@@ -98,23 +103,25 @@ class ChildWorker:
         """Take a block; if its test hangs or crashes, its rows go without it."""
         self._block = block
         try:
-            return self._given(block, True, limit)
+            return again_if_ended(lambda: self._given(block, True, limit))
         except (ChildTimeoutError, ChildCrashedError):
             return {}
 
     def outcome(self, row: int, limit: float) -> Outcome:
         """Plan a row."""
-        block, begin = self._block, time.perf_counter()
+        begin = time.perf_counter()
         try:
-            if row not in self._held:
-                alone = Block(block.document, block.locations, {row: block.values[row]})
-                known = self._given(alone, False, limit)
-                if row in known:
-                    return known[row]
-            return self._call("outcome", row, limit=limit)  # type: ignore[no-any-return]
+            return again_if_ended(lambda: self._planned(row, limit))
         except (ChildTimeoutError, ChildCrashedError) as error:
             what = TIME_LIMIT if isinstance(error, ChildTimeoutError) else CRASHED
             return Outcome(what, what, str(error), {}, time.perf_counter() - begin)
+
+    def _planned(self, row: int, limit: float) -> Outcome:
+        if row not in self._held:
+            block = self._block
+            alone = Block(block.document, block.locations, {row: block.values[row]})
+            self._given(alone, False, limit)
+        return self._call("outcome", row, limit=limit)  # type: ignore[no-any-return]
 
     def _given(self, block: Block, tested: bool, limit: float) -> dict[int, Outcome]:
         """Give the child a block."""

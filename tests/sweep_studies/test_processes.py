@@ -1,0 +1,115 @@
+"""Processes that plan are ended by others, or their parent is, or it is interrupted."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from tasks import LIFT, all_end, planning
+
+import knotwork as kw
+from patience import PATIENCE
+
+pytestmark = [
+    pytest.mark.exhaustive,
+    pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL"),
+]
+
+# A check that says that it has begun, and hangs.
+HANGING = """
+import os, pathlib, time
+from knotwork.verification import CHECKS
+
+def hanging(motion, scenario, space):
+    pathlib.Path(os.environ["BEGUN"]).touch()
+    time.sleep(10_000)
+    return ()
+
+CHECKS["hanging"] = hanging
+"""
+# A check that ends its process as a system without memory does, once.
+ENDED_ONCE = """
+import os, pathlib, signal
+from knotwork.verification import CHECKS
+
+def ended(motion, scenario, space):
+    begun = pathlib.Path(os.environ["BEGUN"])
+    if not begun.exists():
+        begun.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return ()
+
+CHECKS["ended"] = ended
+"""
+RUNS = {
+    "sweep": "kw.sweep(task, {'rate': [100]}, workers=1, chunk=1, time_limit=10_000)",
+    "plan_many": "kw.plan_many([task] * 3, workers=1, time_limit=10_000)",
+}
+RUN = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+import knotwork as kw
+from knotwork.verification import CHECKS
+CHECKS.pop("hanging", None)
+task = {task!r}
+{run}
+"""
+
+
+def rows(task: Any, vary: dict[str, Any], **how: Any) -> Any:
+    return kw.sweep(task, vary, chunk=1, **how).table.drop_columns(["plan_time"])
+
+
+def test_poses_are_tested_again_whose_process_others_end() -> None:
+    def end(at: kw.SweepProgress) -> None:
+        for one in planning(psutil.Process()):
+            one.kill()
+            one.wait()
+
+    vary = {"frames.block.position[0]": [450, 2500]}
+    ended = rows("ur5_deburring", vary, workers=1, progress=end)
+    assert ended.equals(rows("ur5_deburring", vary, workers=0))
+
+
+def test_rows_are_planned_again_whose_process_others_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "sitecustomize.py").write_text(ENDED_ONCE, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path), *sys.path[1:])))
+    monkeypatch.setenv("BEGUN", str(tmp_path / "begun"))
+    vary = {"waypoints[up].after": "0.5:3:4"}
+    assert rows(LIFT, vary, workers=1).equals(rows(LIFT, vary, workers=0))
+    assert (tmp_path / "begun").exists()
+
+
+@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
+def test_what_hangs_ends_with_its_parent(name: str, end: signal.Signals, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(HANGING, encoding="utf-8")
+    begun = tmp_path / "begun"
+    paths = os.pathsep.join((str(tmp_path), *sys.path[1:]))
+    run = subprocess.Popen(
+        [sys.executable, "-c", RUN.format(task=LIFT, run=RUNS[name])],
+        env={**os.environ, "PYTHONPATH": paths, "BEGUN": str(begun)},
+        stderr=subprocess.DEVNULL,
+    )
+    while not begun.exists():
+        assert run.poll() is None
+        time.sleep(0.05)
+    below = planning(psutil.Process(run.pid))
+    assert below
+    run.send_signal(end)
+    assert run.wait(timeout=PATIENCE) == -end
+    assert all_end(below)
+
+
+def test_a_time_limit_that_no_clock_has() -> None:
+    study = kw.sweep(LIFT, {"rate": [100]}, workers=1, chunk=1, time_limit=1e300)
+    assert study["verdict"] == kw.sweep(LIFT, {"rate": [100]}, workers=0)["verdict"]
