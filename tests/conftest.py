@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from pathlib import Path
@@ -19,8 +20,14 @@ from sweeps import ALL_EXAMPLES, TIMES
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# How long an example takes depends on the machine, and on what else it does.
-settings.register_profile("ordinary", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# How long an example takes depends on the machine, and on what else it does. Where a verdict is
+# waited for, it is on the same examples each time.
+settings.register_profile(
+    "ordinary",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize="CI" in os.environ,
+)
 settings.load_profile("ordinary")
 settings.register_profile(ALL_EXAMPLES, max_examples=TIMES * settings().max_examples)
 
