@@ -16,6 +16,13 @@ from knotwork import Plan, plan
 from knotwork.cli.main import main
 from sweeps import ALL_EXAMPLES, TIMES
 
+# What the terminal is like, and where packages are, each test says itself.
+for name in (
+    *("COLUMNS", "LINES", "TERM", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"),
+    *("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "KNOTWORK_TRACEBACK"),
+):
+    os.environ.pop(name, None)
+
 # In the background of a shell interrupts are ignored, by what the tests start there, too.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
