@@ -154,7 +154,10 @@ def test_contradictory_limits() -> None:
 
 
 def test_a_budget_that_is_too_small_is_no_answer() -> None:
-    error = failure(random_problem(1, 8, 5), budget=1e-6)
+    problem = random_problem(1, 8, 5)
+    duration = np.full(7, np.nan)
+    duration[3] = solve(problem).time[4] - solve(problem).time[3]
+    error = failure(replace(problem, duration=duration), budget=1e-6)
     assert "within the budget of 1e-06 s; allow more time" in str(error)
 
 
@@ -169,7 +172,25 @@ def test_a_motion_that_stops_needs_no_time_to_be_found() -> None:
     assert (motion.velocity == 0.0).all()
 
 
-@pytest.mark.parametrize(("seed", "longer", "mixed"), [(2, (45, 65), True), (5, (55, 125), False)])
+@pytest.mark.parametrize("seed", range(20))
+def test_a_motion_past_given_velocities_needs_no_time_to_be_found(seed: int) -> None:
+    """It comes to rest between the waypoints."""
+    rng = np.random.default_rng(seed)
+    problem = random_problem(seed, 2 + seed % 9, 1 + seed % 6)
+    limits = problem.limits
+    acceleration = np.full(problem.position.shape, np.nan)
+    acceleration[[0, -1]] = 0.1 * rng.uniform(-1.0, 1.0, (2, 1)) * limits.acceleration
+    at_least = np.zeros(len(problem.position) - 1)
+    at_least[::2] = 3.0
+    asked = replace(problem, acceleration=acceleration, at_least=at_least)
+    motion = solve(asked, budget=1e-6)
+    assert motion.status == "stopped"
+    assert_kept(asked, replace(motion, status="optimal"))
+    np.testing.assert_allclose(motion.acceleration[[0, -1]], acceleration[[0, -1]], atol=1e-12)
+    assert solve(asked).duration <= motion.duration
+
+
+@pytest.mark.parametrize(("seed", "longer", "mixed"), [(2, (55, 75), True), (5, (55, 125), False)])
 def test_a_longer_budget_never_ends_with_more_than_stops_take(
     monkeypatch: pytest.MonkeyPatch, seed: int, longer: tuple[int, ...], mixed: bool
 ) -> None:

@@ -130,6 +130,7 @@ def choose_times(
     duration = float(scenario.times[-1] - scenario.times[0])
     in_runs = sum(motion.duration for _, motion in found)
     least = sum(motion.lower_bound for _, motion in found)
+    stopped = passing.stopped or any(motion.status == "stopped" for _, motion in found)
     objective: dict[str, float] = {}
     for _, motion in found:
         for name, value in motion.objective.items():
@@ -142,7 +143,7 @@ def choose_times(
         solution=passing.solution,
         duration=duration,
         lower_bound=duration - in_runs + least,
-        status="stopped" if any(one.status == "stopped" for _, one in found) else "optimal",
+        status="stopped" if stopped else "optimal",
         binding=(*passing.binding, *(binding for _, motion in found for binding in motion.binding)),
         objective=objective,
         runs=tuple(motion for _, motion in found),
@@ -189,7 +190,7 @@ def _found(
         runs = find_runs(task)
         return _solved(task, runs, watch, _starts(task, runs, warm))
 
-    greatest = at_greatest_speeds(scenario, free, solution)
+    greatest = at_greatest_speeds(scenario, free, solution, watch)
     try:
         return greatest, motions(greatest)
     except _NoMotionsError as failed:

@@ -55,10 +55,11 @@ def _of_motion(
 
 def _duration(chosen: ChosenTimes) -> str:
     if chosen.status == "stopped":
+        what = " with these speeds along its paths" if _path_speeds_chosen(chosen) else ""
         return (
             f"times chosen: {chosen.duration:.6g} s, the best so far when the budget ended: every "
             "limit is kept, but a shorter motion may exist "
-            f"(lower bound {chosen.lower_bound:.6g} s)"
+            f"(lower bound{what} {chosen.lower_bound:.6g} s)"
         )
     if chosen.gap < 1e-6:
         return f"times chosen: {chosen.duration:.6g} s in all, which was given or can't be less"

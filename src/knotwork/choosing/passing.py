@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from knotwork.choosing.path_search import rounded
-from knotwork.choosing.path_speeds import path_speeds
+from knotwork.choosing.path_search import BUDGET, rounded
+from knotwork.choosing.path_speeds import PathSpeeds, path_speeds
 from knotwork.choosing.runs import Run, find_runs, timing_problem
 from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.documents import Edits, Location, edited
@@ -45,18 +45,21 @@ class Passing:
         solution: Solutions of its poses.
         edits: What gives its document the speeds.
         binding: What bounds each of them.
+        stopped: Whether the budget ended before they were the best.
     """
 
     task: FreeTask
     solution: TaskSolution
     edits: dict[Location, Any]
     binding: tuple[Binding, ...] = ()
+    stopped: bool = False
 
 
 def at_greatest_speeds(
     scenario: Scenario,
     free: FreeTimes,
     solution: TaskSolution | None,
+    watch: Watch,
     caps: Edits = MappingProxyType({}),
 ) -> Passing:
     """The task with the greatest speeds along its paths that the limits allow.
@@ -65,26 +68,26 @@ def at_greatest_speeds(
         scenario: The task.
         free: What it leaves to be chosen.
         solution: Solutions of the poses, if not the best.
+        watch: What knows of the budget.
         caps: Edits that bound some of the speeds.
 
     Raises:
         InputError: There are none, or the task can't be solved.
     """
-    edits: dict[Location, Any] = {}
-    binding: list[Binding] = []
+    found = PathSpeeds()
     if free.path_speed:
         if caps:
             scenario = scenario_of(edited(free.document, caps))
         space = joint_space(scenario)
         waypoints = solve_task(scenario, space, knots_of(scenario)).waypoints
-        edits, binding = path_speeds(FreeTask(scenario, scenario.free or free, space, waypoints))
-        scenario = scenario_of(edited(free.document, edits))
+        task = FreeTask(scenario, scenario.free or free, space, waypoints)
+        found = path_speeds(task, watch)
+        scenario = scenario_of(edited(free.document, found.edits))
     space = joint_space(scenario)
     solution = solution or solve_task(scenario, space, knots_of(scenario))
     left = scenario.free or replace(free, path_speed={})
-    return Passing(
-        FreeTask(scenario, left, space, solution.waypoints), solution, edits, (*binding,)
-    )
+    task = FreeTask(scenario, left, space, solution.waypoints)
+    return Passing(task, solution, found.edits, found.binding, found.stopped)
 
 
 def at_lower_speeds(
@@ -96,6 +99,8 @@ def at_lower_speeds(
     watch: Watch,
 ) -> Passing | None:
     """The task with lower speeds along those paths that meet runs without a motion.
+
+    They take up to half of the budget that is left.
 
     Args:
         scenario: The task.
@@ -116,33 +121,41 @@ def at_lower_speeds(
     places = stretches & set(free.path_speed)
     speeds = {("waypoints", i, "speed"): greatest.edits["waypoints", i, "speed"] for i in places}
 
-    def passing(part: float) -> tuple[float, Passing] | None:
+    def passing(part: float, watch: Watch) -> tuple[float, Passing] | None:
         """The task at parts of the speeds, and how long these paths and runs take together [s]."""
         caps: Edits = {key: {"at_most": rounded(part * speed)} for key, speed in speeds.items()}
         try:
-            made = at_greatest_speeds(scenario, free, solution, caps)
+            made = at_greatest_speeds(scenario, free, solution, watch, caps)
             runs = [one for one in find_runs(made.task) if beside & {*one.waypoints}]
             problems = [timing_problem(made.task, run, Objective()) for run in runs]
-            taken = sum(solved(problem, Watch()).duration for problem in problems)
+            watch = watch.within(1.0, sum(len(run.waypoints) - 1 for run in runs))
+            motions = [solved(problem, watch) for problem in problems]
         except (InputError, NoMotionError):
             return None
+        taken = sum(motion.duration for motion in motions)
         taken += sum(made.task.scenario.paths[k].motion.timing.duration for k in numbers)
-        return taken, replace(made, binding=tuple(_beside(one) for one in made.binding))
+        stopped = made.stopped or any(motion.status == "stopped" for motion in motions)
+        return taken, replace(made, stopped=stopped)
 
-    best = passing(LEAST) if places else None
+    shared = watch.within(0.5)
+    best = passing(LEAST, shared.within(1.0 / (1 + len(PARTS)))) if places else None
     if best is None:
         return None
-    before = math.inf
+    before, stopped = math.inf, False
     for part in PARTS:
-        made = None if watch.late(found=False) else passing(part)
+        if stopped := shared.late(found=True):
+            break
+        made = passing(part, shared.within(1.0))
         if made is not None:
+            stopped |= made[1].stopped
             if made[0] > before:
                 break
             before = made[0]
             best = min(best, made, key=lambda one: one[0])
-    return best[1]
-
-
-def _beside(binding: Binding) -> Binding:
-    """What bounds a speed that was lowered for what comes before or after."""
-    return replace(binding, quantity=BESIDE) if binding.quantity == "at_most" else binding
+    stopped |= best[1].stopped
+    lowered = BUDGET.quantity if stopped else BESIDE
+    binding = tuple(
+        replace(one, quantity=lowered) if one.quantity == "at_most" else one
+        for one in best[1].binding
+    )
+    return replace(best[1], binding=binding, stopped=stopped)

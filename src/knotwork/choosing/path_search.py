@@ -21,6 +21,7 @@ from knotwork.documents import REMOVED, Location
 from knotwork.errors import DocumentError, InputError, PathError
 from knotwork.scenario import ScenarioPath
 from knotwork.timing import Binding
+from knotwork.timing.watch import Watch
 from knotwork.trajectory import JointTrajectory
 
 Speeds = dict[int, float]
@@ -55,6 +56,8 @@ TIMES = ("after", "time")
 
 RAMPS = Hindrance("", "room for changes of speed")
 
+BUDGET = Hindrance("", "the end of the budget")
+
 
 class PathSearch:
     """The search for the speeds of one path.
@@ -63,6 +66,7 @@ class PathSearch:
         task: The task.
         path: One of its paths.
         most: Greatest speeds of the stretches whose speed is sought [m/s], by index.
+        watch: What knows of the budget: when it has ended, the first speeds that do are taken.
 
     Attributes:
         caps: Greatest speeds of these, below the limit of the tool [m/s], by index.
@@ -72,9 +76,16 @@ class PathSearch:
         too_fast: What was exceeded where a speed failed last, by index.
         stuck: A stretch along which no speed will do, if that was found.
         no_room: Whether speeds failed because there was no room to change to them.
+        stopped: Whether the budget ended the search.
     """
 
-    def __init__(self, task: FreeTask, path: ScenarioPath, most: Mapping[int, float]) -> None:
+    def __init__(
+        self,
+        task: FreeTask,
+        path: ScenarioPath,
+        most: Mapping[int, float],
+        watch: Watch | None = None,
+    ) -> None:
         scenario, self.task, self.path = task.scenario, task, path
         self.along, self.unit = AlongPath(task, path), scenario.shown_length[0]
         self.limit = (1.0 - TOOL_ROOM) * (scenario.motion_limits.tool_speed or math.inf)
@@ -84,6 +95,7 @@ class PathSearch:
         self.too_fast: dict[int, Hindrance] = {}
         self.stuck: int | None = None
         self.no_room, self.first = False, dict(self.caps)
+        self.stopped, self._watch = False, watch or Watch()
         self._others = self._without_times()
 
     def _without_times(self) -> dict[Location, Any]:
@@ -120,6 +132,8 @@ class PathSearch:
             held = self.too_fast.get(k, RAMPS)
             if not self.slowed(k, speeds):
                 held = Hindrance("", "tool speed" if self.caps[k] == self.limit else "at_most")
+            elif self.stopped:
+                held = BUDGET
             elif self._with_room({**speeds, k: STEP * speed}, speeds).get(k, 0.0) <= speed:
                 held = RAMPS
             i = self.path.first + k
@@ -166,7 +180,7 @@ class PathSearch:
         best: Speeds | None = None
         least = math.inf
         together: set[int] = set()  # those that failed last as others did
-        while len(tried) < MOST and self.stuck is None:
+        while len(tried) < MOST and self.stuck is None and not self._late(best):
             trial = self._with_room(asked, trial)
             if not trial or tuple(trial.values()) in tried:
                 break
@@ -189,7 +203,7 @@ class PathSearch:
                 beside = [asked[j] for j in (k - 1, k + 1) if j in asked]
                 asked[k] = bracket.following(beside, self._above)
         for k in together:
-            if best is not None and math.isfinite(brackets[k].high):
+            if best is not None and not self._late(best) and math.isfinite(brackets[k].high):
                 best = self._raised(best, k, brackets[k].high)
         return best
 
@@ -203,6 +217,8 @@ class PathSearch:
         given = {speed for j in beside if (speed := self.asked.speeds[j]) is not None}
         caps = {cap for cap in self.caps.values() if math.isfinite(cap)}
         for speed in sorted(given | caps, reverse=True):
+            if self._late(best):
+                break
             asked = dict.fromkeys(self.caps, speed)
             if best is not None:
                 asked = {k: max(speed, best[k]) for k in asked}
@@ -215,6 +231,8 @@ class PathSearch:
         """The speeds with a greater one for a stretch, the others as they are, if that will do."""
         speed, high = self.first[k], math.inf
         for _ in range(MOST_RELEASED):
+            if self._late(speeds):
+                break
             trial = self._with_room({**speeds, k: speed}, speeds)
             if trial and self._shorter(trial, speeds) and not self._failed(trial):
                 speeds = trial
@@ -225,6 +243,12 @@ class PathSearch:
                 break
             speed = max(high / STEP, math.sqrt(low * high))
         return speeds
+
+    def _late(self, found: Speeds | None) -> bool:
+        """Whether to stop, because the budget has ended and speeds that do were found."""
+        if found is not None and self._watch.late(found=True):
+            self.stopped = True
+        return found is not None and self.stopped
 
     def _shorter(self, speeds: Speeds, than: Speeds | None) -> bool:
         """Whether the path takes less time at some speeds than at others, if there are any."""
@@ -252,7 +276,7 @@ class PathSearch:
         while (trial := self._with_room({**speeds, k: speed}, speeds)).get(k, 0.0) > speeds[k]:
             failed = self._failed(trial)
             self.too_fast |= failed
-            if failed:
+            if failed or self._late(speeds):
                 break
             speeds, speed, factor = trial, speed * factor, factor * factor
         return speeds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NoReturn
 
@@ -19,30 +20,47 @@ from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.scenario import FreeTimes, ScenarioPath
 from knotwork.timing import Binding
 from knotwork.timing.safe_numbers import rounded_up, with_margin
+from knotwork.timing.watch import Watch
 
 
-def path_speeds(task: FreeTask) -> tuple[dict[Location, Any], list[Binding]]:
-    """The edits that give each stretch its speed, and what bounds these speeds.
+@dataclass(frozen=True, eq=False)
+class PathSpeeds:
+    """Speeds along tool paths that were chosen.
+
+    Attributes:
+        edits: What gives each stretch its speed.
+        binding: What bounds these speeds.
+        stopped: Whether the budget ended before they were the greatest.
+    """
+
+    edits: dict[Location, Any] = field(default_factory=dict)
+    binding: tuple[Binding, ...] = ()
+    stopped: bool = False
+
+
+def path_speeds(task: FreeTask, watch: Watch) -> PathSpeeds:
+    """Choose the speeds along tool paths that are to be chosen, with up to half of the budget.
 
     Raises:
         InputError: Nothing bounds a speed, or the limits allow none.
     """
     edits: dict[Location, Any] = {}
     binding: list[Binding] = []
-    for path in task.scenario.paths:
-        if not path.asked.at_most:
-            continue
-        search = PathSearch(task, path, path.asked.at_most)
-        speeds = search.greatest()
+    stopped = False
+    paths = [path for path in task.scenario.paths if path.asked.at_most]
+    for i, path in enumerate(paths):
+        search = PathSearch(task, path, path.asked.at_most, watch)
+        with watch.turn(1.0 / (2 * len(paths) - i)):
+            speeds = search.greatest()
         if speeds is None:
-            chosen = [one for one in task.scenario.paths if one.asked.at_most]
-            other = partial(other_acceleration, task, chosen, higher=search.no_room)
+            other = partial(other_acceleration, task, paths, higher=search.no_room)
             found = other() if search.no_room else None
             tell(_given_too_fast(task, path, found))
             _refuse(task, search, found if search.no_room else other())
         edits |= search.edits(speeds)
         binding += search.binding(speeds)
-    return edits, binding
+        stopped |= search.stopped
+    return PathSpeeds(edits, (*binding,), stopped)
 
 
 def check_joints_at_given_speeds(task: FreeTask, asked: FreeTimes) -> None:

@@ -20,6 +20,7 @@ from knotwork.timing.efforts import effort_shares
 from knotwork.timing.problem import Objective, TimingProblem
 from knotwork.timing.program import Solution, joined_limits
 from knotwork.timing.rebuild import Knots, rebuilt, slower_knots
+from knotwork.timing.rests import with_rests
 from knotwork.timing.section import (
     Care,
     Found,
@@ -31,7 +32,7 @@ from knotwork.timing.section import (
     stretched_guess,
 )
 from knotwork.timing.spline import PIECES, pieces_each
-from knotwork.timing.start import between_stops, short_durations, with_stops
+from knotwork.timing.start import between_stops, short_durations
 from knotwork.timing.watch import Steps, Watch
 from knotwork.waypoints import FloatArray
 
@@ -111,6 +112,8 @@ def solved_section(
     wanted = 1 if guess is not None or large or starts == 1 else 2
     runs: list[_Run] = []
     for start, care in _starts(problem, watch, guess, starts, runs):
+        if watch.late(found=False):
+            break
         begun = watch.now()
         runs.append(_run(start, problem, watch, care))
         found = [run.best for run in runs if run.best is not None and run.best.optimal]
@@ -179,9 +182,9 @@ def _hardly_slower(problem: TimingProblem, fastest: Found) -> Attempt | None:
 
 
 def stopping(problem: TimingProblem) -> Attempt | None:
-    """A motion that stops at every waypoint, if that is allowed: it needs no search."""
+    """A motion that comes to rest in every interval, if that is allowed: it needs no search."""
     return _no_slower_than_need_be(
-        problem, lambda slower: with_stops(problem, pieces_each(1), slower)
+        problem, lambda slower: with_rests(problem, pieces_each(1), slower)
     )
 
 

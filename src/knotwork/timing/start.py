@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
-from knotwork.timing.problem import TimingLimits, TimingProblem, part_of
-from knotwork.timing.rebuild import Knots, divided, joined
+from knotwork.timing.problem import TimingProblem
+from knotwork.timing.rebuild import Knots, divided
 from knotwork.waypoints import FloatArray
 
 LEAST_PHASE = 1e-3
@@ -121,55 +119,6 @@ def between_stops(problem: TimingProblem, pieces: int) -> Knots | None:
         (a[:, None] * part)[None],
     )
     return divided(found, pieces)
-
-
-def with_stops(problem: TimingProblem, pieces: int, slower: float) -> Knots | None:
-    """A motion that stops at every waypoint: it takes longer than is needed, but no search.
-
-    Args:
-        problem: The task; limits of effort and of the tool's speed are left to be checked.
-        pieces: As for `between_stops`.
-        slower: So many times the least durations are taken where they are free.
-
-    Returns:
-        The motion, or `None` where a velocity or a duration is given that rules it out, or the jerk
-        is not limited.
-    """
-    moving = problem.velocity_known[:, None] & (problem.velocity != 0.0)
-    moving |= problem.acceleration_known[:, None] & (problem.acceleration != 0.0)
-    if moving.any() or problem.total is not None:
-        return None
-    still = np.zeros_like(problem.position)
-    parts = []
-    for i in range(len(problem.position) - 1):
-        alone = replace(part_of(problem, i, i + 1), velocity=still[:2], acceleration=still[:2])
-        part = between_stops(replace(alone, limits=_in_proportion(alone)), pieces)
-        if part is None:
-            return None
-        least = float(part.time[-1])
-        given = problem.duration[i]
-        span = max(slower * least, problem.at_least[i]) if np.isnan(given) else given
-        slowed = part.acceleration * (least / span) ** 2
-        parts.append(replace(part, time=np.array([0.0, span]), acceleration=slowed))
-    return joined(parts)
-
-
-def _in_proportion(problem: TimingProblem) -> TimingLimits:
-    """Limits that joints which move in proportion over an interval can all come up to."""
-    move, limits = np.abs(np.diff(problem.position, axis=0)[0]), problem.limits
-    if not move.any():
-        return limits
-
-    def common(limit: FloatArray) -> FloatArray:
-        moves = move > 0.0
-        return np.where(moves, move * (limit[moves] / move[moves]).min(), limit)
-
-    return replace(
-        limits,
-        velocity=common(limits.velocity),
-        acceleration=common(limits.acceleration),
-        jerk=common(limits.jerk),
-    )
 
 
 def _phases(move: float, V: float, A: float, J: float) -> FloatArray:

@@ -14,6 +14,9 @@ from knotwork.arguments import finite_number
 from knotwork.timing.motion import Progress
 from knotwork.waypoints import FloatArray
 
+SOONEST = 1e-9
+"""The least budget of a part, where nothing is left [s]."""
+
 OnStep = Callable[[FloatArray, float, FloatArray], bool]
 
 PROMISING = 1e-2
@@ -90,6 +93,25 @@ class Watch:
     def needed(self) -> bool:
         """Whether anything depends on the steps of the solver."""
         return self.progress is not None or self.budget is not None
+
+    @contextmanager
+    def turn(self, part: float) -> Iterator[None]:
+        """Give something its turn: a part of what is left of the budget, from 0 to 1."""
+        before, self._turn = self._turn, self._time.turn(part)
+        yield
+        self._turn = before
+
+    def within(self, part: float, work: int = 1) -> Watch:
+        """A watch for something that is tried, with a part of what is left of the budget.
+
+        Args:
+            part: From 0 to 1.
+            work: As of this watch.
+        """
+        if self.budget is None:
+            return Watch(work=work, now=self.now)
+        left = max(self._time.turn(part) - self.now(), SOONEST)
+        return Watch(budget=left, work=work, now=self.now)
 
     @contextmanager
     def part(self, intervals: int) -> Iterator[None]:

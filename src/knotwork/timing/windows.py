@@ -72,7 +72,7 @@ def solved_windows(
     cost = sum(one.cost for one in kept)
     optimal = all(one.optimal for one in kept)
     found = Attempt(Found(knots, curve), cost, optimal, kept[-1].care)
-    # a part that starts in motion can't be one that stops, and may be far slower
+    # where the budget ended, parts that stop may be far slower than one motion that stops
     stops = None if optimal else stopping(problem)
     return found if stops is None or found.cost <= stops.cost else stops
 
