@@ -17,7 +17,7 @@ from knotwork.verification.collisions import (
     room,
     said_of_motion,
 )
-from knotwork.verification.report import TRIED
+from knotwork.verification.finding import TRIED
 
 PlanT = TypeVar("PlanT", bound=Any)
 """A plan, of which scenario, space, trajectory, report and solution are looked at."""

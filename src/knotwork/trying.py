@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from math import isfinite
 from typing import TYPE_CHECKING, TypeAlias
 
 from knotwork.errors import InputError
-from knotwork.verification import Finding
 from knotwork.verification.collisions import GROUP as COLLISIONS
 from knotwork.verification.collisions import failed_pairs
+from knotwork.verification.finding import PASSES, Finding
 from knotwork.verification.limits import LIMITS
-from knotwork.verification.report import TRIED
+from knotwork.verification.remedies import rounded_up
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
@@ -31,6 +32,14 @@ SHORT = 1.0 / 3.0
 """A move is short if it has at most this part of the time of the longest beside it."""
 LONGER = (2.0, 4.0)
 """So many times its time is tried for a short move."""
+SLACK = (1.0, 1.3)
+"""So many times as long as it would have to be alone is tried for a move that breaks limits."""
+ORDERS = {"velocity": 1, "speed": 1, "acceleration": 2, "effort": 2, "jerk": 3}
+"""With which power of the speed a quantity grows."""
+AT_WAYPOINT = 1e-6
+"""So near a waypoint a limit is broken at it [s]."""
+LEAST_CHANGE = (0, 2, 3, 1)
+"""Of the kinds of changes in `_found` those first that change the task least."""
 TURNS = (90, -90, 180)
 """So far the tool is turned about its own z axis where it collides [deg]."""
 
@@ -38,9 +47,9 @@ TURNS = (90, -90, 180)
 def with_remedies(plan: Plan) -> Plan:
     """Add to the report of a plan that fails with which change it passes, if one is found.
 
-    Other knots are tried, the tool turned about its axis, more time for a short move, and other
-    solutions than those asked for. How many motions are planned depends on the plan alone, so that
-    the same is found on any machine.
+    Other knots are tried, the tool turned about its axis, more time for moves that break limits or
+    are short, and other solutions than those asked for. How many motions are planned depends on
+    the plan alone, so that the same is found on any machine.
 
     Args:
         plan: The plan; of one whose times were chosen nothing is tried.
@@ -50,7 +59,7 @@ def with_remedies(plan: Plan) -> Plan:
     said = _found(plan)
     if not said:
         return plan
-    finding = Finding(GROUP, "motion", "", TRIED, "information", said)
+    finding = Finding(GROUP, "motion", "", PASSES, "information", said)
     return replace(plan, report=replace(plan.report, findings=(*plan.report.findings, finding)))
 
 
@@ -93,14 +102,12 @@ class _Trials:
 
 
 def _found(plan: Plan) -> str:
-    """What was found by trying; else what is known of a short move; empty if it is nothing."""
+    """With which changes it passes, those first that change the task least; empty if with none."""
     trials = _Trials(plan)
-    short = _short_move(plan)
-    longer = _with_longer(plan, short[0]) if short is not None else iter(())
     others = _without_branch(plan)
-    kinds = [_with_balanced_knots(plan), _turned(plan), longer, others]
-    found: list[str] = []
-    lengthened = False
+    kinds = [_with_balanced_knots(plan), _turned(plan), _with_longer(plan), others]
+    rank = [kinds[i] for i in LEAST_CHANGE]
+    found: list[tuple[int, str]] = []
     while kinds and trials.left > 0:
         for kind in tuple(kinds):
             said, changed = next(kind, ("", None))
@@ -109,25 +116,10 @@ def _found(plan: Plan) -> str:
                 continue
             # the best of other solutions is less often the right one
             made = trials.planned(changed, LEAST if kind is others else 1)
-            lengthened |= kind is longer
             if made is not None and made.report.ok:
-                found.append(said)
+                found.append((rank.index(kind), said))
                 kinds.remove(kind)
-    if found:
-        return f"tried: it passes {', or '.join(found)}"
-    return "" if short is None or lengthened else _said_of_short(plan, *short)
-
-
-def _said_of_short(plan: Plan, k: int, longest: float) -> str:
-    """That the move to a waypoint is short, if something fails beside it; not that this is why."""
-    beside = [i for i in (k - 1, k + 1) if i in _failing_moves(plan, *LIMITS, COLLISIONS)]
-    if not beside:
-        return ""
-    return (
-        f"the move {_ends(plan, k)} has {_duration(plan, k):g} s, beside one of {longest:.4g} s; "
-        f"something fails {' and '.join(_ends(plan, i) for i in beside)}; more time for the short "
-        "move was not tried"
-    )
+    return f"tried: it passes {', or '.join(said for _, said in sorted(found))}" if found else ""
 
 
 def _takes_knots(plan: Plan) -> bool:
@@ -156,12 +148,6 @@ def _duration(plan: Plan, k: int) -> float:
     return float(round(last - first, 9))
 
 
-def _ends(plan: Plan, k: int) -> str:
-    """Where the move to a waypoint begins and ends, in words."""
-    first, last = plan.scenario.waypoints[k - 1 : k + 1]
-    return f"from {first.name!r} to {last.name!r}"
-
-
 def _failing_moves(plan: Plan, *groups: str) -> list[int]:
     """The waypoints at the ends of the moves in which findings of these groups fail."""
     times = plan.scenario.times
@@ -170,13 +156,13 @@ def _failing_moves(plan: Plan, *groups: str) -> list[int]:
     return sorted({min(max(i, 1), len(times) - 1) for i in ends})
 
 
-def _short_move(plan: Plan) -> tuple[int, float] | None:
+def _short_move(plan: Plan) -> int | None:
     """Waypoint at the end of the shortest move among those that fail and those beside them.
 
     A short move can make those beside it swing out, beyond limits and into objects.
 
     Returns:
-        Its index with the time of the longest beside it [s]; `None` if no move is short.
+        Its index; `None` if no move is short.
     """
     found = []
     for i in _failing_moves(plan, *LIMITS, COLLISIONS):
@@ -184,8 +170,8 @@ def _short_move(plan: Plan) -> tuple[int, float] | None:
         durations = {k: _duration(plan, k) for k in near}
         shortest = min(near, key=durations.__getitem__)
         if durations[shortest] <= SHORT * max(durations.values()):
-            found.append((durations[shortest], shortest, max(durations.values())))
-    return min(found)[1:] if found else None
+            found.append((durations[shortest], shortest))
+    return min(found)[1] if found else None
 
 
 def _turned(plan: Plan) -> Changes:
@@ -224,21 +210,84 @@ def _turned(plan: Plan) -> Changes:
         )
 
 
-def _with_longer(plan: Plan, k: int) -> Changes:
-    """The scenario with more time for the move to a waypoint, if its file says it in `after`."""
+def _with_longer(plan: Plan) -> Changes:
+    """The scenario with more time for moves that break limits, or for a short one."""
+    needed, short = _needed(plan), _short_move(plan)
+    wanted = []
+    if short is not None:
+        wanted += [{short: factor * _duration(plan, short)} for factor in LONGER]
+    if needed:
+        wanted += [{k: more * time for k, time in needed.items()} for more in SLACK]
+    for durations in wanted:
+        rounded = {k: rounded_up(duration, 2) for k, duration in durations.items()}
+        yield from _lengthened(plan, rounded)
+
+
+def _needed(plan: Plan) -> dict[int, float]:
+    """How long moves would have to be that break limits on speeds, accelerations and the like.
+
+    Slowed down as a whole they would keep them then. Of a move between other ones that is a guess.
+
+    Returns:
+        Durations [s] by the waypoint at the end of the move; none if a tool path breaks a limit,
+        as its time follows from its speed.
+    """
+    times = plan.scenario.times
+    on_paths = {k for path in plan.scenario.paths for k in range(path.first + 1, path.last + 1)}
+    needed: dict[int, float] = {}
+    for found in plan.report.failures:
+        order = ORDERS.get(found.quantity.rpartition("_")[2])
+        if found.group not in LIMITS or order is None or found.at is None or not found.use:
+            continue
+        k = min(max(bisect_right(times, found.at), 1), len(times) - 1)
+        # at a waypoint it may come from either side
+        moves = [k - 1, k] if abs(found.at - times[k - 1]) < AT_WAYPOINT and k > 1 else [k]
+        if not isfinite(found.use) or k in on_paths:
+            return {}
+        for i in moves:
+            duration = found.use ** (1.0 / order) * _duration(plan, i)
+            if i not in on_paths:
+                needed[i] = max(needed.get(i, 0.0), duration)
+    return needed
+
+
+def _lengthened(plan: Plan, durations: Mapping[int, float]) -> Changes:
+    """The scenario with other durations of moves, if its file has numbers for them.
+
+    Args:
+        plan: The plan.
+        durations: By the waypoint at the end of the move [s].
+    """
     from knotwork.documents import edited
     from knotwork.scenario import scenario_of
 
     document = plan.scenario.document
     if document is None:
         return
-    name, duration = plan.scenario.waypoints[k].name, _duration(plan, k)
+    index = {one.name: k for k, one in enumerate(plan.scenario.waypoints)}
+    edits: dict[tuple[str | int, ...], float] = {}
+    said: list[str] = []
+    later, others = 0.0, False
     for i, row in enumerate(document.data["waypoints"]):
-        after = row.get("after")
-        if row.get("name") != name or not isinstance(after, int | float):
-            continue
-        for factor in LONGER:
-            longer = float(f"{factor * after:.2g}")
-            said = f"with `after: {longer:g}` for {name!r} in place of {duration:g}"
-            scenario = scenario_of(edited(document, {("waypoints", i, "after"): longer}))
-            yield said, replace(scenario, knots=plan.scenario.knots)
+        k = index.get(row.get("name"), 0)
+        key = next((one for one in ("after", "time") if isinstance(row.get(one), int | float)), "")
+        more = durations[k] - _duration(plan, k) if k in durations else 0.0
+        if more and not key:
+            return
+        later += more
+        moved = later if key == "time" else more
+        if moved:
+            new = float(f"{row[key] + moved:.6g}")
+            edits["waypoints", i, key] = new
+            if more:
+                said.append(f"`{key}: {new:g}` for {row['name']!r} in place of {row[key]:g}")
+            else:
+                others = True
+    if len(said) < len(durations):
+        return
+    try:
+        scenario = scenario_of(edited(document, edits))
+    except InputError:  # other times are not possible
+        return
+    after = ", and later times moved with it" if others else ""
+    yield f"with {' and '.join(said)}{after}", replace(scenario, knots=plan.scenario.knots)

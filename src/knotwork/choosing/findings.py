@@ -38,7 +38,7 @@ def findings(chosen: ChosenTimes) -> Iterator[Finding]:
             verdict="information",
             message=f"{start} to {end}: {', '.join(parts)}",
             interval=(times[start], times[end]),
-            brief=f"{start} to {end}: {_most(limits)}",
+            brief=f"{start} to {end}: bound by {_most(limits)}",
         )
 
 
@@ -111,5 +111,5 @@ def _binding(chosen: ChosenTimes) -> dict[tuple[str, str], list[tuple[str, float
 def _most(limits: list[tuple[str, float | None]]) -> str:
     """The limit that binds for most of the time, and how many others bind."""
     what, share = max(limits, key=lambda one: one[1] or 0.0)
-    others = f", {len(limits) - 1} more" if len(limits) > 1 else ""
+    others = f", and by {len(limits) - 1} more" if len(limits) > 1 else ""
     return f"{what} {_how_long(share).removeprefix('for ')}{others}"

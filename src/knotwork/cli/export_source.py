@@ -9,6 +9,7 @@ from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.sources import echo_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
+from knotwork.verification.brief import told_failures
 
 if TYPE_CHECKING:
     from knotwork.cli.sources import CheckedFile
@@ -50,7 +51,7 @@ def passes(asked: Plan | CheckedFile | None, allowed: bool) -> bool:
         return True
     report = asked.report
     verdict = "exported all the same" if allowed else "not exported (--allow-failed exports it)"
-    lines = [f"{report.scenario}: {failure}" for failure in report.failures]
+    lines = [f"{report.scenario}: {failure}" for failure in told_failures(report.failures)]
     _show(lines, f"{report.scenario} fails its check: {verdict}")
     return allowed
 

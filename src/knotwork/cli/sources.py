@@ -17,6 +17,7 @@ from knotwork.cli.logs import (
 from knotwork.cli.parameters import PlanOptions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
+from knotwork.verification.brief import told_failures
 
 if TYPE_CHECKING:
     from knotwork.joint_space import JointSpace
@@ -231,7 +232,8 @@ def tell_failures(motions: Iterable[Motion]) -> None:
         if not report.ok:
             which = f"{report.scenario}, {motion.trajectory.planner}"
             echo(f"note: {which}: the check FAILS", err=True)
-            echo_failures([f"  {failure}" for failure in report.failures], MOST_FAILURES, "  and")
+            lines = [f"  {failure}" for failure in told_failures(report.failures)]
+            echo_failures(lines, MOST_FAILURES, "  and")
 
 
 def echo_failures(lines: list[str], most: int, rest: str) -> None:

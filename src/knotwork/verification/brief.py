@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 from knotwork.plain_text import one_line
 from knotwork.units import Units, readable
-from knotwork.verification.finding import Finding
+from knotwork.verification.finding import PASSES, Finding
 
 WIDTH = 80
 MOST_LINES = 14
@@ -19,6 +20,9 @@ MOST_WARNING_LINES = 4
 NOTABLE = 0.01
 """A use of a limit below this part of it is worth no row of its own."""
 INDENT = "  "
+_NO_BREAK = "\N{NO-BREAK SPACE}"
+_SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(?<=\d N) (?=m\b)")
+"""A number stays in a line with its unit."""
 
 
 class Told(Protocol):
@@ -89,10 +93,10 @@ def brief(report: Told, width: int = WIDTH) -> list[BriefLine]:
         width: Of the lines, in characters; only longer words are longer.
     """
     lines = _wrapped("passed" if report.ok else "failed", _verdict(report), width)
-    lines += _told("failure", "FAIL ", report.failures, MOST_FAILURE_LINES, width)
+    lines += _told("failure", "FAIL ", report, report.failures, MOST_FAILURE_LINES, width)
     for found in report.tried:
         lines += _wrapped("tried", str(found), width)
-    lines += _told("warning", "warning: ", report.warnings, MOST_WARNING_LINES, width)
+    lines += _told("warning", "warning: ", report, report.warnings, MOST_WARNING_LINES, width)
     groups = {name: found for name, found in report.groups.items() if _has_numbers(found)}
     if report.ok:
         plain = {name: found for name, found in groups.items() if _far_from_limits(found)}
@@ -139,49 +143,80 @@ def _listed(what: str, groups: Mapping[str, Sequence[Finding]], width: int) -> l
     """Groups of which no more is told, by their names."""
     if not groups:
         return []
-    names = ", ".join(f"{name} ({_count(found)})" for name, found in groups.items())
+    names = ", ".join(_counted(name, found) for name, found in groups.items())
     return _wrapped("group", f"{INDENT}{what}: {names}", width, 2 * INDENT)
 
 
 def _told(
-    kind: str, mark: str, findings: Sequence[Finding], most: int, width: int
+    kind: str, mark: str, report: Told, findings: Sequence[Finding], most: int, width: int
 ) -> list[BriefLine]:
-    """Tell findings in their own words: the worst of those alike, and how many more there are."""
+    """Tell findings in their own words: the worst of those alike, and how many more there are.
+
+    The first is told whole, but without what would help it if a change is known that helps all.
+    Others are told in short as far as this makes room for those after them.
+    """
+    helped = any(one.quantity == PASSES for one in report.tried)
+    kinds = alike(findings)
+    forms = [
+        [_wrapped(kind, f"{mark}{text}", width, " " * len(mark)) for text in texts]
+        for texts in (_forms(several, report.units, whole=not helped) for several in kinds)
+    ]
+    shortest = [len(some[-1]) for some in forms]
     lines: list[BriefLine] = []
-    left = len(findings)
-    for several in _alike(findings):
-        worst = _worst(several)
-        others = f" (and {len(several) - 1} more like it)" if len(several) > 1 else ""
-        told = _wrapped(kind, f"{mark}{worst}{others}", width, " " * len(mark))
-        if lines and len(lines) + len(told) > most:
+    for i, some in enumerate(forms):
+        room = most - len(lines)
+        free = room - sum(shortest[i + 1 :])
+        if lines and shortest[i] > room - (i + 1 < len(forms)):
+            left = sum(len(several) for several in kinds[i:])
             return [*lines, BriefLine("more", f"{' ' * len(mark)}and {left} more")]
-        lines += told
-        left -= len(several)
+        fitting = (form for form in some if not lines or len(form) <= free)
+        lines += next(fitting, some[-1])
     return lines
+
+
+def _forms(several: Sequence[Finding], units: Units, *, whole: bool) -> list[str]:
+    """What may be told of findings that are alike, from all of it to little."""
+    worst, *others = several
+    words = [worst.message] if whole else []
+    words.append(worst.fact)
+    if worst.value is not None:
+        words.append(_told_of(worst, units))
+    return [f"{said}{and_more(len(others))}" for said in words]
+
+
+def and_more(count: int) -> str:
+    """Say of a finding how many more there are like it."""
+    return f" (and {count} more like it)" if count else ""
+
+
+def told_failures(findings: Sequence[Finding]) -> list[str]:
+    """Findings in their own words: the worst of those alike, and how many more there are."""
+    return [f"{worst}{and_more(len(others))}" for worst, *others in alike(findings)]
 
 
 def worst_failures(findings: Sequence[Finding]) -> list[Finding]:
     """Of each quantity that fails with a number, the worst of those alike, in the order given."""
     failing = [one for one in findings if not one.ok and one.value is not None and not one.detail]
-    return [_worst(several) for several in _alike(failing)]
+    return [several[0] for several in alike(failing)]
 
 
-def _alike(findings: Sequence[Finding]) -> list[list[Finding]]:
-    """Findings on the same quantity of things of the same kind, together."""
-    alike: dict[tuple[str, str, str], list[Finding]] = {}
-    for found in findings:
-        alike.setdefault((found.group, found.subject, found.quantity), []).append(found)
-    return list(alike.values())
+def alike(findings: Sequence[Finding]) -> list[list[Finding]]:
+    """Findings on the same quantity of things of the same kind, together, the worst first.
 
-
-def _worst(alike: Sequence[Finding]) -> Finding:
-    """The finding furthest beyond its limit: by the part of it that is used, else by the margin."""
-    return max(alike, key=lambda one: (one.use or 0.0, -(one.margin or 0.0)))
+    It is the one furthest beyond its limit: by the part of it that is used, else by the margin.
+    """
+    found: dict[tuple[str, str, str], list[Finding]] = {}
+    for one in findings:
+        found.setdefault((one.group, one.subject, one.quantity), []).append(one)
+    for several in found.values():
+        worst = max(several, key=lambda one: (one.use or 0.0, -(one.margin or 0.0)))
+        several.insert(0, several.pop(several.index(worst)))
+    return list(found.values())
 
 
 def _rows(groups: dict[str, list[Finding]], units: Units, room: int, width: int) -> list[BriefLine]:
     """One row a group, and what findings say in short of themselves as long as there is room."""
-    heads = {name: f"{INDENT}{name} ({_count(found)})" for name, found in groups.items()}
+    heads = {name: f"{INDENT}{_counted(name, found)}" for name, found in groups.items()}
     indent = max((len(head) for head in heads.values()), default=0) + 2
     told = {
         name: [_own_words(one) for one in found if one.brief] or _tightest(found, units)
@@ -284,8 +319,10 @@ def _far_from_limits(findings: Sequence[Finding]) -> bool:
     return bool(uses) and not others and all(use is not None and use < NOTABLE for use in uses)
 
 
-def _count(findings: Sequence[Finding]) -> int:
-    return sum(one.required for one in findings) or len(findings)
+def _counted(name: str, findings: Sequence[Finding]) -> str:
+    """The name of a group, with how much it requires, if anything."""
+    required = sum(one.required for one in findings)
+    return f"{name} ({required})" if required else name
 
 
 def _has_numbers(findings: Sequence[Finding]) -> bool:
@@ -309,11 +346,12 @@ def _lines(text: str, width: int, later: int | None = None) -> list[str]:
     """Lines of a text; those after the first are as wide as `later` says, if it does."""
     indent = " " * (width - later) if later is not None else ""
     found = textwrap.wrap(
-        one_line(text),
+        _SPACE_BEFORE_UNIT.sub(_NO_BREAK, one_line(text)),
         max(width, 20),
         subsequent_indent=indent,
         break_long_words=False,
         break_on_hyphens=False,
         drop_whitespace=True,
     )
-    return [found[0], *(line[len(indent) :] for line in found[1:])] if found else [""]
+    lines = [found[0], *(line[len(indent) :] for line in found[1:])] if found else [""]
+    return [line.replace(_NO_BREAK, " ") for line in lines]

@@ -134,13 +134,13 @@ def _finding(
     clear = found.verdict == "clear"
     world = robot.base_placement.inverse()
     points = [world.act(point) for point in found.nearest.points]
-    return Finding(
+    found_so = Finding(
         group=GROUP,
         subject="pair",
         name=f"{found.second.name}, {found.first.name}",
         quantity=QUANTITY,
         verdict="met" if clear else "failed",
-        message=_message(found, points, ways, scenario),
+        message=_message(found, points, scenario),
         value=found.distance,
         limit=found.margin,
         margin=(found.bound if clear else found.distance) - found.margin,
@@ -155,12 +155,12 @@ def _finding(
         + _said_of_pair(found, scenario),
         detail=detail and clear,
     )
+    collides = found.verdict not in ("clear", "undecided")
+    return found_so.with_remedy(ways.said(found)) if collides else found_so
 
 
-def _message(
-    found: Clearance, points: Sequence[FloatArray], ways: _WaysOut, scenario: Scenario
-) -> str:
-    """All of it in words: how near, when, where, and what would help."""
+def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
+    """All of it in words: how near, when and where."""
     scale, unit = scenario.shown_length
     second, first = (body.name for body in (found.second, found.first))
     at = f"at {found.time:.3f} s"
@@ -182,7 +182,7 @@ def _message(
     both = " and ".join(_shown(scale * point) for point in points)
     return (
         f"{_said_of_pair(found, scenario)} {where} (too near {_when(found)}; nearest points {both} "
-        f"{unit}); {ways.said(found)}"
+        f"{unit})"
     )
 
 

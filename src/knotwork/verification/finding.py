@@ -12,7 +12,11 @@ from knotwork.errors import InputError
 Verdict = Literal["met", "failed", "undecided", "warning", "information"]
 Proof = Literal["exact", "bounded", "sampled"]
 
-UNSAID = ("brief", "label")
+TRIED = "tried"
+"""Quantity of findings on what was tried because something fails."""
+PASSES = "passes_with"
+"""Quantity of findings on changes with which all is met that fails."""
+UNSAID = ("brief", "label", "remedy")
 """The message says more than they do, so that data leave them out."""
 
 
@@ -55,6 +59,7 @@ class Finding:
         achieved: What the motion does, in the same form.
         points: Places that it is about, in the base frame [m].
         label: Words for it in a picture, where quantity, value and limit don't say it well.
+        remedy: What would help where it fails, if that is known; the message ends with it.
         brief: What short reports say of it even where all is well, if anything.
         detail: Tables leave it out, because another finding says more; reports as data have it.
         form: Unit of requested and achieved where it is not that of the value.
@@ -80,6 +85,7 @@ class Finding:
     form: str = ""
     points: tuple[tuple[float, ...], ...] = ()
     label: str = ""
+    remedy: str = ""
     brief: str = ""
     detail: bool = False
 
@@ -143,7 +149,12 @@ class Finding:
 
     def with_remedy(self, said: str) -> Finding:
         """The same finding, whose message ends with what would help, if anything is said."""
-        return replace(self, message=f"{self.message}; {said}") if said else self
+        return replace(self, message=f"{self.message}; {said}", remedy=said) if said else self
+
+    @property
+    def fact(self) -> str:
+        """What was found, without what would help."""
+        return self.message.removesuffix(f"; {self.remedy}") if self.remedy else self.message
 
     def to_dict(self) -> dict[str, Any]:
         """Give it as plain data, ready for JSON; infinite numbers are `None`."""

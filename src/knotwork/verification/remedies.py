@@ -18,7 +18,7 @@ NOTABLE = 1.001
 """A move that needs more than so many times its duration is said to need more time."""
 
 
-def slower(use: float, order: int) -> str:
+def slower(use: float, order: int, scenario: Scenario) -> str:
     """How much slower the same motion keeps a limit on a derivative.
 
     Slowed down to k times the time, derivatives of this order fall to the k to the order-th part.
@@ -26,11 +26,22 @@ def slower(use: float, order: int) -> str:
     Args:
         use: Part of the limit that is used, over 1.
         order: Order of the derivative.
+        scenario: The task of the motion.
     """
-    factor = use ** (1.0 / order)
-    digits = 10.0 ** (2 - math.floor(math.log10(factor)))
-    factor = math.ceil(digits * factor) / digits
-    return f"the same motion in {factor:.4g} times the time keeps it"
+    paths = ", at less speed along tool paths" if scenario.paths else ""
+    factor = rounded_up(use ** (1.0 / order), 3)
+    return f"the same motion in {factor:.4g} times the time keeps it{paths}"
+
+
+def rounded_up(value: float, digits: int) -> float:
+    """A positive number with so many digits, no less than it.
+
+    >>> from knotwork.verification.remedies import rounded_up
+    >>> rounded_up(1.231, 2)
+    1.3
+    """
+    scale = 10.0 ** (digits - 1 - math.floor(math.log10(value)))
+    return math.ceil(scale * value) / scale
 
 
 def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: JointSpace) -> str:
@@ -56,8 +67,7 @@ def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: Join
     helps = corner or _move_too_short(found.time, motion, scenario, space, j)
     if helps:
         return helps
-    paths = ", at less speed along tool paths" if scenario.paths else ""
-    return f"it is broken {between(scenario, found.time)}; {slower(use, order)}{paths}"
+    return f"it is broken {between(scenario, found.time)}; {slower(use, order, scenario)}"
 
 
 def rounded_corner(time: float, scenario: Scenario) -> str:

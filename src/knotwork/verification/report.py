@@ -8,12 +8,10 @@ from typing import Any
 from knotwork.errors import CheckFailedError
 from knotwork.units import Units
 from knotwork.verification.brief import brief
-from knotwork.verification.finding import Finding
+from knotwork.verification.finding import PASSES, TRIED, Finding
 
 VERSION = 2
 """Of `report.json`. Version 1 had no number, and a list for each kind of check."""
-TRIED = "tried"
-"""Quantity of findings on what was tried because something fails."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,8 +71,9 @@ class Report:
 
     @property
     def tried(self) -> tuple[Finding, ...]:
-        """Findings on what was tried because something fails."""
-        return tuple(found for found in self.findings if found.quantity == TRIED)
+        """Findings on what was tried because something fails; what helps comes first."""
+        helps = [found for found in self.findings if found.quantity == PASSES]
+        return (*helps, *(found for found in self.findings if found.quantity == TRIED))
 
     @property
     def groups(self) -> dict[str, list[Finding]]:

@@ -10,7 +10,6 @@ import numpy as np
 from knotwork.joint_quantities import rate_unit
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
-from knotwork.units import Units
 from knotwork.verification.finding import Finding, judged
 from knotwork.verification.limits import (
     LIMIT_SLACK,
@@ -46,17 +45,17 @@ def tool_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterat
     robot, limits = space.robot, scenario.motion_limits
     if limits.tool_speed is not None:
         limit = limits.tool_speed
-        yield _of_frame(tool_speed_bound, motion, robot, limit, "tool_speed", 1, scenario.units)
+        yield _of_frame(tool_speed_bound, motion, robot, limit, "tool_speed", 1, scenario)
     if limits.tool_acceleration is not None:
         limit, jump = limits.tool_acceleration, _tool_jump(motion, robot)
         found = _of_frame(
-            tool_acceleration_bound, motion, robot, limit, "tool_acceleration", 2, scenario.units,
+            tool_acceleration_bound, motion, robot, limit, "tool_acceleration", 2, scenario,
             jump=jump,
         )  # fmt: skip
         yield found
     for one in limits.frame_speed:
         yield _of_frame(
-            tool_speed_bound, motion, robot, one.speed, "frame_speed", 1, scenario.units,
+            tool_speed_bound, motion, robot, one.speed, "frame_speed", 1, scenario,
             frame=one.frame,
         )  # fmt: skip
 
@@ -68,7 +67,7 @@ def _of_frame(
     limit: float,
     quantity: str,
     order: int,
-    units: Units,
+    scenario: Scenario,
     *,
     frame: str | None = None,
     jump: float | None = None,
@@ -82,7 +81,7 @@ def _of_frame(
         limit: In SI.
         quantity: Its name.
         order: Of its derivative of position.
-        units: Those to say it in.
+        scenario: The task, in whose units it is said.
         frame: Name of the link; by default the tool.
         jump: When it is infinite [s], if it is.
     """
@@ -97,7 +96,7 @@ def _of_frame(
         name=frame or "",
         quantity=quantity,
         verdict=judged(kept(margin, limit)),
-        message=f"{who}: {words} {in_words(reached, limit, unit, units)}",
+        message=f"{who}: {words} {in_words(reached, limit, unit, scenario.units)}",
         value=reached.value,
         limit=limit,
         margin=margin,
@@ -108,7 +107,7 @@ def _of_frame(
     )
     if finding.ok or np.isinf(reached.value):
         return finding
-    return finding.with_remedy(slower(reached.value / limit, order))
+    return finding.with_remedy(slower(reached.value / limit, order, scenario))
 
 
 def _tool_jump(motion: Motion, robot: Robot) -> float | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from knotwork.documents import read_text
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
-from knotwork.verification.brief import NOTABLE, summary, told_apart, worst_failures
+from knotwork.verification.brief import NOTABLE, alike, summary, told_apart, worst_failures
 from knotwork.view.inline_picture import inline_svg, night_colours
 from knotwork.view.motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
@@ -27,6 +27,8 @@ NO_ROBOT = (
 )
 # Rows of what fails, and of what is tightest.
 MOST = 6
+MOST_USE = 100.0
+"""More of a limit is told as beyond it, not in percent."""
 _VERDICTS = {
     "met": "ok",
     "failed": "FAIL",
@@ -66,6 +68,8 @@ def report_page(plan: PlanLike) -> Page:
             robot=robot,
             trajectory=plan.trajectory,
             summary=summary(report),
+            failures=alike(report.failures),
+            most_use=MOST_USE,
             tightest=_in_units(_tightest(report), report.units),
             verdicts=_VERDICTS,
             number=_number,

@@ -18,7 +18,7 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
-from knotwork.verification.brief import summary
+from knotwork.verification.brief import summary, told_failures
 from knotwork.view.animation import frame_times, joint_tree
 from knotwork.view.asked_path import (
     DEVIATION_COLOURS,
@@ -140,7 +140,8 @@ def make_scene(
         **arm,
         "ok": report.ok if report is not None else None,
         "summary": summary(report) if report is not None else "",
-        "failures": [str(item) for item in report.failures] if report is not None else [],
+        "failed": len(report.failures) if report is not None else 0,
+        "failures": told_failures(report.failures) if report is not None else [],
         "tried": [str(item) for item in report.tried] if report is not None else [],
         "others": [
             {"name": name, "failures": _failures(other, scenario, space)}
