@@ -42,7 +42,7 @@ def test_plan_says_what_it_chose_and_freezes_it(
     )
     assert (ran.code, ran.err) == (0, "")
     assert "above the lower bound" in ran.out
-    assert "A to via: a acceleration" in ran.out
+    assert "A to via: bound by a acceleration" in ran.out
     assert f"wrote {frozen}" in ran.out
     assert "# passed" in frozen.read_text()
     again = knotwork("plan", frozen, "--json")
