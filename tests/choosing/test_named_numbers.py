@@ -51,6 +51,34 @@ def test_a_time_that_is_named_can_be_taken_and_its_joint_and_limit_are_said() ->
         made.report.raise_if_failed()
 
 
+def test_a_time_that_is_named_is_the_least_though_another_gives_a_shorter_whole() -> None:
+    def back_after(after: float) -> dict[str, Any]:
+        there = {"name": "b", "joints": {"q": 0.5}, "velocity": "free", "after": after}
+        return task(there, {"name": "c", "joints": {"q": 0.3}})
+
+    given = 0.7
+    said = refusal(back_after(given))
+    named = number(said, "no motion was found; with")
+    assert "'q' at its limit of acceleration" in said
+    kw.plan(back_after(named)).report.raise_if_failed()
+    refusal(back_after(given + 0.9 * (named - given)))
+
+
+def test_a_time_that_the_speed_of_the_tool_makes_too_short() -> None:
+    turned = {"name": "b", "joints": {"shoulder": 1.5, "elbow": 1.2}, "after": 1.2}
+    across = {
+        "robot": "planar2",
+        "start": "home",
+        "knots": "optimal",
+        "limits": {"tool_speed": 0.5},
+        "waypoints": [turned],
+    }
+    said = refusal(across)
+    assert "the tool at its limit of speed" in said
+    turned["after"] = number(said, "no motion was found; with")
+    kw.plan(across).report.raise_if_failed()
+
+
 def points(*rows: list[float]) -> list[dict[str, Any]]:
     return [
         {"name": f"w{i}", "joints": dict(zip("abc", row, strict=False))}

@@ -13,9 +13,11 @@ from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.timing.attempts import with_longer
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.holding import needs, overloads, too_heavy
+from knotwork.timing.motion import Binding
 from knotwork.timing.problem import BoolArray, Objective, TimingProblem, part_of
 from knotwork.timing.safe_numbers import rounded_down, rounded_up, with_room
 from knotwork.timing.search import ROOMS, OutOfStepsError, Search
+from knotwork.timing.section import Found
 from knotwork.timing.windows import LONGEST
 from knotwork.waypoints import FloatArray
 
@@ -145,14 +147,18 @@ def _too_short(problem: TimingProblem, first: int, search: Search) -> list[Timin
         return [_of_total(problem, problem.total, total)]
     given = np.where(problem.free, np.inf, problem.duration)
     short = least > given * (1.0 + 1e-9)
-    needed = _needed_durations(problem, least, short, search)
-    if needed is None:
+    least_change = _needed_durations(problem, found.found, short, search)
+    if least_change is None:
         return []
-    knots = found.found.knots
-    held = binding_limits(longer, knots.time, found.found.curve)
+    needed, motion = least_change
+    held = [
+        one
+        for each in (motion, found.found)
+        for one in binding_limits(longer, each.knots.time, each.curve)
+    ]
     errors = []
     for i in np.flatnonzero(short).tolist():
-        one = next((one for one in held if one.start == problem.names[i] and one.joint), None)
+        one = next((one for one in held if one.start == problem.names[i]), None)
         errors.append(
             TimingError(
                 f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {given[i]:.6g} s are "
@@ -161,7 +167,7 @@ def _too_short(problem: TimingProblem, first: int, search: Search) -> list[Timin
                 + f"with {needed[i]:.6g} s"
                 + ("" if short.sum() == 1 else ", and with what is said of the other intervals,")
                 + " one was found"
-                + ("" if one is None else f", {one.joint!r} at its limit of {one.quantity}"),
+                + ("" if one is None else f", {_at_its_limit(one)}"),
                 waypoint=first + i,
                 interval=True,
                 joint="" if one is None else one.joint,
@@ -173,23 +179,47 @@ def _too_short(problem: TimingProblem, first: int, search: Search) -> list[Timin
     return errors
 
 
-def _needed_durations(
-    problem: TimingProblem, least: FloatArray, short: BoolArray, search: Search
-) -> FloatArray | None:
-    """Durations, as they are printed, with which a motion is found.
+def _at_its_limit(one: Binding) -> str:
+    who = repr(one.joint) if one.joint else "the tool"
+    return f"{who} at its limit of {one.quantity.removeprefix('tool ')}"
 
-    Where the search for them takes too long, those of the motion that lasts no less than is given.
+
+def _needed_durations(
+    problem: TimingProblem, longer: Found, short: BoolArray, search: Search
+) -> tuple[FloatArray, Found] | None:
+    """Durations, as they are printed, with which a motion is found, and that motion.
+
+    The shortest motion that lasts no less than is given may take longer for an interval than need
+    be, so these are nearer to those given, as far as the search allows. Where it takes too long,
+    they are those of that motion.
     """
-    for room in ROOMS:
-        needed = np.array([with_room(float(h) * (1.0 + room)) for h in least])
-        needed = np.where(short, needed, problem.duration)
-        try:
+    least = np.diff(longer.knots.time)
+
+    def printed(durations: FloatArray) -> FloatArray:
+        return np.where(short, [with_room(float(h)) for h in durations], problem.duration)
+
+    needed = printed(least)
+    try:
+        for room in ROOMS:
+            needed = printed(least * (1.0 + room))
             found = search.solved(replace(problem, duration=needed))
-        except OutOfStepsError:
-            return np.where(short, [with_room(float(h)) for h in least], problem.duration)
-        if found is not None:
-            return needed
-    return None
+            if found is not None:
+                break
+        else:
+            return None
+        longer, change = found.found, needed - problem.duration
+        low, high, part = 0.0, 1.0, 1.0 - PRECISION
+        while high - low > PRECISION * max(high, PRECISION):
+            fewer = printed(problem.duration + part * change)
+            found = search.solved(replace(problem, duration=fewer))
+            if found is None:
+                low = part
+            else:
+                needed, longer, high = fewer, found.found, part
+            part = 0.5 * (low + high)
+    except OutOfStepsError:
+        pass  # what was found so far does
+    return needed, longer
 
 
 def _of_total(problem: TimingProblem, given: float, least: float) -> TimingError:
