@@ -271,7 +271,7 @@ class WaypointReader:
                 location,
                 "the path's direction is not known, because a neighbouring waypoint is given by "
                 "joint values",
-                "velocity: {linear, angular} instead",
+                "velocity: {linear, angular}, or velocity: free, instead",
             )
         if not at_start and not at_end:
             first, last = i - 1, i + 1
