@@ -79,6 +79,20 @@ def test_a_time_that_the_speed_of_the_tool_makes_too_short() -> None:
     kw.plan(across).report.raise_if_failed()
 
 
+def test_a_joint_that_moves_at_its_position_limit_is_told_the_room_it_needs() -> None:
+    def at(q: float) -> dict[str, Any]:
+        turn = {"name": "b", "joints": {"q": q}, "velocity": {"q": 0.2}}
+        limits = {**LIMITS, "jerk": 2000, "position": {"q": [-0.1, 1]}}
+        return {**task(turn, {"name": "c", "joints": {"q": 0}}), "limits": limits}
+
+    said = refusal(at(1.0))
+    assert "'q' is at its position limit" in said
+    assert "No part of the velocity given here would do" in said
+    found = re.search(r"more than ([0-9.]+) rad of room", said)
+    assert found, said
+    kw.plan(at(1.0 - 1.05 * float(found[1]))).report.raise_if_failed()
+
+
 def points(*rows: list[float]) -> list[dict[str, Any]]:
     return [
         {"name": f"w{i}", "joints": dict(zip("abc", row, strict=False))}

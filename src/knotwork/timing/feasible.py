@@ -17,6 +17,10 @@ ROUNDING = 1e-12
 """A given value may be beyond a limit by this part of it."""
 
 
+AT_LIMIT = 1e-4
+"""A joint is at a limit of its position if it has less than this part of the room it needs."""
+
+
 def unfit_durations(problem: TimingProblem) -> list[TimingError]:
     """Compare durations with the limits of velocity and acceleration; for values see `faults`.
 
@@ -118,13 +122,22 @@ def _unstoppable(problem: TimingProblem) -> Iterator[Fault]:
             with np.errstate(invalid="ignore"):
                 fastest = np.sqrt(2.0 * limits.acceleration * room)
             for k in np.flatnonzero(np.abs(v) > fastest * (1.0 + 1e-9) + 1e-12):
-                unit = rate_unit(problem.joint_units[k], 1)
-                verb = "stop before" if after else "have come from inside"
-                said = (
-                    f"moves at {text(problem.velocity[i, k], unit)} and can't {verb} its position "
-                    f"limit, {text(room[k], problem.joint_units[k], '.4g')} away"
-                )
-                bound = float(np.copysign(fastest[k], problem.velocity[i, k]))
+                kind = problem.joint_units[k]
+                speed = text(problem.velocity[i, k], rate_unit(kind, 1))
+                needed, most = 0.5 * v[k] ** 2 / limits.acceleration[k], fastest[k]
+                if room[k] < AT_LIMIT * needed:
+                    most = 0.0
+                    said = (
+                        f"is at its position limit, and moves at {speed}; it needs more than "
+                        f"{text(needed, kind, '.3g')} of room beyond it"
+                    )
+                else:
+                    verb = "stop before" if after else "have come from inside"
+                    said = (
+                        f"moves at {speed} and can't {verb} its position limit, "
+                        f"{text(room[k], kind, '.4g')} away"
+                    )
+                bound = float(np.copysign(most, problem.velocity[i, k]))
                 yield _fault(problem, i, int(k), ("velocity", "position"), bound, said)
 
 

@@ -28,6 +28,9 @@ LESS = (0.0, 0.003, 0.01, 0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 HALVINGS = 3
 """So often the step between what does and what does not is halved."""
 
+STILL = "stop here, or move the waypoint or the limit"
+"""What does where a joint is at its position limit and moves."""
+
 DIGITS = 4
 """Digits of a factor that is proposed."""
 
@@ -152,6 +155,10 @@ def _error(problem: TimingProblem, fault: Fault, proposal: _Proposal) -> TimingE
         factor = proposal.factors[fault]
         bound = factor * fault.value
         advice = f". {factor:g} times the {fault.given} given here would do"
+        if not factor:
+            advice = f". No part of the {fault.given} given here would do: {STILL}"
+    elif fault.given != "position" and not fault.factor:
+        advice = f". No part of the {fault.given} given here is possible: {STILL}"
     elif fault.given != "position":
         advice = (
             f". At most {proposal.factors[fault]:g} times the {fault.given} given here is "
