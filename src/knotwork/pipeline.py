@@ -256,16 +256,26 @@ def plan(
         return best_of_sequences(*_planned(scenario, planner, knots))
     asked, free = scenario, scenario.free
 
-    def timed(solution: TaskSolution | None) -> Plan:
+    from knotwork.timing.watch import Budget
+
+    time = Budget(budget)
+
+    def timed(solution: TaskSolution | None, seconds: float | None) -> Plan:
         from knotwork.choosing import choose_times
 
         before = None if warm is None else warm.chosen
         chosen = choose_times(
-            asked, free, budget=budget, progress=progress, solution=solution, warm=before
+            asked, free, budget=seconds, progress=progress, solution=solution, warm=before
         )
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
-    return best_of_sequences(timed(None), timed, MOST_TIMED)
+    def another(solution: TaskSolution) -> Plan:
+        left = time.end() - time.now()
+        if left <= 0.0:
+            raise InputError("the budget has ended")
+        return timed(solution, None if budget is None else left)
+
+    return best_of_sequences(timed(None, budget), another, MOST_TIMED)
 
 
 def plan_fixed(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -314,3 +316,24 @@ def test_a_speed_at_a_waypoint_just_below_the_limit_of_the_tool() -> None:
     made = kw.plan(reach(middle, end, limits=limits, times="fastest"))
     made.report.raise_if_failed()
     assert made.chosen.gap < 0.15
+
+
+def test_a_budget_is_for_all_sequences_of_solutions() -> None:
+    """The second best sequence is planned for its clearance, but not once the budget has ended."""
+    there = {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}
+    box = {"box": [0.11, 0.13, 0.06], "position": [0.26, 0.2, 0.39]}
+    task = {
+        "robot": "ur5",
+        "start": "home",
+        "times": "fastest",
+        "limits": {"acceleration": 10, "jerk": 200},
+        "prefer": "clearance",
+        "scene": {"objects": {"box": box}},
+        "waypoints": [{"pose": there}],
+    }
+    assert kw.plan(task).report.select(quantity="sequences_tried")
+    budget = 0.2
+    plan = kw.plan(task, budget=budget, progress=lambda _: time.sleep(1.5 * budget))
+    assert plan.chosen is not None
+    assert plan.chosen.status == "stopped"
+    assert not plan.report.select(quantity="sequences_tried")
