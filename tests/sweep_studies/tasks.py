@@ -29,21 +29,26 @@ PLACED: dict[str, Any] = {
 }
 
 
-def planning(process: psutil.Process) -> list[psutil.Process]:
-    """Processes below one that plan rows."""
+def _running(processes: list[psutil.Process], word: str) -> list[psutil.Process]:
+    """Those whose command line has a word."""
     found = []
-    for one in process.children(recursive=True):
+    for one in processes:
         try:
-            if "knotwork.sweeps.child" in one.cmdline():
+            if word in " ".join(one.cmdline()):
                 found.append(one)
-        except psutil.Error:
+        except psutil.Error:  # it has ended meanwhile
             continue
     return found
 
 
+def planning(process: psutil.Process) -> list[psutil.Process]:
+    """Processes below one that plan rows."""
+    return _running(process.children(recursive=True), "knotwork.sweeps.child")
+
+
 def workers_of(process: psutil.Process) -> list[psutil.Process]:
     """Dask's workers that a process has started, whether they have begun to plan or not."""
-    return [one for one in process.children() if "spawn_main" in " ".join(one.cmdline())]
+    return _running(process.children(), "spawn_main")
 
 
 def ended(process: psutil.Process) -> bool:

@@ -126,7 +126,9 @@ def test_rows_do_not_depend_on_what_was_planned_before() -> None:
     assert first.equals(second)
 
 
-def test_an_interrupt_ends_all_and_says_how_to_go_on(tmp_path: Path) -> None:
+@pytest.mark.parametrize("lost", [0, 1])
+def test_an_interrupt_ends_all_and_says_how_to_go_on(lost: int, tmp_path: Path) -> None:
+    """Also where a worker has taken the place of a lost one."""
     folder = tmp_path / "study"
     command = ["sweep", "ur5_deburring", "--vary", "frames.block.position[0]=400:500:300"]
     run = subprocess.Popen(
@@ -139,7 +141,13 @@ def test_an_interrupt_ends_all_and_says_how_to_go_on(tmp_path: Path) -> None:
     while not list(folder.glob("chunks/*/*.parquet")):
         assert run.poll() is None
         time.sleep(0.05)
-    below = psutil.Process(run.pid).children(recursive=True)
+    this, before = psutil.Process(run.pid), workers_of(psutil.Process(run.pid))
+    for worker in before[:lost]:
+        worker.kill()
+    while lost and not any(planning(one) for one in workers_of(this) if one not in before):
+        assert run.poll() is None
+        time.sleep(0.05)
+    below = this.children(recursive=True)
     os.killpg(run.pid, signal.SIGINT)
     out, said = run.communicate(timeout=PATIENCE)
     assert (run.returncode, out) == (130, "")

@@ -85,6 +85,7 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Finished
                     memory_limit=0,
                     local_directory=folder,
                     silence_logs=SILENT,
+                    preload=[__name__],
                 )
         except (RuntimeError, OSError) as error:  # for example a worker was ended from outside
             raise InputError(
@@ -93,6 +94,11 @@ def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[Finished
             ) from error
         stack.enter_context(cluster)
         yield from _by(stack.enter_context(dask.Client(cluster)), chunks)
+
+
+def dask_setup(_worker: Any) -> None:
+    """Called by Dask in a worker: one that replaces a lost one, too, ignores an interrupt."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextlib.contextmanager
