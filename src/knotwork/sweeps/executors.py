@@ -40,7 +40,7 @@ SILENT = 50
 """Level of logging that keeps Dask from writing of workers that are lost; they are replaced."""
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
-LONGEST_ABSENCE = 60.0
+LONGEST_ABSENCE = 300.0
 """Without any worker chunks wait so long for one [s]."""
 LONGEST_ANSWER = LONGEST_FETCH = 60.0
 """The scheduler may take so long for an answer, and a finished chunk until it is here [s]."""
