@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -165,6 +166,31 @@ def test_a_simulated_motion_with_all_digits_passes(
     report = judge_exact(tmp_path, made, samples)
     assert report.ok, [str(one) for one in report.failures]
     assert not report.select(quantity="too_coarse")
+
+
+def ends_suddenly(asked: float) -> dict[str, Any]:
+    """Its acceleration goes to zero in the last 3.7 ms, after the last sample."""
+    return {
+        "end_acceleration": "zero",
+        "knots": [0, 0.3, 1.0, 1.0037],
+        "waypoints": [
+            {"name": "a", "time": 0, "joints": {"j": 0}, "stop": True},
+            {"name": "b", "time": 1.0037, "joints": {"j": asked}, "stop": True},
+        ],
+    }
+
+
+@pytest.mark.parametrize("rate", [125.0, 500.0])
+def test_what_comes_after_the_last_sample_is_no_failure(tmp_path: Path, rate: float) -> None:
+    made = plan(ends_suddenly(1.0))
+    samples = record(made.trajectory, rate=rate, before=0.0, after=0.0)
+    assert 0.0 < made.trajectory.end_time - samples.time[-1] < 0.004
+    report = judge_exact(tmp_path, made, samples)
+    assert report.ok, [str(one) for one in report.failures]
+    # a motion that ends elsewhere is still found
+    short = record(plan(ends_suddenly(0.999)).trajectory, rate=rate, before=0.0, after=0.0)
+    report = judge_exact(tmp_path, made, short)
+    assert "b" in {one.name for one in report.failures}
 
 
 @pytest.mark.parametrize(

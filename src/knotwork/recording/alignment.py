@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.polynomial.refined import refined
-from knotwork.recording.likeness import LeftOfPlan, left_of_plan
+from knotwork.recording.likeness import CONTINUED, LeftOfPlan, continued, left_of_plan
 from knotwork.recording.smoothing import Smoothed
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
@@ -59,7 +60,7 @@ class Alignment:
             order: 0 for the position to 3 for the jerk.
             time: When, by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        return self._at(self.curve.errors[order], time)
+        return self._at(self.curve.errors, order, time)
 
     def left_of_plan(self, order: int, time: float | None) -> FloatArray:
         """What a curve with the log's knots leaves of the plan, shape (d,).
@@ -68,19 +69,38 @@ class Alignment:
             order: 0 for the position to 3 for the jerk.
             time: When, by the plan's clock [s]; `None` for the largest over the plan's time.
         """
-        return self._at(self.left.errors[order], time)
+        left = self._at(self.left.errors, order, time)
+        start, end = self.reference.start_time, self.reference.end_time
+        ends = [
+            self.left.ends[i, order]
+            for i, at in enumerate((start, end))
+            if time is None or abs(time - at) < NEAR
+        ]
+        return np.asarray(np.max([left, *ends], axis=0))
 
     @cached_property
     def left(self) -> LeftOfPlan:
         """How far the plan itself is off a curve with the log's knots."""
         return left_of_plan(self.curve, self.reference, self.start)
 
-    def _at(self, values: FloatArray, time: float | None) -> FloatArray:
+    def _at(self, values: FloatArray, order: int, time: float | None) -> FloatArray:
+        """What is unknown of a derivative; where the curve is continued, what adds up until there.
+
+        Args:
+            values: Of position to jerk at the times of the grid, shape (4, g, d).
+            order: 0 for the position to 3 for the jerk.
+            time: By the plan's clock [s]; `None` for the largest over the plan's time.
+        """
         grid = self.curve.grid - self.start
-        if time is not None:
-            return np.asarray(values[int(np.abs(grid - time).argmin())])
-        start, end = self.trajectory.start_time, self.trajectory.end_time
-        return np.asarray(values[(grid >= start - NEAR) & (grid <= end + NEAR)].max(axis=0))
+        if time is None:
+            start, end = self.trajectory.start_time, self.trajectory.end_time
+            inside = values[order, (grid >= start - NEAR) & (grid <= end + NEAR)]
+            ends = (self._at(values, order, at) for at in (start, end))
+            return np.asarray(np.max([*inside, *ends], axis=0))
+        nearest = values[order:, int(np.abs(grid - time).argmin())]
+        beyond = max(0.0, grid[0] - time, time - grid[-1])
+        powers = np.array([beyond**k / factorial(k) for k in range(len(nearest))])
+        return np.asarray(powers @ nearest)
 
 
 def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
@@ -113,7 +133,9 @@ def aligned(curve: Smoothed, reference: JointTrajectory) -> Alignment:
     if not np.abs(reference.extrema(1).peak).max() > 0.0:
         raise InputError("the plan stands still, so the time shift of the log can't be found")
     shift, error = _refined(curve, reference, _coarse(curve, reference))
-    polynomial = _within(curve.trajectory.polynomial, start + shift, end + shift, 3.0 * log.period)
+    polynomial = _within(
+        curve.trajectory.polynomial, start + shift, end + shift, CONTINUED * log.period
+    )
     if polynomial is None:
         raise InputError(
             f"{log.source} lasts {log.time[-1]:.6g} s and has no time in common with the plan"
@@ -192,9 +214,7 @@ def _within(
         for place, border in ((0, curve.x[0]), (-1, curve.x[-1])):
             beyond = breaks[place] - border
             if (beyond < 0.0) == (place == 0) and beyond:
-                series = [curve(border, order + k) * beyond**k for k in range(4 - order)]
-                factors = (1.0, 1.0, 0.5, 1.0 / 6.0)
-                values[place] = sum(f * term for f, term in zip(factors, series, strict=False))
+                values[place] = continued(curve, float(breaks[place]), order)
         ends.append(values)
     return PiecewisePolynomial(two_point_coefficients(breaks, tuple(ends)), breaks)
 

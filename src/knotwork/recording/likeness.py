@@ -8,12 +8,17 @@ and the curve is off the motion by as much.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import factorial
 
 import numpy as np
 
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.recording.smoothing import ORDERS, Smoothed
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
+
+CONTINUED = 3.0
+"""Where a log lacks as little as so many of its periods at an end, its curve is continued."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +29,13 @@ class LeftOfPlan:
         samples: Largest distance of its samples [rad or m], shape (d,).
         errors: Distances of position, velocity, acceleration and jerk at the times of the log's
             grid or beside them [rad or m, per s, per s², per s³], shape (4, g, d).
+        ends: The same at the start and the end of the plan, if the curve is continued to there,
+            shape (2, 4, d).
     """
 
     samples: FloatArray
     errors: FloatArray
+    ends: FloatArray
 
 
 def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOfPlan:
@@ -40,7 +48,8 @@ def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOf
     """
     joints = len(plan.joint_names)
     if plan.continuity.order < 1:
-        return LeftOfPlan(np.zeros(joints), np.zeros((ORDERS, curve.grid.size, joints)))
+        none = np.zeros((ORDERS, curve.grid.size, joints))
+        return LeftOfPlan(np.zeros(joints), none, np.zeros((2, ORDERS, joints)))
     time = curve.log.time
     position, velocity = (_going_on(plan, time - start, order) for order in range(2))
     followed = curve.curve_of(position, velocity)
@@ -55,7 +64,24 @@ def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOf
     own = _by_piece(curve, np.abs(curve.residuals) + curve.sigma)
     share = np.minimum(1.0, own / np.maximum(_by_piece(curve, samples), np.finfo(float).tiny))
     piece = np.minimum(np.arange(curve.grid.size) // 2, len(share) - 1)
-    return LeftOfPlan(samples.max(axis=0), share[piece] * _with_neighbours(errors, axis=1))
+    ends = np.stack(
+        [
+            [np.abs(plan(at, order) - continued(followed, at + start, order)) for order in range(4)]
+            for at in (plan.start_time, plan.end_time)
+        ]
+    )
+    beyond = np.array([-start, plan.end_time + start - time[-1]])
+    ends[(beyond <= 0.0) | (beyond > CONTINUED * curve.log.period)] = 0.0
+    return LeftOfPlan(samples.max(axis=0), share[piece] * _with_neighbours(errors, axis=1), ends)
+
+
+def continued(curve: PiecewisePolynomial, time: float, order: int) -> FloatArray:
+    """A curve of cubics or its derivative; before and after its time its end pieces go on."""
+    border = min(max(time, float(curve.x[0])), float(curve.x[-1]))
+    terms = (
+        curve(border, order + k) * (time - border) ** k / factorial(k) for k in range(4 - order)
+    )
+    return np.asarray(sum(terms))
 
 
 def _going_on(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray:

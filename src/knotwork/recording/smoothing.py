@@ -148,7 +148,7 @@ def _use_of_velocities(
         ), None
     j = int(beyond.argmax())
     return (
-        f"left out: those of joint {log.joint_names[j]!r} are off the slope of its positions by "
+        f"left out: those of joint {log.joint_names[j]!r} are off the slope of its curve by "
         f"{beyond[j]:.3g} times their noise"
     ), None
 
