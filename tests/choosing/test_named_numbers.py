@@ -156,6 +156,52 @@ def test_a_speed_and_a_time_at_a_pose_do_together() -> None:
     assert kw.plan(passing(900 * float(factor[1]), number(said, "was found; with"))).report.ok
 
 
+def test_speeds_beyond_that_of_the_tool_are_told_with_times_that_are_too_short() -> None:
+    """Along a path and at a waypoint, each beside a time; all that is named does together."""
+
+    def asked(along: float, past: float, *times: float) -> dict[str, Any]:
+        def pose(name: str, y: float, z: float, **keys: Any) -> dict[str, Any]:
+            place = {"position": [400, y, z], "rpy": [180, 0, 0]}
+            return {"name": name, "pose": place, "after": "fastest", **keys}
+
+        end = {"name": "b", "along": "line", "pose": {"position": [400, 0, 300]}, "speed": along}
+        start = {"name": "a", "pose": {"position": [400, -200, 300], "rpy": [180, 0, 0]}}
+        return {
+            "robot": "ur5",
+            "units": {"length": "mm", "angle": "deg"},
+            "limits": {"velocity": 90, "acceleration": 400, "tool_speed": 300},
+            "branch": {"shoulder": "left", "elbow": "up", "wrist": "flip"},
+            "waypoints": [
+                start,
+                end,
+                pose("c", 200, 300, after=times[0], stop=True),
+                pose("d", 250, 400, stop=True),
+                pose("e", 250, 500, speed=past),
+                pose("f", 250, 600, after=times[1], stop=True),
+            ],
+        }
+
+    said = refusal(asked(500, 800, 0.2, 0.3)).splitlines()
+    assert len(said) == 4
+    speeds = [float(one) for one in re.findall(r"at most ([0-9.]+) mm/s", "".join(said))]
+    times = [number(line, "no motion was found; with") for line in said[2:]]
+    assert all("with what is proposed at waypoints" in line for line in said[2:])
+    assert kw.plan(asked(*speeds, *times)).report.ok
+
+
+def test_a_speed_and_a_duration_are_told_together_and_do_together() -> None:
+    def asked(speed: float, duration: float) -> dict[str, Any]:
+        via = {"name": "b", "joints": {"q": 1}, "velocity": {"q": speed}}
+        return task(via, {"name": "c", "joints": {"q": 2}}, duration=duration)
+
+    speed, total = refusal(asked(1.5, 1)).splitlines()
+    factor = re.search(r"([0-9.]+) times the velocity given", speed)
+    assert factor, speed
+    assert "duration: 1 s is shorter than the least time" in total
+    made = kw.plan(asked(1.5 * float(factor[1]), number(total, "accepted:")))
+    made.report.raise_if_failed()
+
+
 def test_times_to_which_only_a_motion_with_longer_ones_leads() -> None:
     places = points(
         [-0.367, -0.421, 0.236],

@@ -7,26 +7,19 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
-from knotwork.choosing.given_speeds import (
-    check_given_speeds,
-    check_path_speeds,
-    check_waypoint_speeds,
-)
+from knotwork.choosing.faults import check_given, given_time, located_in_run, total_too_short
+from knotwork.choosing.given_speeds import paths_without_room, tell
 from knotwork.choosing.numbers import numbers
 from knotwork.choosing.passing import Passing, at_greatest_speeds, at_lower_speeds
-from knotwork.choosing.path_speeds import check_joints_at_given_speeds
 from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
 from knotwork.choosing.task import FreeTask
-from knotwork.documents import Document, Edits, Location, edited
+from knotwork.documents import Document, Edits, edited
 from knotwork.errors import InputError, TimingError, together
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
 from knotwork.timing.problem import PEAKS
-from knotwork.timing.safe_numbers import rounded_up, with_room
-from knotwork.timing.slower import wrongly_given
+from knotwork.timing.safe_numbers import with_room
 from knotwork.timing.solving import NoMotionError, solved
 from knotwork.timing.watch import Watch
 
@@ -119,7 +112,8 @@ def choose_times(
         InputError: The task can't be solved, or no motion that keeps the limits was found.
     """
     watch = Watch(progress, budget)
-    check_path_speeds(scenario)
+    if free.path_speed:  # beside given ones that leave no room there may be none
+        tell(one for errors in paths_without_room(scenario).values() for one in errors)
     try:
         passing, found = _found(scenario, free, solution, watch, warm)
     except _NoMotionsError as failed:
@@ -169,7 +163,9 @@ class _NoMotionsError(Exception):
 
     def told(self) -> InputError:
         """What may be the cause, for all runs together."""
-        located = [_located(error.causes, self.task, run) for run, error in self.errors.items()]
+        located = [
+            located_in_run(error.causes, self.task, run) for run, error in self.errors.items()
+        ]
         return together([one for causes in located for one in causes])
 
 
@@ -184,10 +180,8 @@ def _found(
 
     def motions(passing: Passing) -> list[tuple[Run, TimedMotion]]:
         task = passing.task
-        check_given_speeds(task)
-        check_joints_at_given_speeds(task, free)
-        check_waypoint_speeds(task)
         runs = find_runs(task)
+        check_given(task, free, runs)
         return _solved(task, runs, watch, _starts(task, runs, warm))
 
     greatest = at_greatest_speeds(scenario, free, solution, watch)
@@ -237,7 +231,6 @@ def _solved(
             raise _NoMotionsError(task, failed)
         return found
 
-    _check_given(task, runs)
     watch.work = sum(len(run.waypoints) - 1 for run in runs)
     if free.total is None:
         return list(found_for(runs, objective).items())
@@ -245,22 +238,18 @@ def _solved(
     watch.work += sum(len(run.waypoints) - 1 for run in timed)
     fastest = found_for(timed, Objective())
     spans = {run: motion.duration for run, motion in fastest.items()}
-    provisional = sum(float(np.ptp(task.waypoints.time[run.rows])) for run in timed)
-    given = float(np.ptp(scenario.times)) - provisional
+    given = given_time(task, timed)
     shortest = given + sum(spans.values())
     if free.total < shortest:
-        with scenario.error_context("duration"):
-            if any(motion.status == "stopped" for motion in fastest.values()):
+        if any(motion.status == "stopped" for motion in fastest.values()):
+            with scenario.error_context("duration"):
                 raise TimingError(
                     f"no motion of {free.total:g} s was found within the budget of "
                     f"{watch.budget:g} s, the shortest lasts {with_room(shortest):.6g} s; "
                     "allow more time",
                     limit="budget",
                 )
-            raise InputError(
-                f"{free.total:g} s is shorter than the least time found under the limits, "
-                f"{rounded_up(shortest):.6g} s; accepted: {with_room(shortest):.6g} s or more"
-            )
+        raise total_too_short(task, shortest)
     stretch = (free.total - given) / sum(spans.values())
     totals = {run: stretch * span for run, span in spans.items()}
     try:
@@ -269,32 +258,3 @@ def _solved(
         error = failed.told()
         error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
         raise error from None
-
-
-def _check_given(task: FreeTask, runs: list[Run]) -> None:
-    """Tell all that is given beyond a limit or in too short a time, whatever run it is in."""
-    problems = {run: timing_problem(task, run, Objective()) for run in runs}
-    wrong = {run: wrongly_given(problem) for run, problem in problems.items()}
-    if not any(wrong.values()):
-        return
-    for run, problem in problems.items():
-        if not wrong[run] and not problem.free.all():
-            try:
-                solved(problem, Watch())
-            except NoMotionError as error:
-                wrong[run] = error.causes
-    raise together([one for run in runs for one in _located(wrong[run], task, run)])
-
-
-def _located(errors: list[TimingError], task: FreeTask, run: Run) -> list[TimingError]:
-    """Say in errors which waypoints of the file they are about."""
-    for error in errors:
-        row = error.waypoint
-        if row is None:
-            error.locate(task.scenario.name)
-            continue
-        i = run.waypoints[row + error.interval]
-        k = task.free.index[i]
-        place: Location = ("waypoints", k) if k >= 0 else ("start",)
-        error.locate(task.free.document.where(place))
-    return errors

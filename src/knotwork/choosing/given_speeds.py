@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 
 import numpy as np
 
@@ -32,22 +32,19 @@ def greatest_path_speed(scenario: Scenario) -> float:
     return math.inf if limit is None else limit / (1.0 + scenario.tolerances.path_speed)
 
 
-def check_path_speeds(scenario: Scenario) -> None:
-    """Refuse tool paths whose given speed leaves the tool no room below its limit.
-
-    Raises:
-        InputError: The speed along a path is that of the limit, or above it.
-    """
+def paths_without_room(scenario: Scenario) -> dict[int, list[InputError]]:
+    """Errors for given speeds of the limit of the tool, or above it, by number of the path."""
     limit, free = scenario.motion_limits.tool_speed, scenario.free
+    errors: dict[int, list[InputError]] = {}
     if limit is None or free is None:
-        return
-    tell(
-        path_error(scenario, path, k, "leaves no room below")
-        for path in scenario.paths
-        for k, stretch in enumerate(path.stretches)
-        if free.index[path.first + 1 + k] not in free.path_speed
-        and stretch.speed >= limit * (1.0 - ROUNDING)
-    )
+        return errors
+    for number, path in enumerate(scenario.paths):
+        for k, stretch in enumerate(path.stretches):
+            given = free.index[path.first + 1 + k] not in free.path_speed
+            if given and stretch.speed >= limit * (1.0 - ROUNDING):
+                error = path_error(scenario, path, k, "leaves no room below")
+                errors.setdefault(number, []).append(error)
+    return errors
 
 
 def path_error(scenario: Scenario, path: ScenarioPath, k: int, what: str) -> InputError:
@@ -64,17 +61,17 @@ def path_error(scenario: Scenario, path: ScenarioPath, k: int, what: str) -> Inp
     return located(scenario, error, "waypoints", index, "speed")
 
 
-def check_waypoint_speeds(task: FreeTask) -> None:
-    """Refuse waypoints at which the tool is given a speed beyond its limit, or as good as at it.
+def waypoints_beyond_tool_speed(task: FreeTask) -> dict[int, tuple[InputError, float]]:
+    """Errors for waypoints at which the tool is given a speed of its limit, nearly, or above it.
 
-    Raises:
-        InputError: There is one.
+    Returns:
+        By index of the waypoint the error, and what part of the speed is accepted.
     """
+    found: dict[int, tuple[InputError, float]] = {}
     scenario, free = task.scenario, task.free
     limit, robot = scenario.motion_limits.tool_speed, task.space.robot
     if limit is None or robot is None:
-        return
-    errors = []
+        return found
     rows = np.abs(task.waypoints.time[:, None] - scenario.times[None, :]).argmin(axis=0)
     on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
     for i, row in enumerate(rows):
@@ -92,8 +89,9 @@ def check_waypoint_speeds(task: FreeTask) -> None:
             f"accepted: at most {_shown(scenario, most)}, {rounded_down(most / speed, 3):g} "
             "times that speed, or a higher limit"
         )
-        errors.append(located(scenario, error, *(("waypoints", k) if k >= 0 else ("start",))))
-    tell(errors)
+        place = ("waypoints", k) if k >= 0 else ("start",)
+        found[i] = located(scenario, error, *place), most / speed
+    return found
 
 
 def located(scenario: Scenario, error: InputError, *place: str | int) -> InputError:
@@ -122,25 +120,28 @@ def _limit(scenario: Scenario) -> str:
     return with_margin(lambda speed: _shown(scenario, speed), limit, scenario.margin)
 
 
-def check_given_speeds(task: FreeTask) -> None:
-    """Refuse tool paths whose given speed takes the tool beyond its limit of speed.
+def paths_beyond_tool_speed(task: FreeTask, told: Container[int]) -> dict[int, list[InputError]]:
+    """Errors for given speeds that take the tool beyond its limit, by number of the path.
 
-    Raises:
-        InputError: There is one.
+    Args:
+        task: The task.
+        told: Paths that are left out.
     """
     scenario, robot = task.scenario, task.space.robot
     limit = scenario.motion_limits.tool_speed
+    errors: dict[int, list[InputError]] = {}
     if limit is None or robot is None:
-        return
+        return errors
     from knotwork.verification import tool_speed_bound
 
-    errors = []
-    for path in scenario.paths:
+    for number, path in enumerate(scenario.paths):
+        if number in told:
+            continue
         fastest = max(range(len(path.stretches)), key=lambda k: path.stretches[k].speed)
         if path.stretches[fastest].speed <= greatest_path_speed(scenario):
             continue
         motion = AlongPath(task, path).motion(scenario)
         bound = tool_speed_bound(robot, motion, limit=limit)
         if not proved(bound):
-            errors.append(path_error(scenario, path, fastest, "takes the tool beyond"))
-    tell(errors)
+            errors[number] = [path_error(scenario, path, fastest, "takes the tool beyond")]
+    return errors

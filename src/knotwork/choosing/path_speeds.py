@@ -63,35 +63,33 @@ def path_speeds(task: FreeTask, watch: Watch) -> PathSpeeds:
     return PathSpeeds(edits, (*binding,), stopped)
 
 
-def check_joints_at_given_speeds(task: FreeTask, asked: FreeTimes) -> None:
-    """Refuse tool paths whose given speeds take a joint beyond a limit.
+def paths_beyond_joint_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[InputError]]:
+    """Errors for given speeds that take a joint beyond a limit, by number of the path.
 
     Args:
         task: The task.
         asked: What was to be chosen; along paths with a speed that was, those given do.
-
-    Raises:
-        InputError: There is one.
     """
-    errors: list[InputError] = []
+    errors: dict[int, list[InputError]] = {}
     stuck = []
-    for path in task.scenario.paths:
+    for number, path in enumerate(task.scenario.paths):
         ends = range(path.first + 1, path.last + 1)
         if any(task.free.index[i] in asked.path_speed for i in ends):
             continue
         along = AlongPath(task, path)
         if along.joint_beyond(along.motion(task.scenario), 1.0 + ROUNDING) is not None:
-            slower = _given_too_fast(task, path)
-            errors += slower
-            stuck += [] if slower else [path]
+            errors[number] = _given_too_fast(task, path)
+            stuck += [] if errors[number] else [path]
     if stuck:
         waypoints = asked.document.data["waypoints"]
         others: dict[Location, Any] = {
             ("waypoints", i, "speed"): waypoints[i]["speed"] for i in asked.path_speed
         }
         other = other_acceleration(task, stuck, higher=False, others=others)
-        errors += [_no_lower_speed(task, path, other) for path in stuck]
-    tell(errors)
+        for path in stuck:
+            number = task.scenario.paths.index(path)
+            errors[number] = [_no_lower_speed(task, path, other)]
+    return errors
 
 
 def _given_too_fast(

@@ -37,19 +37,31 @@ DIGITS = 4
 Factors = Mapping[Fault, float]
 
 
-def wrongly_given(problem: TimingProblem) -> list[TimingError]:
+@dataclass(frozen=True)
+class WronglyGiven:
+    """What is given beyond a limit or in too short a time.
+
+    Attributes:
+        errors: An error for each waypoint and quantity, for each duration, and one for efforts;
+            empty where nothing is wrong that can be seen without a search.
+        mended: The problem with what is proposed at waypoints in place of what is given; `None`
+            where more than that is wrong.
+    """
+
+    errors: list[TimingError]
+    mended: TimingProblem | None
+
+
+def wrongly_given(problem: TimingProblem) -> WronglyGiven:
     """Say what is given at waypoints beyond a limit, which durations are too short, and what does.
 
     A motion was found with all that is proposed, taken together, unless an error says otherwise.
-
-    Returns:
-        An error for each waypoint and quantity, for each duration, and one for efforts; empty where
-        nothing is wrong that can be seen without a search.
     """
     heavy = too_heavy(problem, certain=True)
     found = faults(problem)
     if not found:
-        return [*heavy, *_wrong_durations(problem)]
+        wrong = [*heavy, *_wrong_durations(problem)]
+        return WronglyGiven(wrong, None if wrong else problem)
     proposal = _proposal(problem, found)
     errors = [_error(problem, one, proposal) for one in found]
     slowed = _with(problem, proposal.factors)
@@ -58,7 +70,8 @@ def wrongly_given(problem: TimingProblem) -> list[TimingError]:
         durations = [one for one in explained(slowed) if one.limit == "duration"]
     for one in durations if proposal.factors else ():
         one.add("all of this with what is proposed at waypoints")
-    return [*heavy, *errors, *durations]
+    whole = not heavy and not durations and proposal.found >= {*found}
+    return WronglyGiven([*heavy, *errors, *durations], slowed if whole else None)
 
 
 def _wrong_durations(problem: TimingProblem) -> list[TimingError]:

@@ -100,7 +100,7 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
         NoMotionError: No motion was found that keeps the limits.
     """
     begun, iterations = watch.now(), watch.iterations
-    wrong = wrongly_given(problem)
+    wrong = wrongly_given(problem).errors
     if wrong:
         raise NoMotionError(lambda: wrong)
     motion = _solved_from(problem, watch, start)
