@@ -320,14 +320,21 @@ def test_a_place_where_the_arm_is_too_heavy_to_rest_is_passed_in_motion() -> Non
     assert abs(made.chosen.runs[0].velocity[1, 0]) > 0.5
 
 
-@pytest.mark.parametrize(("effort", "longer"), [(15.0, 1.00001), (15.0, 1.02), (19.0, 1.001)])
+@pytest.mark.parametrize(
+    ("effort", "longer", "status"),
+    [(15.0, 1.00001, "stretched"), (15.0, 1.02, "optimal"), (19.0, 1.001, "optimal")],
+)
 def test_such_a_place_is_passed_in_a_little_more_than_the_least_time(
-    effort: float, longer: float
+    effort: float, longer: float, status: str
 ) -> None:
     least = over_the_top(effort).trajectory.duration
     made = over_the_top(effort, duration=longer * least)
     made.report.raise_if_failed()
     assert made.trajectory.duration == pytest.approx(longer * least)
+    assert made.chosen is not None
+    assert made.chosen.status == status
+    (said,) = made.report.select(quantity="chosen_times")
+    assert ("a smoother one was not found" in str(said)) == (status == "stretched")
 
 
 def test_an_arm_too_heavy_to_rest_where_its_velocity_is_free_is_told_with_what_would_do() -> None:

@@ -18,6 +18,7 @@ from knotwork.errors import InputError, TimingError, together
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
+from knotwork.timing.motion import Status, status_of
 from knotwork.timing.problem import PEAKS
 from knotwork.timing.safe_numbers import with_room
 from knotwork.timing.solving import NoMotionError, solved
@@ -36,7 +37,9 @@ class ChosenTimes:
         duration: Of the whole motion [s].
         lower_bound: No motion that does what is asked within the limits is shorter [s]; where
             speeds along tool paths were chosen, none with these speeds.
-        status: `"optimal"`, or `"stopped"` where the budget ended first.
+        status: `"optimal"`; `"stopped"` where the budget ended first; or `"stretched"` where the
+            fastest motion was slowed to a duration hardly longer, because no smoother one was
+            found.
         binding: Where which limit is met.
         assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
             [rad/s³ or m/s³].
@@ -50,7 +53,7 @@ class ChosenTimes:
     solution: TaskSolution
     duration: float
     lower_bound: float
-    status: str
+    status: Status
     binding: tuple[Binding, ...]
     objective: dict[str, float]
     runs: tuple[TimedMotion, ...] = ()
@@ -124,7 +127,7 @@ def choose_times(
     duration = float(scenario.times[-1] - scenario.times[0])
     in_runs = sum(motion.duration for _, motion in found)
     least = sum(motion.lower_bound for _, motion in found)
-    stopped = passing.stopped or any(motion.status == "stopped" for _, motion in found)
+    parts = [motion.status for _, motion in found]
     objective: dict[str, float] = {}
     for _, motion in found:
         for name, value in motion.objective.items():
@@ -137,7 +140,7 @@ def choose_times(
         solution=passing.solution,
         duration=duration,
         lower_bound=duration - in_runs + least,
-        status="stopped" if stopped else "optimal",
+        status="stopped" if passing.stopped else status_of(parts),
         binding=(*passing.binding, *(binding for _, motion in found for binding in motion.binding)),
         objective=objective,
         runs=tuple(motion for _, motion in found),

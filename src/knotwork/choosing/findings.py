@@ -61,6 +61,11 @@ def _duration(chosen: ChosenTimes) -> str:
             "limit is kept, but a shorter motion may exist "
             f"(lower bound{what} {chosen.lower_bound:.6g} s)"
         )
+    if chosen.status == "stretched":
+        return (
+            f"times chosen: {chosen.duration:.6g} s in all, as given: the fastest motion, slowed "
+            "to it by hardly anything; a smoother one was not found"
+        )
     if chosen.gap < 1e-6:
         return f"times chosen: {chosen.duration:.6g} s in all, which was given or can't be less"
     return (

@@ -17,6 +17,7 @@ from knotwork.timing.care import (
 )
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.efforts import effort_shares
+from knotwork.timing.motion import Status
 from knotwork.timing.problem import Objective, TimingProblem
 from knotwork.timing.program import Solution, joined_limits
 from knotwork.timing.rebuild import Knots, rebuilt, slower_knots
@@ -81,14 +82,19 @@ class Attempt:
     Attributes:
         found: The motion.
         cost: What it costs.
-        optimal: Whether the solver converged; otherwise the budget ended first.
+        status: As of a `TimedMotion`.
         care: What the solver was held to.
     """
 
     found: Found
     cost: float
-    optimal: bool
+    status: Status
     care: Care
+
+    @property
+    def optimal(self) -> bool:
+        """Whether the solver converged."""
+        return self.status == "optimal"
 
 
 def solved_section(
@@ -178,7 +184,7 @@ def _hardly_slower(problem: TimingProblem, fastest: Found) -> Attempt | None:
     if problem.total is None or not _scales(problem):
         return None
     times = problem.total / float(np.ptp(knots.time))
-    return _kept(problem, slower_knots(knots, times), optimal=True) if times <= HARDLY else None
+    return _kept(problem, slower_knots(knots, times), "stretched") if times <= HARDLY else None
 
 
 def stopping(problem: TimingProblem) -> Attempt | None:
@@ -202,13 +208,13 @@ def _scales(problem: TimingProblem) -> bool:
     return bool(problem.free.all() and not moving.any())
 
 
-def _kept(problem: TimingProblem, knots: Knots, *, optimal: bool) -> Attempt | None:
+def _kept(problem: TimingProblem, knots: Knots, status: Status) -> Attempt | None:
     """A motion that was not searched for, if it keeps every limit."""
     found = Found(knots, rebuilt(knots))
     if not keeps_limits(problem, found.curve):
         return None
     cost = weighted(problem, terms(problem, found.curve))
-    return Attempt(found, cost, optimal, first_care(problem))
+    return Attempt(found, cost, status, first_care(problem))
 
 
 def _no_slower_than_need_be(
@@ -218,7 +224,7 @@ def _no_slower_than_need_be(
 
     def kept(slower: float) -> Attempt | None:
         knots = made(slower)
-        return None if knots is None else _kept(problem, knots, optimal=False)
+        return None if knots is None else _kept(problem, knots, "stopped")
 
     low = 1.0
     for high in SLOWER:
@@ -314,13 +320,13 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> _Run
         if not watch.needed:
             watch.iterations += solution.iterations
         if steps.best is not None:
-            best = Attempt(steps.best[1], steps.best[0], False, care)
+            best = Attempt(steps.best[1], steps.best[0], "stopped", care)
         if solution.solved:
             near = section.rebuild(solution.x)
             more = more_care(problem, care, near.curve)
             if more is None:
                 cost = weighted(problem, terms(problem, near.curve))
-                return _Run(Attempt(near, cost, True, care), light=light)
+                return _Run(Attempt(near, cost, "optimal", care), light=light)
             if care.effort is None and more.effort is not None and not guess.near:
                 light, guess = near, _lighter_guess(problem, near)
             # with further equations the solution is no good start

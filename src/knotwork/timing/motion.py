@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Literal
 
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, ReadOnlyArrays
+
+Status = Literal["optimal", "stopped", "stretched"]
+
+
+def status_of(parts: Iterable[Status]) -> Status:
+    """The status of a motion made of parts: the least that any of them has."""
+    return max(parts, key=("optimal", "stretched", "stopped").index, default="optimal")
 
 
 @dataclass(frozen=True)
@@ -60,7 +68,8 @@ class TimedMotion(ReadOnlyArrays):
         acceleration: Joint accelerations at the waypoints, shape (n, d).
         lower_bound: No motion through these waypoints that keeps the limits is shorter [s].
         status: `"optimal"`, or `"stopped"` where the budget ended first: the motion keeps every
-            limit, but a better one may exist.
+            limit, but a better one may exist; or `"stretched"` where the fastest motion was slowed
+            to a total hardly longer, because no smoother one was found.
         binding: Where which limit is met, by interval, the longest first.
         objective: Value of each term, by name, before it is weighted: `"time"` [s], and the
             integrals that have a weight.
@@ -73,7 +82,7 @@ class TimedMotion(ReadOnlyArrays):
     velocity: FloatArray
     acceleration: FloatArray
     lower_bound: float
-    status: str = "optimal"
+    status: Status = "optimal"
     binding: Sequence[Binding] = ()
     objective: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     iterations: int = 0

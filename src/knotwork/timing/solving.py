@@ -16,7 +16,7 @@ from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.explain import explained
-from knotwork.timing.motion import Progress, TimedMotion
+from knotwork.timing.motion import Progress, TimedMotion, status_of
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import in_a_row, rebuilt_row
 from knotwork.timing.section import Guess, guess_from
@@ -155,7 +155,7 @@ def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
         velocity,
         acceleration,
         lower_bound(problem),
-        status="optimal" if all(one.optimal for one in found) else "stopped",
+        status=status_of(one.status for one in found),
         binding=binding_limits(problem, time, curve),
         objective=MappingProxyType(terms(problem, curve)),
     )

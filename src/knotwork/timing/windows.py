@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.timing.attempts import Attempt, solved_section, stopping
+from knotwork.timing.motion import status_of
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import Knots, joined, rebuilt
 from knotwork.timing.section import Found, Guess
@@ -70,10 +71,10 @@ def solved_windows(
     knots = joined([one.found.knots for one in kept])
     curve = rebuilt(knots)
     cost = sum(one.cost for one in kept)
-    optimal = all(one.optimal for one in kept)
-    found = Attempt(Found(knots, curve), cost, optimal, kept[-1].care)
+    status = status_of(one.status for one in kept)
+    found = Attempt(Found(knots, curve), cost, status, kept[-1].care)
     # where the budget ended, parts that stop may be far slower than one motion that stops
-    stops = None if optimal else stopping(problem)
+    stops = stopping(problem) if status == "stopped" else None
     return found if stops is None or found.cost <= stops.cost else stops
 
 
