@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import replace
 from itertools import count
 from typing import Any
@@ -188,6 +189,15 @@ def test_a_motion_past_given_velocities_needs_no_time_to_be_found(seed: int) -> 
     assert_kept(asked, replace(motion, status="optimal"))
     np.testing.assert_allclose(motion.acceleration[[0, -1]], acceleration[[0, -1]], atol=1e-12)
     assert solve(asked).duration <= motion.duration
+
+
+def test_a_joint_that_rests_has_no_limit_of_acceleration() -> None:
+    limits = TimingLimits([1.0, 1.0], [np.inf, np.inf], [100.0, 100.0])
+    still = np.zeros((2, 2))
+    problem = TimingProblem(("a", "b"), [[0.0, 0.0], [1.0, 0.0]], still, limits)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert solve(problem, budget=1e-6).status == "stopped"
 
 
 @pytest.mark.parametrize(("seed", "longer", "mixed"), [(2, (55, 75), True), (5, (55, 125), False)])

@@ -139,8 +139,9 @@ def _in_proportion(problem: TimingProblem) -> TimingLimits:
         return limits
 
     def common(limit: FloatArray) -> FloatArray:
-        moves = move > 0.0
-        return np.where(moves, move * (limit[moves] / move[moves]).min(), limit)
+        moves, found = move > 0.0, np.array(limit)
+        found[moves] = move[moves] * (limit[moves] / move[moves]).min()
+        return found
 
     return replace(
         limits,
