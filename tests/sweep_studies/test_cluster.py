@@ -130,7 +130,7 @@ def test_rows_do_not_depend_on_what_was_planned_before() -> None:
 def test_an_interrupt_ends_all_and_says_how_to_go_on(lost: int, tmp_path: Path) -> None:
     """Also where a worker has taken the place of a lost one."""
     folder = tmp_path / "study"
-    command = ["sweep", "ur5_deburring", "--vary", "frames.block.position[0]=400:500:300"]
+    command = ["sweep", "ur5_deburring", "--vary", "frames.block.position[0]=400:500:3000"]
     run = subprocess.Popen(
         [sys.executable, "-m", "knotwork", *command, "--workers", "2", "--out", str(folder)],
         start_new_session=True,
