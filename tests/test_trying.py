@@ -206,3 +206,11 @@ def test_a_label_and_the_text_say_a_collision_alike() -> None:
     for found, label in zip(plan.report.failures, labels, strict=True):
         assert " deep in post" in label
         assert str(found).startswith(label.partition(" at ")[0])
+
+
+def test_a_label_names_no_tolerance_for_rounding() -> None:
+    plan = kw.plan("ur5_deburring", planner="cubic")
+    labels = [one["text"] for one in scene(plan.view())["labels"] if one["kind"] == "miss"]
+    jumps = [label for label in labels if "acceleration jump" in label]
+    assert jumps
+    assert not any("limit" in label for label in jumps)

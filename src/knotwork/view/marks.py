@@ -20,6 +20,8 @@ from knotwork.view.speed_arrows import round_arrows, straight_arrows
 from knotwork.view.targets import spacings
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
+ROUNDING = 1e6
+"""A tolerance of which so many times is used was one for rounding."""
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
 MOST_KNOTS = 2000
@@ -162,6 +164,6 @@ def _said(found: Finding, units: Units) -> str:
     shown, unit = units.shown(found.value, found.unit)
     value = f"{shown:.3g}" if np.isfinite(shown) else "infinite"
     limit = ""
-    if found.limit is not None:
+    if found.limit is not None and not ROUNDING < (found.use or 0.0) < np.inf:
         limit = f", limit {units.shown(found.limit, found.unit)[0]:.3g}"
     return f"{found.title} {value}{limit} {unit}"
