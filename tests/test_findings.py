@@ -92,6 +92,14 @@ def test_a_check_of_ones_own_shows_in_report_json_pages_and_scene() -> None:
     assert "three four: loudness 71.5, limit 60 dB" in scene
 
 
+def test_the_report_says_of_a_quantity_once_how_near_its_limit_it_is() -> None:
+    page = report_page(kw.plan("panda_pick_place_fastest")).html
+    table = page.partition('id="tightest"')[2].partition("</tbody>")[0]
+    titles = re.findall(r'<th scope="row">(.*?)</th>', table)
+    assert "clearance" in titles
+    assert len(set(titles)) == len(titles)
+
+
 def test_a_check_of_ones_own_shows_on_the_terminal_and_in_the_exit_code(tmp_path: Path) -> None:
     # The command runs with the check registered, as a user's own script would.
     script = tmp_path / "run.py"

@@ -141,6 +141,12 @@ def test_texts_are_wrapped_between_words_and_numbers_stay_whole(
     assert "429700" in panda  # in deg/s³, not 4.297e+05
 
 
+@pytest.mark.parametrize("full", [[], ["--full"]])
+def test_what_another_planner_does_not_take_is_told(full: list[str], knotwork: Command) -> None:
+    out = " ".join(knotwork("plan", "ur3_lid", "--planner", "cubic", *full).out.split())
+    assert "without the scenario's end_acceleration, which cubic does not take" in out
+
+
 def test_errors_are_wrapped_on_a_terminal_alone(
     knotwork: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
+from knotwork.cli.short import without
 from knotwork.cli.tables import console, plain_table, print_table, print_wrapped
 from knotwork.cli.terminal import cell
 from knotwork.interpolation import PLANNER_SPECS
@@ -37,7 +38,7 @@ def print_plan(plan: Plan) -> None:
     if plan.scenario.chosen and plan.trajectory.planner == "modified-hermite":
         made += ", times as chosen"
     if plan.left_out:
-        made += f" (without the scenario's {', '.join(plan.left_out)})"
+        made += f" ({without(plan)})"
     print_report(
         plan.report,
         plan.scenario,

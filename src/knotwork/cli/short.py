@@ -29,7 +29,13 @@ def print_short_plan(plan: Plan) -> None:
     """Print the verdict on a plan and the tightest cases."""
     print_short(plan.report)
     if plan.left_out:
-        echo(f"without the scenario's {', '.join(plan.left_out)}")
+        echo(f"planned {without(plan)}")
+
+
+def without(plan: Plan) -> str:
+    """Say what of the scenario the planner that was asked for instead of its own left out."""
+    left = ", ".join(plan.left_out)
+    return f"without the scenario's {left}, which {plan.trajectory.planner} does not take"
 
 
 def print_short(report: Report) -> None:

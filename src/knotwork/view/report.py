@@ -94,7 +94,8 @@ def _tightest(report: Report) -> list[Finding]:
     """Of each quantity what fails worst, then what is nearest its limit."""
     failing = worst_failures(report.failures)[:MOST]
     rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
-    rows += [one for found in report.groups.values() for one in told_apart(found)]
+    apart = [one for found in report.groups.values() for one in told_apart(found)]
+    rows += [one for one in apart if one not in rows]
     shown = {(one.subject, one.quantity) for one in failing}
     return [*failing, *(one for one in rows if (one.subject, one.quantity) not in shown)]
 
