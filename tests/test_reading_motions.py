@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import pytest
@@ -67,6 +69,18 @@ def test_every_command_reads_every_kind_of_file(name: str, run: Command) -> None
     assert ("<h2>What fails" in page) == failed
     for ran in (plotted, viewed):
         assert ("the check FAILS" in ran.err) == failed
+
+
+def test_all_failures_are_counted_where_some_are_told(run: Command) -> None:
+    options = ("ur5_deburring", "--planner", "parabolic-blend")
+    (plan,) = json.loads(run("plan", *options, "--json").out)["plans"]
+    told = run("plot", *options, "-o", "a.png").err.splitlines()[1:]
+    assert len(told) == 4
+    *kinds, rest = (re.search(r"and (\d+) more( like it\))?$", line) for line in told)
+    assert all(kinds)
+    assert rest
+    counts = [int(found[1]) for found in (*kinds, rest) if found]
+    assert sum(counts) + len(kinds) == len(plan["report"]["failures"])
 
 
 @pytest.mark.parametrize("name", ["ros2.yaml", "samples.csv", "samples.json"])

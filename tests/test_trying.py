@@ -171,6 +171,12 @@ def test_more_time_is_found_for_a_move_that_is_too_fast(knotwork: Command, tmp_p
         file.write_text(yaml.safe_dump(task))
         told = " ".join(knotwork("plan", file).out.split())
         assert f"tried: it passes with {said}" in told
+        nameless = copy.deepcopy(task)
+        for one in nameless["waypoints"]:
+            del one["name"]
+        file.write_text(yaml.safe_dump(nameless))
+        other = " ".join(knotwork("plan", file).out.split())
+        assert f"tried: it passes with {said.replace('b', 'waypoint 2')}" in other
         # what is tried says more than that the whole motion may be slower
         assert "the same motion in" not in told
         # and it is so

@@ -36,7 +36,7 @@ LEAST_GAIN = ROOM_PRECISION
 
 
 def best_of_sequences(
-    first: PlanT, made: Callable[[TaskSolution], PlanT], most: int = MOST_SEQUENCES
+    first: PlanT, made: Callable[[TaskSolution], PlanT | None], most: int = MOST_SEQUENCES
 ) -> PlanT:
     """Take the best sequence of solutions whose motion collides nowhere.
 
@@ -50,7 +50,7 @@ def best_of_sequences(
 
     Args:
         first: The plan of the best sequence.
-        made: Plans another one.
+        made: Plans another one; `None` if there is no time left for it.
         most: So many are tried, the first one included.
     """
     sequences = _Sequences(first, made, most)
@@ -61,8 +61,8 @@ def best_of_sequences(
         current = other
         if _worth(current) < _worth(best):
             best = current
-    if sequences.tried > 1:
-        best = replace(_said_of_collisions(best, sequences.tried), sequences=sequences.tried)
+    if sequences.tried > 1 or (failed and sequences.late):
+        best = replace(_said_of_collisions(best, sequences), sequences=sequences.tried)
     if current.scenario.prefers_clearance and not failed:
         sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
         return _with_most_room(best, current, sequences)
@@ -75,10 +75,13 @@ class _Sequences(Generic[PlanT]):
     Attributes:
         most: So many are tried at most.
         tried: So many were.
+        late: Whether there was no time left for another one.
     """
 
-    def __init__(self, first: PlanT, made: Callable[[TaskSolution], PlanT], most: int) -> None:
-        self.made, self.most, self.tried = made, most, 1
+    def __init__(
+        self, first: PlanT, made: Callable[[TaskSolution], PlanT | None], most: int
+    ) -> None:
+        self.made, self.most, self.tried, self.late = made, most, 1, False
         self.known = [] if first.solution is None else [first.solution.waypoints.position]
 
     def without(self, plan: PlanT, times: Sequence[float | None]) -> PlanT | None:
@@ -94,11 +97,14 @@ class _Sequences(Generic[PlanT]):
         if other is None or any(np.array_equal(q, other.waypoints.position) for q in self.known):
             return None
         self.known.append(other.waypoints.position)
-        self.tried += 1
         try:
-            return self.made(other)
+            made = self.made(other)
         except InputError:  # there is no such motion, however slow
+            self.tried += 1
             return None
+        self.late = made is None
+        self.tried += not self.late
+        return made
 
 
 def _with_most_room(best: PlanT, current: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
@@ -146,15 +152,18 @@ def _intervals(times: Sequence[float | None], scenario: Scenario) -> list[int]:
     return sorted(set(np.clip(index, 0, len(scenario.times) - 2).tolist()))
 
 
-def _said_of_collisions(plan: PlanT, tried: int) -> PlanT:
+def _said_of_collisions(plan: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
     """The plan that says how many sequences were tried because the best one collides."""
+    tried = sequences.tried
+    late = " when the budget ended" if sequences.late else ""
     if failed_pairs(plan.report.findings):
-        return _with_finding(
-            plan,
-            f"tried: {tried} sequences of solutions, all of which collide; this one has the fewest "
-            "colliding pairs",
-            TRIED,
+        said = (
+            f"{tried} sequences of solutions{late}, all of which collide; this one has the fewest "
+            "colliding pairs"
+            if tried > 1
+            else f"one sequence of solutions{late}, which collides"
         )
+        return _with_finding(plan, f"tried: {said}", TRIED)
     return _with_finding(
         plan,
         f"the motion of the best sequence of solutions collides; of {tried} sequences tried this "

@@ -269,10 +269,10 @@ def plan(
         )
         return _planned(chosen.scenario, planner, knots, chosen)[0]
 
-    def another(solution: TaskSolution) -> Plan:
+    def another(solution: TaskSolution) -> Plan | None:
         left = time.end() - time.now()
         if left <= 0.0:
-            raise InputError("the budget has ended")
+            return None
         return timed(solution, None if budget is None else left)
 
     return best_of_sequences(timed(None, budget), another, MOST_TIMED)

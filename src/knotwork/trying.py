@@ -269,7 +269,8 @@ def _lengthened(plan: Plan, durations: Mapping[int, float]) -> Changes:
     said: list[str] = []
     later, others = 0.0, False
     for i, row in enumerate(document.data["waypoints"]):
-        k = index.get(row.get("name"), 0)
+        name = row.get("name") or f"waypoint {i + 1}"
+        k = index.get(name, 0)
         key = next((one for one in ("after", "time") if isinstance(row.get(one), int | float)), "")
         more = durations[k] - _duration(plan, k) if k in durations else 0.0
         if more and not key:
@@ -280,7 +281,7 @@ def _lengthened(plan: Plan, durations: Mapping[int, float]) -> Changes:
             new = float(f"{row[key] + moved:.6g}")
             edits["waypoints", i, key] = new
             if more:
-                said.append(f"`{key}: {new:g}` for {row['name']!r} in place of {row[key]:g}")
+                said.append(f"`{key}: {new:g}` for {name!r} in place of {row[key]:g}")
             else:
                 others = True
     if len(said) < len(durations):

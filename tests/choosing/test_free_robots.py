@@ -318,6 +318,24 @@ def test_a_speed_at_a_waypoint_just_below_the_limit_of_the_tool() -> None:
     assert made.chosen.gap < 0.15
 
 
+def test_sequences_are_not_said_to_be_tried_when_the_budget_has_ended() -> None:
+    task = {
+        "robot": "ur5",
+        "start": "home",
+        "times": "fastest",
+        "limits": {"acceleration": 10, "jerk": 200},
+        "scene": {"objects": {"box": {"box": [0.3, 0.3, 0.3], "position": [0.3, 0.35, 0.45]}}},
+        "waypoints": [
+            {"pose": {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}}
+        ],
+    }
+    budget = 0.2
+    plan = kw.plan(task, budget=budget, progress=lambda _: time.sleep(1.5 * budget))
+    (tried,) = map(str, plan.report.tried)
+    assert "one sequence of solutions when the budget ended, which collides" in tried
+    assert plan.sequences == 1
+
+
 def test_a_budget_is_for_all_sequences_of_solutions() -> None:
     """The second best sequence is planned for its clearance, but not once the budget has ended."""
     there = {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}

@@ -193,6 +193,26 @@ def test_what_comes_after_the_last_sample_is_no_failure(tmp_path: Path, rate: fl
     assert "b" in {one.name for one in report.failures}
 
 
+@pytest.mark.parametrize("rate", [125.0, 500.0])
+@pytest.mark.parametrize("begin", [0.0, 1.0, 5.0])
+def test_what_comes_before_the_first_sample_is_no_failure(
+    tmp_path: Path, rate: float, begin: float
+) -> None:
+    """The acceleration leaves zero in the first 3.7 ms, before the first sample."""
+    task = {
+        "end_acceleration": "zero",
+        "knots": [begin + one for one in (0, 0.0037, 0.7037, 1.0037)],
+        "waypoints": [
+            {"name": "a", "time": begin, "joints": {"j": 0}, "stop": True},
+            {"name": "b", "time": begin + 1.0037, "joints": {"j": 1}, "stop": True},
+        ],
+    }
+    made = plan(task)
+    samples = record(made.trajectory, rate=rate, before=-0.0037, after=0.0)
+    report = judge_exact(tmp_path, made, samples)
+    assert report.ok, [str(one) for one in report.failures]
+
+
 @pytest.mark.parametrize(
     ("scenario", "rate", "digits", "rest"),
     [

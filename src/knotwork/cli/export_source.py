@@ -6,16 +6,19 @@ import sys
 from typing import TYPE_CHECKING
 
 from knotwork.cli.parameters import PlanOptions
-from knotwork.cli.sources import echo_failures, read_motions
+from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 from knotwork.verification.brief import told_failures
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from knotwork.cli.sources import CheckedFile
     from knotwork.export import Format, Points
     from knotwork.pipeline import Plan
     from knotwork.trajectory import JointTrajectory
+    from knotwork.verification import Finding
 
 MOST_FAILURES = 10
 
@@ -51,8 +54,7 @@ def passes(asked: Plan | CheckedFile | None, allowed: bool) -> bool:
         return True
     report = asked.report
     verdict = "exported all the same" if allowed else "not exported (--allow-failed exports it)"
-    lines = [f"{report.scenario}: {failure}" for failure in told_failures(report.failures)]
-    _show(lines, f"{report.scenario} fails its check: {verdict}")
+    _show(report.failures, f"{report.scenario}: ", f"{report.scenario} fails its check: {verdict}")
     return allowed
 
 
@@ -83,12 +85,13 @@ def points_pass(
         if "accelerations" in form.options:
             said.append("--accelerations sends accelerations too")
         said.append("a planner of cubics needs no --fit")
-    lines = [f"{report.scenario}: the points of --fit: {failure}" for failure in failures]
-    _show(lines, f"{report.scenario}: {'; '.join(said)}")
+    whose = f"{report.scenario}: the points of --fit: "
+    _show(failures, whose, f"{report.scenario}: {'; '.join(said)}")
     return allowed
 
 
-def _show(lines: list[str], verdict: str) -> None:
-    echo_failures(lines, MOST_FAILURES, "and")
+def _show(failures: Sequence[Finding], whose: str, verdict: str) -> None:
+    for failure in told_failures(failures, MOST_FAILURES):
+        echo(f"{whose}{failure}", err=True)
     echo(verdict, err=True)
     sys.stderr.flush()

@@ -232,13 +232,5 @@ def tell_failures(motions: Iterable[Motion]) -> None:
         if not report.ok:
             which = f"{report.scenario}, {motion.trajectory.planner}"
             echo(f"note: {which}: the check FAILS", err=True)
-            lines = [f"  {failure}" for failure in told_failures(report.failures)]
-            echo_failures(lines, MOST_FAILURES, "  and")
-
-
-def echo_failures(lines: list[str], most: int, rest: str) -> None:
-    """Write lines to standard error, and of more than some only how many more there are."""
-    for line in lines[:most]:
-        echo(line, err=True)
-    if len(lines) > most:
-        echo(f"{rest} {len(lines) - most} more", err=True)
+            for failure in told_failures(report.failures, MOST_FAILURES):
+                echo(f"  {failure}", err=True)

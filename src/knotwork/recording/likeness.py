@@ -70,7 +70,7 @@ def left_of_plan(curve: Smoothed, plan: JointTrajectory, start: float) -> LeftOf
             for at in (plan.start_time, plan.end_time)
         ]
     )
-    beyond = np.array([-start, plan.end_time + start - time[-1]])
+    beyond = np.array([-plan.start_time - start, plan.end_time + start - time[-1]])
     ends[(beyond <= 0.0) | (beyond > CONTINUED * curve.log.period)] = 0.0
     return LeftOfPlan(samples.max(axis=0), share[piece] * _with_neighbours(errors, axis=1), ends)
 

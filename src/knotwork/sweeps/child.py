@@ -211,11 +211,14 @@ def _calls(source: Any) -> Iterator[tuple[str, tuple[Any, ...], float]]:
     asked: queue.SimpleQueue[tuple[str, tuple[Any, ...], float]] = queue.SimpleQueue()
 
     def listen() -> None:
+        code = 1
         try:
             while True:
                 asked.put(pickle.load(source))
+        except EOFError:
+            code = 0
         finally:
-            os._exit(0)
+            os._exit(code)
 
     threading.Thread(target=listen, daemon=True).start()
     while True:

@@ -133,7 +133,8 @@ def solved_section(
     best = min((r.best for r in runs if r.best is not None), key=lambda b: b.cost, default=None)
     if best is None and not watch.late(found=False):
         best = _from_fastest(problem, watch, starts)
-    if (best is None and watch.late(found=False)) or (best is not None and not best.optimal):
+    stopped = watch.late(found=False) if best is None else best.status == "stopped"
+    if stopped:
         quick = [
             best,
             stopping(problem),

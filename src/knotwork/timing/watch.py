@@ -98,8 +98,10 @@ class Watch:
     def turn(self, part: float) -> Iterator[None]:
         """Give something its turn: a part of what is left of the budget, from 0 to 1."""
         before, self._turn = self._turn, self._time.turn(part)
-        yield
-        self._turn = before
+        try:
+            yield
+        finally:
+            self._turn = before
 
     def within(self, part: float, work: int = 1) -> Watch:
         """A watch for something that is tried, with a part of what is left of the budget.

@@ -189,9 +189,17 @@ def and_more(count: int) -> str:
     return f" (and {count} more like it)" if count else ""
 
 
-def told_failures(findings: Sequence[Finding]) -> list[str]:
-    """Findings in their own words: the worst of those alike, and how many more there are."""
-    return [f"{worst}{and_more(len(others))}" for worst, *others in alike(findings)]
+def told_failures(findings: Sequence[Finding], most: int | None = None) -> list[str]:
+    """Findings in their own words: the worst of those alike, and how many more there are.
+
+    Args:
+        findings: The findings.
+        most: So many kinds are told at most; then a line says how many findings are left.
+    """
+    kinds = alike(findings)
+    told = [f"{worst}{and_more(len(others))}" for worst, *others in kinds[:most]]
+    left = sum(map(len, kinds[len(told) :]))
+    return [*told, f"and {left} more"] if left else told
 
 
 def worst_failures(findings: Sequence[Finding]) -> list[Finding]:

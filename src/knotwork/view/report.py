@@ -28,7 +28,7 @@ NO_ROBOT = (
 # Rows of what fails, and of what is tightest.
 MOST = 6
 MOST_USE = 100.0
-"""More of a limit is told as beyond it, not in percent."""
+"""More of a limit is not told in percent."""
 _VERDICTS = {
     "met": "ok",
     "failed": "FAIL",
