@@ -318,19 +318,26 @@ def test_a_speed_at_a_waypoint_just_below_the_limit_of_the_tool() -> None:
     assert made.chosen.gap < 0.15
 
 
-def test_sequences_are_not_said_to_be_tried_when_the_budget_has_ended() -> None:
-    task = {
+def beside_a_box(size: list[float], position: list[float], **more: Any) -> dict[str, Any]:
+    there = {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}
+    return {
         "robot": "ur5",
         "start": "home",
         "times": "fastest",
         "limits": {"acceleration": 10, "jerk": 200},
-        "scene": {"objects": {"box": {"box": [0.3, 0.3, 0.3], "position": [0.3, 0.35, 0.45]}}},
-        "waypoints": [
-            {"pose": {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}}
-        ],
+        "scene": {"objects": {"box": {"box": size, "position": position}}},
+        "waypoints": [{"pose": there}],
+        **more,
     }
+
+
+def with_too_short_a_budget(task: dict[str, Any]) -> kw.Plan:
     budget = 0.2
-    plan = kw.plan(task, budget=budget, progress=lambda _: time.sleep(1.5 * budget))
+    return kw.plan(task, budget=budget, progress=lambda _: time.sleep(1.5 * budget))
+
+
+def test_sequences_are_not_said_to_be_tried_when_the_budget_has_ended() -> None:
+    plan = with_too_short_a_budget(beside_a_box([0.3, 0.3, 0.3], [0.3, 0.35, 0.45]))
     (tried,) = map(str, plan.report.tried)
     assert "one sequence of solutions when the budget ended, which collides" in tried
     assert plan.sequences == 1
@@ -338,20 +345,9 @@ def test_sequences_are_not_said_to_be_tried_when_the_budget_has_ended() -> None:
 
 def test_a_budget_is_for_all_sequences_of_solutions() -> None:
     """The second best sequence is planned for its clearance, but not once the budget has ended."""
-    there = {"position": [0.38, 0.29, 0.31], "rotation_vector": [math.pi, 0, 0]}
-    box = {"box": [0.11, 0.13, 0.06], "position": [0.26, 0.2, 0.39]}
-    task = {
-        "robot": "ur5",
-        "start": "home",
-        "times": "fastest",
-        "limits": {"acceleration": 10, "jerk": 200},
-        "prefer": "clearance",
-        "scene": {"objects": {"box": box}},
-        "waypoints": [{"pose": there}],
-    }
+    task = beside_a_box([0.11, 0.13, 0.06], [0.26, 0.2, 0.39], prefer="clearance")
     assert kw.plan(task).report.select(quantity="sequences_tried")
-    budget = 0.2
-    plan = kw.plan(task, budget=budget, progress=lambda _: time.sleep(1.5 * budget))
+    plan = with_too_short_a_budget(task)
     assert plan.chosen is not None
     assert plan.chosen.status == "stopped"
     assert not plan.report.select(quantity="sequences_tried")

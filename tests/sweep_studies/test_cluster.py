@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -173,65 +174,57 @@ def test_no_scheduler_at_an_address(monkeypatch: pytest.MonkeyPatch) -> None:
             kw.sweep(TASK, VARY, scheduler=address, **OPTIONS)
 
 
+def check_nothing_is_lost(
+    folder: Path, serial: Any, break_it: Callable[[Any], None], said: str
+) -> None:
+    """A study whose cluster something is done to ends with an error, and is gone on with."""
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
+    ) as cluster:
+
+        def midway(at: kw.SweepProgress) -> None:
+            if at.done >= ROWS // 4:
+                break_it(cluster)
+
+        with pytest.raises(kw.InputError, match=f"{said}.*go on with --resume"):
+            kw.sweep(
+                TASK,
+                VARY,
+                out=folder,
+                scheduler=cluster.scheduler_address,
+                progress=midway,
+                **OPTIONS,
+            )
+    assert ROWS // 4 <= len(kw.Study.open(folder)) < ROWS
+    study = kw.sweep(TASK, VARY, out=folder, resume=True, workers=0, **OPTIONS)
+    assert without_time(study).equals(serial)
+
+
 @pytest.mark.parametrize("recount", [3600.0, 0.0])
 def test_a_scheduler_that_is_lost_costs_no_finished_chunk(
     recount: float, serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It may be missed first where a result is waited for, or where its workers are counted."""
     monkeypatch.setattr("knotwork.sweeps.executors.RECOUNT", recount)
-    import distributed
 
-    folder = tmp_path / "study"
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
-    ) as cluster:
+    def end(cluster: Any) -> None:
+        cluster.close()
 
-        def end(at: kw.SweepProgress) -> None:
-            if at.done >= ROWS // 4:
-                cluster.close()
-
-        with pytest.raises(kw.InputError, match=r"scheduler was lost.*go on with --resume"):
-            kw.sweep(
-                TASK,
-                VARY,
-                out=folder,
-                scheduler=cluster.scheduler_address,
-                progress=end,
-                **OPTIONS,
-            )
-    assert ROWS // 4 <= len(kw.Study.open(folder)) < ROWS
-    study = kw.sweep(TASK, VARY, out=folder, resume=True, workers=0, **OPTIONS)
-    assert without_time(study).equals(serial)
+    check_nothing_is_lost(tmp_path / "study", serial, end, "scheduler was lost")
 
 
 def test_a_scheduler_that_loses_all_workers_costs_no_finished_chunk(
     serial: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import distributed
-
     monkeypatch.setattr("knotwork.sweeps.executors.RECOUNT", 0.1)
     monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_ABSENCE", 0.5)
     monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_FETCH", 5.0)
-    folder = tmp_path / "study"
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
-    ) as cluster:
 
-        def dismiss(at: kw.SweepProgress) -> None:
-            if at.done >= ROWS // 4:
-                cluster.scale(0)
-                while cluster.scheduler.workers:
-                    time.sleep(0.05)
+    def dismiss(cluster: Any) -> None:
+        cluster.scale(0)
+        while cluster.scheduler.workers:
+            time.sleep(0.05)
 
-        with pytest.raises(kw.InputError, match=r"all workers are lost.*go on with --resume"):
-            kw.sweep(
-                TASK,
-                VARY,
-                out=folder,
-                scheduler=cluster.scheduler_address,
-                progress=dismiss,
-                **OPTIONS,
-            )
-    assert ROWS // 4 <= len(kw.Study.open(folder)) < ROWS
-    study = kw.sweep(TASK, VARY, out=folder, resume=True, workers=0, **OPTIONS)
-    assert without_time(study).equals(serial)
+    check_nothing_is_lost(tmp_path / "study", serial, dismiss, "all workers are lost")

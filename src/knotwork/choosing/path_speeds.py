@@ -71,7 +71,7 @@ def paths_beyond_joint_limits(task: FreeTask, asked: FreeTimes) -> dict[int, lis
         asked: What was to be chosen; along paths with a speed that was, those given do.
     """
     errors: dict[int, list[InputError]] = {}
-    stuck = []
+    stuck: dict[int, ScenarioPath] = {}
     for number, path in enumerate(task.scenario.paths):
         ends = range(path.first + 1, path.last + 1)
         if any(task.free.index[i] in asked.path_speed for i in ends):
@@ -79,15 +79,15 @@ def paths_beyond_joint_limits(task: FreeTask, asked: FreeTimes) -> dict[int, lis
         along = AlongPath(task, path)
         if along.joint_beyond(along.motion(task.scenario), 1.0 + ROUNDING) is not None:
             errors[number] = _given_too_fast(task, path)
-            stuck += [] if errors[number] else [path]
+            if not errors[number]:
+                stuck[number] = path
     if stuck:
         waypoints = asked.document.data["waypoints"]
         others: dict[Location, Any] = {
             ("waypoints", i, "speed"): waypoints[i]["speed"] for i in asked.path_speed
         }
-        other = other_acceleration(task, stuck, higher=False, others=others)
-        for path in stuck:
-            number = task.scenario.paths.index(path)
+        other = other_acceleration(task, [*stuck.values()], higher=False, others=others)
+        for number, path in stuck.items():
             errors[number] = [_no_lower_speed(task, path, other)]
     return errors
 
