@@ -14,7 +14,7 @@ JOBS ?= auto
 .PHONY: demo test test-all lint types suite exhaustive docs figures keys pictures placement clean
 
 # The demo draws nothing, reads no meshes but STL and chooses no times: it needs only these.
-DEMO := numpy pin eigenpy 'example-robot-data>=5.0,<6' pydantic PyYAML click rich
+DEMO := numpy lazy_loader pin eigenpy 'example-robot-data>=5.0,<6' pydantic PyYAML click rich
 
 demo: $(VENV)/demo
 	$(BIN)/knotwork plan scenarios/ur5_deburring.yaml
@@ -41,7 +41,7 @@ docs: $(VENV)/dev
 	@$(BIN)/python -c 'import sphinx' || { echo "the documentation needs Python 3.11 or newer" >&2; exit 2; }
 	$(BIN)/python -m sphinx --fail-on-warning --nitpicky --keep-going --fresh-env --quiet -D live_pages=1 docs build/docs
 
-# Tables and figures of the pages on benchmarks, from benchmarks/results.
+# The page on planners and figures of the benchmarks, from benchmarks/results.
 figures: $(VENV)/dev
 	$(BIN)/python benchmarks/pages.py
 

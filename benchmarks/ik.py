@@ -4,8 +4,7 @@
     python benchmarks/ik.py branches  # all solutions against closed forms
     python benchmarks/ik.py speed     # one solution, beside whatever else is installed
 
-With `--save benchmarks/results` the results are saved there, and `make figures` renders
-docs/ik_benchmarks.md from them.
+With `--save benchmarks/results` the results are saved there, and the site shows them.
 
 Run it on one thread (OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1). The other solvers are no
 dependencies; for `speed` put them into an environment of their own beside Knotwork:

@@ -63,7 +63,7 @@ def _row(
             q[4] = bent
         pose = robot.forward(q)
         start = time.process_time()
-        answers = np.array([branch.q for branch in kw.solve_all(robot, pose)])
+        answers = np.array([branch.q for branch in kw.solve_pose_ik_all(robot, pose)])
         seconds += time.process_time() - start
         expected = truth(pose)
         hits = sum(bool((np.abs(turned(answers - x)).max(axis=1) < same).any()) for x in expected)

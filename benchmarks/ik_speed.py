@@ -35,12 +35,12 @@ def speed(poses: int) -> dict[str, Any]:
         for label, starts in (("random", random), ("near", near)):
             found, tuned = _speed_rows(solvers, robot, targets, starts)
             start = time.process_time()
-            answer = kw.solve_many(robot, targets, starts)
+            answer = kw.kinematics.solve_pose_ik_batch(robot, targets, starts)
             mean = 1e6 * (time.process_time() - start) / poses
             off = [misses(robot, p, one) for p, one in zip(targets, answer.q, strict=True)]
             batch: dict[str, Any] = {"mean_us": round(mean, 1), "to_tuned": round(mean / tuned, 2)}
             batch |= {"median_us": None, "p99_us": None, **_shares(off)}
-            found["knotwork, solve_many"] = batch
+            found["knotwork, solve_pose_ik_batch"] = batch
             rows += [
                 {"arm": name, "start": label, "solver": solver, **row}
                 for solver, row in found.items()

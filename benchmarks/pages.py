@@ -1,7 +1,8 @@
-"""Renders the pages that show what was measured from the saved results: `make figures`.
+"""Renders the pages that show what was measured, from the saved results.
 
 The text of a page is a Jinja template in docs/templates; its tables and figures come from
-benchmarks/results.
+benchmarks/results. The pages of benchmarks are rendered whenever the site is built; `make figures`
+renders the page on planners, which the repository shows too, and the figures.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def ik_benchmarks() -> dict[str, Any]:
 
 
 def planners() -> dict[str, Any]:
-    """What the page on planners shows."""
+    """What the pages on planners show."""
     data = results.load("planners")
     tables, figures = planner_tables.tables(data), planner_tables.Figures(data)
     kinds, ratios = len(planner_tables.KINDS), len(planner_tables.RATIOS)
@@ -75,8 +76,9 @@ def timing_benchmarks() -> dict[str, Any]:
 
 
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
-    "ik_benchmarks": ik_benchmarks,
     "planners": planners,
+    "planner_benchmarks": planners,
+    "ik_benchmarks": ik_benchmarks,
     "path_benchmarks": path_benchmarks,
     "timing_benchmarks": timing_benchmarks,
     "collision_benchmarks": collision_benchmarks,
@@ -94,8 +96,14 @@ def render(page: str) -> str:
     return text.rstrip() + "\n"
 
 
+def write(page: str) -> None:
+    """Write a page into docs, where it has changed."""
+    path, text = DOCS / f"{page}.md", render(page)
+    if not path.is_file() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
 if __name__ == "__main__":
-    for name in PAGES:
-        (DOCS / f"{name}.md").write_text(render(name), encoding="utf-8")
+    write("planners")
     planner_picture.draw(results.load("planners"), DOCS / "planners_peaks.svg")
     paths.figure(results.load("paths"), DOCS / "path_deviation.svg")

@@ -4,8 +4,8 @@ Two paths: a UR5's line of 300 mm at 50 mm/s and an xArm7's circle of 80 mm diam
 curves go through the same points, spread evenly: the joints' positions, velocities and
 accelerations on the path. Each takes what it can: modified and quintic Hermite all three, cubic
 Hermite positions and velocities, and the B-spline positions, with the velocities at both ends.
-The deviation is the largest at 2000 times, by Pinocchio; those of `kw.follow` are proved. The UR5
-drives a circle of 80 mm many times round, too, to show what long paths cost.
+The deviation is the largest at 2000 times, by Pinocchio; those of `kw.follow_path` are proved. The
+UR5 drives a circle of 80 mm many times round, too, to show what long paths cost.
 
 With `--save benchmarks/results` the results are saved there; `--figure FILE` draws them.
 """
@@ -101,8 +101,8 @@ def compared(case: str, arm: kw.Robot, start: np.ndarray, motion: TimedPath) -> 
 def proved(
     case: str, arm: kw.Robot, start: np.ndarray, motion: TimedPath, speed: float, tolerance: float
 ) -> dict[str, Any]:
-    """What `kw.follow` makes of a path, with proved bounds."""
-    curve = kw.follow(arm, motion.path, speed, tolerance, start=start, speed_tolerance=1e-3)
+    """What `kw.follow_path` makes of a path, with proved bounds."""
+    curve = kw.follow_path(arm, motion.path, speed, tolerance, start=start, speed_tolerance=1e-3)
     whole = motion.start_time, motion.end_time
     limits = PathLimits(tolerance, np.radians(0.1), 1e-3 * speed)
     bounds = path_bounds(arm, curve.polynomial, motion, whole, whole, speed, limits)
@@ -132,7 +132,7 @@ def long_paths() -> list[Any]:
     for turns in TURNS:
         circle = kw.tool_paths.Arc.about(at, centre, at, [0, 0, 1], turns - 1)
         begun = time.process_time()
-        motion = kw.follow(arm, circle, 0.05, NEAR, start=home)
+        motion = kw.follow_path(arm, circle, 0.05, NEAR, start=home)
         taken = time.process_time() - begun
         inserted = 0 if motion.waypoint_times is None else len(motion.waypoint_times) - 2
         rows.append(
@@ -165,7 +165,7 @@ def tables(data: dict[str, Any]) -> list[Table]:
         ]
         for one in data["followed"]
     ]
-    made = [Table("What kw.follow makes of them", head, cells)]
+    made = [Table("What kw.follow_path makes of them", head, cells)]
     for one in data["followed"]:
         rows = [row for row in data["rows"] if row["case"] == one["case"]]
         cells = [

@@ -47,8 +47,8 @@ CASES: dict[str, tuple[str, float | None]] = {
     "far": ("ur5, one of ten poses out of reach: refused", 50.0),
     "far_panda": ("panda, one of ten poses out of reach: refused", 50.0),
     "long": (f"panda, {LONG} poses passed at speed", None),
-    "all": ("`solve_all` of a ur5, mean of 20 poses", 5.0),
-    "all_search": ("`solve_all` of a talos_arm, mean of 20 poses", 5.0),
+    "all": ("`solve_pose_ik_all` of a ur5, mean of 20 poses", 5.0),
+    "all_search": ("`solve_pose_ik_all` of a talos_arm, mean of 20 poses", 5.0),
 }
 MOST_STARTS = 2.2
 
@@ -92,7 +92,7 @@ def tasks() -> dict[str, Callable[[], object]]:
         low = np.maximum(robot.lower_position_limit, -3.0)
         high = np.minimum(robot.upper_position_limit, 3.0)
         asked = [robot.forward(rng.uniform(low, high)) for _ in range(20)]
-        return lambda: [kw.solve_all(robot, pose) for pose in asked]
+        return lambda: [kw.solve_pose_ik_all(robot, pose) for pose in asked]
 
     moves = [home + 0.3 * np.sin(i + np.arange(6)) for i in range(WAYPOINTS)]
     joints = [

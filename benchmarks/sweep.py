@@ -89,7 +89,7 @@ def measured(vary: dict[str, str], workers: int, chunk: int, folder: Path) -> Ru
     """Make the study, and measure from its first finished chunk to its last."""
     run, begin = Run(), (0.0, 0.0, 0.0)
 
-    def watch(at: kw.SweepProgress) -> None:
+    def watch(at: kw.sweeps.SweepProgress) -> None:
         nonlocal begin
         if not run.chunks:
             run.rows, begin = at.done, (*usage()[:2], time.perf_counter())
@@ -113,7 +113,7 @@ def central_cost(folder: Path) -> float:
     ends = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     begin: list[float] = []
 
-    def watch(at: kw.SweepProgress) -> None:
+    def watch(at: kw.sweeps.SweepProgress) -> None:
         if at.done in (50, at.total):
             begin.append(usage()[1])
 

@@ -27,8 +27,8 @@ The peers are no dependencies of Knotwork:
     peers/bin/pip install . ruckig toppra
 
 The seed makes a run repeatable, but for the times that solving takes. With
-`--save benchmarks/results` the results are saved there, and `make figures` renders
-docs/timing_benchmarks.md from them; with `--only shipped` as well, what else is saved is kept.
+`--save benchmarks/results` the results are saved there, and the site shows them;
+with `--only shipped` as well, what else is saved is kept.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
 from pathlib import Path
@@ -43,6 +44,12 @@ templates_path: list[str] = []
 notebook = (HERE.parent / "examples" / "method.ipynb").read_bytes()
 if not (HERE / "notebook.ipynb").is_file() or (HERE / "notebook.ipynb").read_bytes() != notebook:
     (HERE / "notebook.ipynb").write_bytes(notebook)
+# So are the pages of benchmarks, from what was measured.
+sys.path.append(str(HERE.parent / "benchmarks"))
+pages = importlib.import_module("pages")
+for page in pages.PAGES:
+    if page.endswith("_benchmarks"):
+        pages.write(page)
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 900  # it ends what never does, on a slow machine too [s]

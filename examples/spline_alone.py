@@ -32,7 +32,7 @@ def main() -> None:
     # The same waypoints as a motion of named joints, which any of the planners can make.
     waypoints = kw.JointWaypoints(("pan", "tilt"), TIME, np.radians(values), np.radians(rates))
     for name in ("modified-hermite", "cubic", "quintic:estimated"):
-        trajectory = kw.get_planner(name)(waypoints)
+        trajectory = kw.interpolation.get_planner(name)(waypoints)
         jump = trajectory.continuity.acceleration.jump
         peak = trajectory.extrema("acceleration").peak.max()
         print(f"{name:18} acceleration: peak {peak:.4f} rad/s², largest jump {jump:.4f} rad/s²")

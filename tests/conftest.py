@@ -74,4 +74,20 @@ def paper_case() -> Plan:
     return plan("paper_case")
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """How many wrong motions the judge has made, by fault, and how many passed the check."""
+    counts: dict[str, list[int]] = {}
+    for report in (one for found in terminalreporter.stats.values() for one in found):
+        for name, value in getattr(report, "user_properties", ()):
+            if name.startswith("wrong motions: ") and report.when == "call":
+                fault = name.partition(": ")[2]
+                so_far = counts.get(fault, [0, 0])
+                counts[fault] = [a + b for a, b in zip(so_far, value, strict=True)]
+    if counts:
+        made, passed = (sum(column) for column in zip(*counts.values(), strict=True))
+        terminalreporter.section(f"{made} wrong motions, {passed} passed")
+        for name, (of_it, through) in counts.items():
+            terminalreporter.write_line(f"{of_it:6} {name}, {through} passed")
+
+
 __all__ = ["chromium", "deburring", "deburring_by_waypoints", "knotwork", "paper_case"]

@@ -65,11 +65,11 @@ def test_what_fails_is_told_second_with_what_would_help(knotwork: Command) -> No
     ran = knotwork("plan", file)
     assert ran.code == 1
     lines = ran.out.splitlines()
-    assert lines[0].startswith("FAILED velocity_limit_broken: 43 of 44 requirements met, 1 failed")
+    assert lines[0].startswith("FAILED velocity_limit_broken: 44 of 45 requirements met, 1 failed")
     said = " ".join(line.strip() for line in lines[1:5])
     assert said.startswith("FAIL joint 'shoulder_pan_joint': velocity reaches 9.42478 rad/s")
     assert "limit 3.15 rad/s (299 %)" in said
-    assert "tried: it passes with `after: 1.5` for 'waypoint 2' in place of 0.5" in said
+    assert "the move from 'waypoint 1' to 'waypoint 2' needs at least 0.9973 s, not 0.5" in said
     assert max(map(len, lines)) <= 80
     (plan,) = json.loads(knotwork("plan", file, "--json").out)["plans"]
     (failure,) = plan["report"]["failures"]
@@ -109,48 +109,6 @@ def test_commands_that_show_a_motion_take_all_that_decides_it(
     words = set(re.findall(r"--[\w-]+", knotwork(command, "--help").out))
     assert {"--planner", "--knots", "--budget", "--package-path"} <= words  # of plan
     assert {"--scenario", "--log", "--against", "--noise", "--log-unit", "--topic"} <= words
-
-
-@pytest.mark.parametrize(
-    ("place", "limit", "knots", "after"),
-    [
-        (1.1, 0.8, "balanced", None),
-        (1.3, 1.0, None, 1.2),
-        (1.2, 1.3, "balanced", 0.6),
-        (1.3, 0.8, None, None),
-    ],
-)
-def test_what_passes_is_found_by_trying(
-    place: float,
-    limit: float,
-    knots: str | None,
-    after: float | None,
-    knotwork: Command,
-    tmp_path: Path,
-) -> None:
-    file = tmp_path / "task.yaml"
-    task = (
-        f"limits: {{velocity: {limit}}}\nwaypoints:\n- joints: {{a: 0}}\n"
-        "- {joints: {a: 1}, velocity: {a: 0}, time: 2}\n"
-        f"- {{name: on, joints: {{a: {place}}}, velocity: {{a: 0.3}}, after: 0.3}}\n"
-        "- {joints: {a: 2.5}, after: 3}\n"
-    )
-    file.write_text(task)
-    ran = knotwork("plan", file)
-    said = " ".join(ran.out.split())
-    assert ran.code == 1
-    slower = re.search(
-        r"it is broken between '\w+[ \d]*' and 'waypoint \d'; the same motion in", said
-    )
-    assert (slower is None) == (knots is not None or after is not None)  # or better is found
-    assert ("with `knots: balanced`" in said) == (knots is not None)
-    assert (f"with `after: {after}` for 'on' in place of 0.3" in said) == (after is not None)
-    assert "beside one of" not in said  # more time for the short move was tried
-    if knots is not None:
-        assert kw.plan(file, knots=knots).report.ok
-    if after is not None:
-        file.write_text(task.replace("after: 0.3", f"after: {after}"))
-        assert kw.plan(file).report.ok
 
 
 @pytest.mark.parametrize("quantity", ["velocity", "acceleration", "jerk"])

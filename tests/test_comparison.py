@@ -36,7 +36,7 @@ def paper() -> Comparison:
 
 def test_it_is_there_by_its_name() -> None:
     assert kw.compare is compare
-    assert isinstance(kw.compare("paper_case", ["cubic"]), kw.Comparison)
+    assert isinstance(kw.compare("paper_case", ["cubic"]), Comparison)
 
 
 @pytest.fixture
@@ -375,9 +375,11 @@ class TestOverriddenPlanner:
         assert plan.left_out == ()
         assert np.degrees(plan.trajectory.jerk(0.0)[0]) == pytest.approx(1)
 
-    def test_knots_beside_a_rule_of_knots_are_an_error(self) -> None:
+    def test_knots_together_with_a_rule_of_knots_are_an_error(self) -> None:
         for knots in ([0, 1], "paper", "balanced", 0.3):
-            with pytest.raises(InputError, match=r"paper_case: knots: given beside .*:balanced"):
+            with pytest.raises(
+                InputError, match=r"paper_case: knots: given together with .*:balanced"
+            ):
                 kw.plan("paper_case", planner="modified-hermite:balanced", knots=knots)
 
     def test_leaves_out_what_it_does_not_support_and_says_so(self) -> None:

@@ -80,7 +80,6 @@ OBVIOUS = {
 # Plain data, by what gives or takes it, which has an example.
 PLAIN_DATA = {
     "JointTrajectory": ("Continuity", "Jump", "Knots", "Samples"),
-    "PlannerOptions": ("ChosenRun",),
     "compare": ("Refusal", "Score"),
     "deviation.straight_path_deviation": ("PathDeviation",),
     "errors.DocumentError": ("Problem",),
@@ -88,7 +87,8 @@ PLAIN_DATA = {
     "export.get_format": ("Format",),
     "export.motion_points": ("Points",),
     "export.motion_table": ("MotionTable",),
-    "get_planner": ("Planner",),
+    "interpolation.PlannerOptions": ("ChosenRun",),
+    "interpolation.get_planner": ("Planner",),
     "joint_space.joint_space": ("JointSpace", "JointState"),
     "load_scenario": (
         "AskedTiming",
@@ -111,10 +111,9 @@ PLAIN_DATA = {
     "recording.read_log": ("Recording",),
     "recording.smoothed": ("Noise", "Smoothed"),
     "sweep": ("Axis", "StudySpec"),
-    "task_to_joint.solve_task": ("Alternative", "Choice", "Infeasibility", "TaskSolution"),
+    "task_to_joint.solve_task": ("Choice", "Infeasibility", "TaskSolution"),
     "timing.Dynamics": ("Link",),
     "timing.solve": ("Binding", "Progress"),
-    "tradeoff": ("TradeoffPoint",),
     "view.report_page": ("Page",),
 }
 

@@ -1,4 +1,4 @@
-"""`kw.follow`: measured by Pinocchio alone, and what it refuses."""
+"""`kw.follow_path`: measured by Pinocchio alone, and what it refuses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LINE = tp.Line(AT.translation, AT.translation + np.array([0, 0.1, 0]))
 
 
 def test_a_line_is_followed_at_constant_speed_from_the_first_moment() -> None:
-    motion = kw.follow("ur5", LINE, 0.05, 1e-6, start=HOME, speed_tolerance=1e-4)
+    motion = kw.follow_path("ur5", LINE, 0.05, 1e-6, start=HOME, speed_tolerance=1e-4)
     assert motion.end_time == pytest.approx(2.0)
     assert motion.polynomial.degree == 3
     for t in np.linspace(0.0, 2.0, 401):
@@ -33,7 +33,7 @@ def test_a_line_is_followed_at_constant_speed_from_the_first_moment() -> None:
 
 
 def test_with_an_acceleration_it_begins_and_ends_at_rest() -> None:
-    motion = kw.follow(ARM, LINE, 0.05, start=HOME, acceleration=0.5)
+    motion = kw.follow_path(ARM, LINE, 0.05, start=HOME, acceleration=0.5)
     assert motion.end_time == pytest.approx(2.15)
     for t in (0.0, motion.end_time):
         assert np.abs(motion.velocity(t)).max() < 1e-12
@@ -44,15 +44,15 @@ def test_with_an_acceleration_it_begins_and_ends_at_rest() -> None:
 def test_a_tool_path_brings_its_own_orientation() -> None:
     turned = pin.exp3(np.array([0, 0, 0.5])) @ AT.rotation
     path = tp.ToolPath([LINE], tp.OrientationCurve.even_turning(AT.rotation, turned, 0.1))
-    motion = kw.follow(ARM, path, 0.05, start=HOME)
+    motion = kw.follow_path(ARM, path, 0.05, start=HOME)
     end = ARM.forward(motion.position(2.0))
     np.testing.assert_allclose(end.rotation, turned, atol=1e-9)
-    with pytest.raises(InputError, match="rotation is given beside a ToolPath"):
-        kw.follow(ARM, path, 0.05, start=HOME, rotation=turned)
+    with pytest.raises(InputError, match="rotation is given together with a ToolPath"):
+        kw.follow_path(ARM, path, 0.05, start=HOME, rotation=turned)
 
 
 def test_a_start_that_is_slightly_off_is_brought_onto_the_path() -> None:
-    motion = kw.follow(ARM, LINE, 0.05, 1e-8, start=HOME + 1e-7)
+    motion = kw.follow_path(ARM, LINE, 0.05, 1e-8, start=HOME + 1e-7)
     np.testing.assert_allclose(
         ARM.forward(motion.position(0.0)).translation, AT.translation, atol=1e-10
     )
@@ -61,7 +61,7 @@ def test_a_start_that_is_slightly_off_is_brought_onto_the_path() -> None:
 def test_without_a_start_it_begins_at_the_solution_nearest_to_home() -> None:
     away = tp.Line(LINE.end, LINE.end + np.array([0, 0, 0.05]))
     start = kw.solve_pose_ik(ARM, pin.SE3(AT.rotation, LINE.end), HOME).q
-    motion = kw.follow(ARM, away, 0.05)
+    motion = kw.follow_path(ARM, away, 0.05)
     np.testing.assert_allclose(motion.position(0.0), start, atol=1e-9)
 
 
@@ -72,10 +72,10 @@ def corner() -> Any:
 
 
 def test_stops_of_a_path_need_an_acceleration() -> None:
-    motion = kw.follow(ARM, corner(), 0.05, start=HOME, acceleration=1.0)
+    motion = kw.follow_path(ARM, corner(), 0.05, start=HOME, acceleration=1.0)
     assert np.abs(motion.velocity(2.075)).max() < 1e-12
     with pytest.raises(PathError, match="has stops; give acceleration"):
-        kw.follow(ARM, corner(), 0.05, start=HOME)
+        kw.follow_path(ARM, corner(), 0.05, start=HOME)
 
 
 @pytest.mark.parametrize(
@@ -105,23 +105,23 @@ def test_stops_of_a_path_need_an_acceleration() -> None:
 def test_wrong_values_are_named(change: dict[str, Any], said: str) -> None:
     given = {"robot": ARM, "path": LINE, "speed": 0.05, "start": HOME, **change}
     with pytest.raises(InputError, match=said):
-        kw.follow(**given)
+        kw.follow_path(**given)
 
 
 def test_what_is_in_the_way_is_named() -> None:
     with pytest.raises(FollowingError, match=r"0 m along it shoulder_pan_joint would have to turn"):
-        kw.follow(ARM, LINE, 5.0, start=HOME)
+        kw.follow_path(ARM, LINE, 5.0, start=HOME)
     far = tp.Line(AT.translation, AT.translation + np.array([0, 1.5, 0]))
     with pytest.raises(FollowingError) as error:
-        kw.follow(ARM, far, 0.05, start=HOME)
+        kw.follow_path(ARM, far, 0.05, start=HOME)
     assert error.value.cause == "singularity"
     # with the tool turned so, no configuration reaches a little beyond
     beyond = pin.SE3(AT.rotation, far.position([error.value.arc_length + 1e-4])[0])
     with pytest.raises(UnreachablePoseError):
-        ARM.solve_all(beyond)
+        ARM.solve_pose_ik_all(beyond)
     narrow = ARM.with_limits({"shoulder_pan_joint": (HOME[0] - 0.2, HOME[0] + 0.2)})
     with pytest.raises(FollowingError, match="comes to its limit") as error:
-        kw.follow(narrow, far, 0.05, start=HOME)
+        kw.follow_path(narrow, far, 0.05, start=HOME)
     assert error.value.cause == "joint limit"
 
 
@@ -131,17 +131,17 @@ def test_other_starts_that_lead_along_are_named(name: str) -> None:
     home = arm.configuration("home")
     at = arm.forward(home)
     line = tp.Line(at.translation, at.translation + np.array([0, 0.25, 0]))
-    motion = kw.follow(arm, line, 0.05, start=home)
+    motion = kw.follow_path(arm, line, 0.05, start=home)
     j = int(np.abs(motion.position(motion.end_time) - home).argmax())
     ends = home[j], motion.position(0.5 * motion.end_time)[j]
     lower, upper = arm.lower_position_limit[j], arm.upper_position_limit[j]
     span = (lower, max(ends)) if ends[1] > ends[0] else (min(ends), upper)
     narrow = arm.with_limits({arm.joint_names[j]: span})
     with pytest.raises(FollowingError, match="start from another solution, which leads") as error:
-        kw.follow(narrow, line, 0.05, start=home)
+        kw.follow_path(narrow, line, 0.05, start=home)
     assert error.value.starts
     for start in error.value.starts:
-        kw.follow(narrow, line, 0.05, start=start)
+        kw.follow_path(narrow, line, 0.05, start=start)
     if name == "ur5":
         assert "shoulder right, elbow down, no flip [" in str(error.value)
 
@@ -154,7 +154,7 @@ def test_the_place_named_is_where_the_limit_is_reached(reached: float) -> None:
     joint = ARM.joint_names.index("shoulder_pan_joint")
     narrow = ARM.with_limits({"shoulder_pan_joint": tuple(sorted((HOME[joint], q[joint])))})
     with pytest.raises(FollowingError) as error:
-        kw.follow(narrow, LINE, 0.02, start=HOME)
+        kw.follow_path(narrow, LINE, 0.02, start=HOME)
     assert error.value.cause == "joint limit"
     assert error.value.arc_length == pytest.approx(reached, abs=1e-6)
 
@@ -163,7 +163,7 @@ def test_the_place_where_a_joint_becomes_too_fast_is_named_and_a_speed_that_does
     """The joint is as fast as it may be there, by the inverse of the Jacobian."""
     straight = tp.Line(AT.translation, AT.translation + np.array([0, 0.45, 0]))
     with pytest.raises(FollowingError) as error:
-        kw.follow(ARM, straight, 1.0, start=HOME)
+        kw.follow_path(ARM, straight, 1.0, start=HOME)
     one = error.value
     assert one.cause == "velocity limit"
     there = pin.SE3(AT.rotation, straight.position([one.arc_length])[0])
@@ -172,9 +172,9 @@ def test_the_place_where_a_joint_becomes_too_fast_is_named_and_a_speed_that_does
     j = ARM.joint_names.index(one.joint)
     assert abs(v[j]) == pytest.approx(ARM.velocity_limit[j], rel=1e-3)
     assert one.part_of_speed is not None
-    kw.follow(ARM, straight, one.part_of_speed, start=HOME)
+    kw.follow_path(ARM, straight, one.part_of_speed, start=HOME)
     with pytest.raises(FollowingError):
-        kw.follow(ARM, straight, 1.03 * one.part_of_speed, start=HOME)
+        kw.follow_path(ARM, straight, 1.03 * one.part_of_speed, start=HOME)
 
 
 def test_a_limit_that_is_broken_only_at_a_turning_point_is_seen() -> None:
@@ -182,14 +182,14 @@ def test_a_limit_that_is_broken_only_at_a_turning_point_is_seen() -> None:
     here = AT.translation
     path = tp.Line(here - np.array([0, 0.31, 0]), here + np.array([0, 0.043, 0]))
     start = kw.solve_pose_ik(ARM, pin.SE3(AT.rotation, path.start), HOME).q
-    motion = kw.follow(ARM, path, 0.05, start=start)
+    motion = kw.follow_path(ARM, path, 0.05, start=start)
     most, ends = motion.extrema(0), motion.position(np.array([0.0, motion.end_time]))
     turning = np.flatnonzero(most.maximum > ends.max(axis=0) + 1e-3)
     assert turning.size
     for j in turning:
         narrow = ARM.with_limits({ARM.joint_names[j]: (-3.0, most.maximum[j] - 2e-5)})
         with pytest.raises(FollowingError, match=f"{ARM.joint_names[j]} comes to its limit"):
-            kw.follow(narrow, path, 0.05, start=start)
+            kw.follow_path(narrow, path, 0.05, start=start)
 
 
 def test_where_the_curvature_jumps_the_acceleration_is_the_mean_of_both_sides() -> None:
@@ -199,7 +199,7 @@ def test_where_the_curvature_jumps_the_acceleration_is_the_mean_of_both_sides() 
     )
     whole = LINE.length + bend.length
     path = tp.ToolPath([LINE, bend], tp.OrientationCurve.constant(AT.rotation, whole))
-    motion = kw.follow(ARM, path, 0.05, 1e-6, start=HOME)
+    motion = kw.follow_path(ARM, path, 0.05, 1e-6, start=HOME)
     h = 0.004
     q = motion.position(2.0)
     ways = []
@@ -223,7 +223,7 @@ def test_the_waypoints_grow_with_the_length_of_the_path_and_no_faster() -> None:
     centre = AT.translation - np.array([0.04, 0, 0])
     counts = [
         inserted(
-            kw.follow(
+            kw.follow_path(
                 ARM,
                 tp.Arc.about(AT.translation, centre, AT.translation, [0, 0, 1], turns),
                 0.05,
@@ -243,7 +243,7 @@ def test_with_self_motion_too_the_error_falls_with_the_fourth_power() -> None:
     circle = tp.Arc.about(place, place + np.array([0, 0.04, 0]), place, [0, 0, 1])
     counts = [
         inserted(
-            kw.follow(arm, circle, 0.03, tol, start=q, pull_to_middle=0.5, speed_tolerance=0.5)
+            kw.follow_path(arm, circle, 0.03, tol, start=q, pull_to_middle=0.5, speed_tolerance=0.5)
         )
         for tol in (1e-6, 1e-6 / 256)
     ]
@@ -261,7 +261,7 @@ def test_continuous_joints_turn_as_far_as_the_path_asks() -> None:
     centre = pose.translation + 0.02 * side / np.linalg.norm(side)
     circle = tp.Arc.about(pose.translation, centre, pose.translation, axis, 1)
     turning = tp.OrientationCurve.turning(pose.rotation, axis, 4 * np.pi, circle.length)
-    motion = kw.follow(arm, tp.ToolPath([circle], turning), 0.005, start=q)
+    motion = kw.follow_path(arm, tp.ToolPath([circle], turning), 0.005, start=q)
     moved = motion.position(motion.end_time) - motion.position(0.0)
     assert np.abs(moved).max() == pytest.approx(4 * np.pi, abs=1e-6)
     for t in np.linspace(0.0, motion.end_time, 101):

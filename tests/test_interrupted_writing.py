@@ -117,12 +117,10 @@ def begun(*arguments):
 write, files._write = files._write, begun
 main()
 """
-LIMITED = ("velocity", "acceleration", "jerk")
 COMMANDS = {
     "plan": (12, ("plan", "{task}", "--out", "{made}")),
     "export": (5, ("export", "{task}", "-f", "json", "--force", "-o", "{made}/a.json")),
     "report": (5, ("report", "{task}", "--html", "{made}/a.html")),
-    "tradeoff": (8, ("tradeoff", "{task}", "--factors", "1", "--out", "{made}")),
 }
 
 
@@ -154,10 +152,7 @@ def test_commands_ended_while_they_write_leave_one_whole_set(name: str, tmp_path
         task = tmp_path / f"{duration}.json"
         data: dict[str, object] = {"name": "task", "rate": 2e4}
         end: dict[str, object] = {"joints": {"a": 1}}
-        if name == "tradeoff":
-            data |= {"times": "fastest", "limits": dict.fromkeys(LIMITED, 9 / duration)}
-        else:
-            end["after"] = duration
+        end["after"] = duration
         task.write_text(json.dumps({**data, "waypoints": [{"joints": {"a": 0}}, end]}))
         run(task, ended_after=None)
         tasks.append(task)
@@ -274,7 +269,7 @@ def test_the_report_says_which_files_it_is_of(
         with (tmp_path / name).open("a") as file:
             file.write("\n")
         ran = knotwork("check", tmp_path / name, "--scenario", "paper_case")
-        assert "is not the file that report.json beside it was written with" in ran.err
+        assert "is not the file that report.json next to it was written with" in ran.err
     ran = knotwork("plot", tmp_path, "-o", tmp_path / "a.png")
     assert ran.err.count("note") == 1
     storage.load_trajectory(tmp_path)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import json
+import re
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -13,6 +16,7 @@ import pytest
 import knotwork as kw
 from knotwork import Plan
 from knotwork.errors import InputError, KnotError, KnotworkError, UnknownNameError
+from knotwork.renamed import RENAMED
 
 TASK: dict[str, Any] = {
     "waypoints": [
@@ -27,8 +31,37 @@ def test_everything_public_can_be_had_from_the_package() -> None:
     for name in kw.__all__:
         assert getattr(kw, name) is not None
     assert set(kw.__all__) <= set(dir(kw))
-    with pytest.raises(AttributeError, match="no attribute 'plann'"):
+    with pytest.raises(AttributeError, match="plann"):
         kw.plann  # noqa: B018
+
+
+def test_the_package_offers_26_names_at_most() -> None:
+    assert len(kw.__all__) <= 26
+    assert not [name for name in kw.__all__ if isinstance(getattr(kw, name), ModuleType)]
+    # All else that can be had from it is one of its packages.
+    for name in set(dir(kw)) - set(kw.__all__):
+        assert isinstance(getattr(kw, name), ModuleType), name
+
+
+@pytest.mark.parametrize("old", [name for name in RENAMED if ".Robot." not in name])
+def test_an_old_name_works_and_warns_of_the_new_one(old: str) -> None:
+    home, _, name = old.rpartition(".")
+    with pytest.warns(
+        DeprecationWarning, match=f"^{re.escape(old)} is now {RENAMED[old]};"
+    ) as seen:
+        value = getattr(importlib.import_module(home), name)
+    assert [warning.filename for warning in seen] == [__file__]
+    home, _, name = RENAMED[old].rpartition(".")
+    assert value is getattr(importlib.import_module(home), name)
+
+
+def test_an_old_method_works_and_warns_of_the_new_one() -> None:
+    robot = kw.load_robot("ur5")
+    pose = robot.forward(robot.configuration("home"))
+    with pytest.warns(DeprecationWarning, match=r"^knotwork.Robot.solve_all is now .*_ik_all;"):
+        old = robot.solve_all(pose, spread=12)
+    new = robot.solve_pose_ik_all(pose, spread=12)
+    assert [branch.q.tolist() for branch in old] == [branch.q.tolist() for branch in new]
 
 
 def test_the_readme_s_few_lines_of_python(deburring: Plan, tmp_path: Path) -> None:
@@ -256,7 +289,7 @@ def test_a_slip_in_the_key_of_a_waypoint_is_named() -> None:
 
 
 def test_knots_may_be_an_object_or_an_array() -> None:
-    by_object = kw.plan("paper_case", knots=kw.BalancedKnots(0.3)).trajectory
+    by_object = kw.plan("paper_case", knots=kw.interpolation.BalancedKnots(0.3)).trajectory
     by_constant = kw.plan("paper_case", knots=0.3).trajectory
     np.testing.assert_array_equal(by_object.breaks, by_constant.breaks)
     task = {

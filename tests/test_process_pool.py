@@ -68,8 +68,8 @@ def test_a_plan_made_in_another_process(pool: ProcessPoolExecutor, deburring: Pl
     robot, ours = other.space.robot, deburring.space.robot
     assert_same_robot(robot, ours)
     pose = ours.forward(deburring.joint_waypoints.position[0])
-    solutions = [branch.q for branch in robot.solve_all(pose)]
-    assert np.array_equal(solutions, [branch.q for branch in ours.solve_all(pose)])
+    solutions = [branch.q for branch in robot.solve_pose_ik_all(pose)]
+    assert np.array_equal(solutions, [branch.q for branch in ours.solve_pose_ik_all(pose)])
     assert kw.plan(other.scenario).report == deburring.report
 
 

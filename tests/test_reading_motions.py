@@ -211,7 +211,8 @@ def test_a_report_is_said_to_be_no_trajectory(command: str, run: Command) -> Non
     ran = run(command, file, "-s", SCENARIO)
     assert ran.code == 2
     assert ran.err == (
-        f"error: {file}: is a report of a check, not a trajectory (the trajectory.json beside it)\n"
+        f"error: {file}: is a report of a check, not a trajectory (the trajectory.json next to "
+        "it)\n"
     )
 
 

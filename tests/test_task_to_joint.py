@@ -47,7 +47,11 @@ def test_a_naive_choice_fails_where_the_sequence_succeeds() -> None:
     """The nearest solution of the first pose leads into a corner: there is no time to get out."""
     first = np.array([0.4, -1.2, 1.1, -0.8, 0.3, 0.3])
     mirrored = min(
-        (b for b in kw.solve_all(UR5, UR5.forward(first)) if np.abs(b.q - first).max() > 0.1),
+        (
+            b
+            for b in kw.solve_pose_ik_all(UR5, UR5.forward(first))
+            if np.abs(b.q - first).max() > 0.1
+        ),
         key=lambda b: np.abs(b.q - first).max(),
     )
     last = mirrored.q + np.array([0.05, 0.05, -0.05, 0.0, 0.0, 0.0])
@@ -116,12 +120,15 @@ def test_equal_to_trying_all_turns_of_all_branches(seed: int) -> None:
     poses = [UR5.forward(generator.uniform(-3, 3, 6)) for _ in range(2)]
     waypoints = [
         {"pose": pose_of(UR5, q), "after": float(h), "stop": True}
-        for q, h in zip((kw.solve_all(UR5, pose)[0].q for pose in poses), durations, strict=True)
+        for q, h in zip(
+            (kw.solve_pose_ik_all(UR5, pose)[0].q for pose in poses), durations, strict=True
+        )
     ]
     alone = {"collisions": {"self": False}}  # those that collide are not taken otherwise
     chosen = solved({"robot": "ur5", "start": "home", "waypoints": waypoints, **alone})
     layers = [
-        np.concatenate([branch.turns for branch in kw.solve_all(UR5, pose)]) for pose in poses
+        np.concatenate([branch.turns for branch in kw.solve_pose_ik_all(UR5, pose)])
+        for pose in poses
     ]
 
     def step(a: np.ndarray, b: np.ndarray, weights: np.ndarray, h: float) -> np.ndarray:
@@ -162,7 +169,9 @@ def test_a_branch_is_kept_however_much_travel_that_takes(branch: str) -> None:
     """At a hundredth of a joint speed, and with many waypoints, travel comes to many seconds."""
     home = np.array(HOME)
     elbow_down = next(
-        b.q for b in kw.solve_all(UR5, UR5.forward(home)) if b.flags.endswith("elbow down, flip")
+        b.q
+        for b in kw.solve_pose_ik_all(UR5, UR5.forward(home))
+        if b.flags.endswith("elbow down, flip")
     )
     place = UR5.forward(home)
     waypoints = []
@@ -244,7 +253,9 @@ def test_a_branch_that_is_not_there_is_an_error() -> None:
 def test_a_fixed_branch_is_not_left_and_a_kept_one_only_for_speed() -> None:
     first = np.array([0.4, -1.2, 1.1, -0.8, 0.3, 0.3])
     mirrored = next(
-        b.q for b in kw.solve_all(UR5, UR5.forward(first)) if np.sign(b.q[4]) != np.sign(first[4])
+        b.q
+        for b in kw.solve_pose_ik_all(UR5, UR5.forward(first))
+        if np.sign(b.q[4]) != np.sign(first[4])
     )
     poses = stops([pose_of(UR5, first)], 3.0)
     task = {
@@ -382,33 +393,6 @@ def test_a_branch_is_not_changed_while_the_tool_passes_at_speed() -> None:
     assert len(set(branches)) == 1
     assert "no flip" in branches[0]
     assert UR5.forward(q).isApprox(pose)
-
-
-def test_the_next_best_is_what_comes_when_the_choice_is_taken_away() -> None:
-    q = HOME + np.array([0.3, 0.1, -0.2, 0.2, 0.1, 0.4])
-    task = {"robot": "ur5", "start": "home", "waypoints": stops([pose_of(UR5, q)], 6.0)}
-    free = solved(task)
-
-    def travel(found: TaskSolution) -> float:
-        (step,) = np.diff(found.waypoints.position, axis=0) / UR5.velocity_limit
-        return float(np.linalg.norm(step))
-
-    (choice,) = free.choices
-    other = choice.alternative
-    assert other is not None
-    assert other.branch != choice.branch
-    assert other.extra is not None
-    words = dict(zip(("shoulder", "elbow", "wrist"), other.branch.split(", "), strict=True))
-    named = {key: value.removeprefix(f"{key} ") for key, value in words.items()}
-    forced = solved({**task, "branch": named})
-    assert forced.choices[0].branch == other.branch
-    # No waypoint is near limits or singularities, so that weights are all 1.
-    assert travel(forced) - travel(free) == pytest.approx(other.extra, rel=1e-6)
-    # In that branch no other is allowed, and the next best are other turns.
-    turned = forced.choices[0].alternative
-    assert turned is not None
-    assert (turned.branch, turned.turns != forced.choices[0].turns) == (other.branch, True)
-    assert free.to_dict()["choices"][0]["alternative"]["branch"] == other.branch
 
 
 def test_a_solution_can_be_copied_and_pickled() -> None:

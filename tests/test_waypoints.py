@@ -9,15 +9,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-import knotwork as kw
 from knotwork.errors import WaypointDataError
+from knotwork.waypoints import CartesianWaypoint
 
 POSE = pin.SE3(pin.rpy.rpyToMatrix(0.1, -0.4, 2.0), np.array([0.4, 0.1, 0.3]))
 TWIST = pin.Motion(np.array([0.1, 0.0, -0.2]), np.array([0.0, 0.5, 0.0]))
 
 
 def test_a_waypoint_holds_its_pose_and_twist() -> None:
-    waypoint = kw.CartesianWaypoint("on", 1.5, POSE, TWIST)
+    waypoint = CartesianWaypoint("on", 1.5, POSE, TWIST)
     for same in (waypoint, copy.deepcopy(waypoint), pickle.loads(pickle.dumps(waypoint))):
         assert same.pose.isApprox(POSE, 0.0)
         assert same.twist.isApprox(TWIST, 0.0)
@@ -29,7 +29,7 @@ def test_a_waypoint_holds_its_pose_and_twist() -> None:
 
 def test_a_waypoint_does_not_change_with_what_it_was_made_of() -> None:
     pose, twist = POSE.copy(), TWIST.copy()
-    waypoint = kw.CartesianWaypoint("on", 1.5, pose, twist)
+    waypoint = CartesianWaypoint("on", 1.5, pose, twist)
     pose.translation[0] = 9
     twist.linear[0] = 9
     waypoint.position[0] = 9
@@ -59,4 +59,4 @@ NOT_KNOWN = pin.Motion(np.array([np.nan, 0, 0]), np.zeros(3))
 )
 def test_what_is_no_waypoint_is_refused(pose, twist, says: str) -> None:
     with pytest.raises(WaypointDataError, match=says):
-        kw.CartesianWaypoint("on", 1.5, pose, twist)
+        CartesianWaypoint("on", 1.5, pose, twist)

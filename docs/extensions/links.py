@@ -51,12 +51,11 @@ MODULES = {
     "knotwork.trajectory": ("Continuity", "Jump", "Knots", "Samples"),
     "knotwork.joint_space": ("JointSpace", "joint_space"),
     "knotwork.task_to_joint": (
-        "Alternative",
         "Choice",
         "TaskSolution",
         "solve_task",
     ),
-    "knotwork.comparison": ("Refusal", "Score"),
+    "knotwork.comparison": ("Comparison", "Refusal", "Score"),
     "knotwork.export.ros2": ("replay_bound",),
     "knotwork.kinematics.chain.batch": ("BatchSolution",),
     "knotwork.metrics": (
@@ -69,7 +68,9 @@ MODULES = {
         "velocity_fluctuation",
         "velocity_miss",
     ),
+    "knotwork.sweeps": ("SweepProgress",),
     "knotwork.view.page": ("Page",),
+    "knotwork.waypoints": ("CartesianWaypoint",),
     "knotwork.deviation": ("PathDeviation", "deviation_from_line", "straight_path_deviation"),
 }
 """What is public of modules that have no `__all__`: what those packages give and raise."""

@@ -14,8 +14,8 @@ from knotwork.task_to_joint import TaskSolution
 from knotwork.verification.collisions import (
     ROOM_PRECISION,
     failed_pairs,
+    motion_finding,
     room,
-    said_of_motion,
 )
 from knotwork.verification.finding import TRIED
 
@@ -23,13 +23,13 @@ PlanT = TypeVar("PlanT", bound=Any)
 """A plan, of which scenario, space, trajectory, report and solution are looked at."""
 
 MOST_SEQUENCES = 12
-"""So many sequences of solutions are tried at most, the best one included."""
+"""Largest number of sequences of solutions to try, the best one included."""
 
 MOST_TIMED = 4
-"""So many where the times are chosen anew for each."""
+"""The same where the times are chosen anew for each."""
 
 MORE_FOR_ROOM = 4
-"""So many of them after one that is clear, where clearance is preferred."""
+"""Number of them after one that is clear, where clearance is preferred."""
 
 LEAST_GAIN = ROOM_PRECISION
 """Another sequence is taken for its clearance where it has more by this [m]."""
@@ -41,8 +41,9 @@ def best_of_sequences(
     """Take the best sequence of solutions whose motion collides nowhere.
 
     Where the motion of a sequence collides between two waypoints, the solutions that it has at both
-    are not taken together again, and the next best sequence is planned. If all of them collide, the
-    one with the fewest colliding pairs is given, and its report says how many were tried.
+    are not taken together again, and the next best sequence is planned, as long as one may be
+    feasible and clear. If all of them collide, the one with the fewest colliding pairs is given,
+    and its report says how many were tried.
 
     Where the scenario prefers clearance, a few more are planned then, each without the solutions
     between which the one before comes nearest to something, and the one whose whole motion keeps
@@ -51,7 +52,7 @@ def best_of_sequences(
     Args:
         first: The plan of the best sequence.
         made: Plans another one; `None` if there is no time left for it.
-        most: So many are tried, the first one included.
+        most: Largest number to try, the first one included.
     """
     sequences = _Sequences(first, made, most)
     best = current = first
@@ -62,7 +63,7 @@ def best_of_sequences(
         if _worth(current) < _worth(best):
             best = current
     if sequences.tried > 1 or (failed and sequences.late):
-        best = replace(_said_of_collisions(best, sequences), sequences=sequences.tried)
+        best = replace(_with_collision_note(best, sequences), sequences=sequences.tried)
     if current.scenario.prefers_clearance and not failed:
         sequences.most = min(most, sequences.tried + MORE_FOR_ROOM)
         return _with_most_room(best, current, sequences)
@@ -73,8 +74,8 @@ class _Sequences(Generic[PlanT]):
     """The next best sequences of solutions, each planned.
 
     Attributes:
-        most: So many are tried at most.
-        tried: So many were.
+        most: Largest number to try.
+        tried: Number tried.
         late: Whether there was no time left for another one.
     """
 
@@ -126,10 +127,10 @@ def _with_most_room(best: PlanT, current: PlanT, sequences: _Sequences[PlanT]) -
         return best
     scale, unit = best.scenario.shown_length
     beyond = " beyond what is to be kept" if best.scenario.scene.rules.margin else ""
-    said = ", ".join(f"{scale * one:.4g}" for one in rooms)
+    text = ", ".join(f"{scale * one:.4g}" for one in rooms)
     return _with_finding(
         best,
-        f"the motions of the {len(rooms)} best sequences of solutions keep at least {said} "
+        f"the motions of the {len(rooms)} best sequences of solutions keep at least {text} "
         f"{unit}{beyond}; the one that keeps {scale * most:.4g} {unit} is taken",
     )
 
@@ -152,18 +153,18 @@ def _intervals(times: Sequence[float | None], scenario: Scenario) -> list[int]:
     return sorted(set(np.clip(index, 0, len(scenario.times) - 2).tolist()))
 
 
-def _said_of_collisions(plan: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
+def _with_collision_note(plan: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
     """The plan that says how many sequences were tried because the best one collides."""
     tried = sequences.tried
     late = " when the budget ended" if sequences.late else ""
     if failed_pairs(plan.report.findings):
-        said = (
+        text = (
             f"{tried} sequences of solutions{late}, all of which collide; this one has the fewest "
             "colliding pairs"
             if tried > 1
             else f"one sequence of solutions{late}, which collides"
         )
-        return _with_finding(plan, f"tried: {said}", TRIED)
+        return _with_finding(plan, f"tried: {text}", TRIED)
     return _with_finding(
         plan,
         f"the motion of the best sequence of solutions collides; of {tried} sequences tried this "
@@ -173,6 +174,6 @@ def _said_of_collisions(plan: PlanT, sequences: _Sequences[PlanT]) -> PlanT:
 
 def _with_finding(plan: PlanT, message: str, quantity: str = "sequences_tried") -> PlanT:
     """The plan with a finding on the sequences of solutions that were tried."""
-    finding = said_of_motion(quantity, message)
+    finding = motion_finding(quantity, message)
     report = replace(plan.report, findings=(*plan.report.findings, finding))
     return replace(plan, report=report)

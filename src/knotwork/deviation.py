@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath, Stretch
+from knotwork.tool_paths.progress import progress
 from knotwork.tool_paths.rotations import angle_of
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -50,7 +51,7 @@ def straight_path_deviation(
     Args:
         robot: The arm.
         trajectory: Its motion, joints in the robot's order.
-        waypoints: Those of the scenario; intervals beside joint waypoints are left out.
+        waypoints: Those of the scenario; intervals next to joint waypoints are left out.
         paths: Tool paths through them; intervals on these are left out, too.
 
     Returns:
@@ -113,13 +114,43 @@ def deviation_from_path(
         q: Joint positions at the times [rad or m], shape (k, d).
         path: The path.
         stretch: Which of its stretches the tool is on.
-        times: Times, from which the nearest points are searched [s], shape (k,).
+        times: Times in order, from which the nearest points are searched [s], shape (k,).
     """
     poses = [robot.forward(row) for row in q]
     place = np.array([pose.translation for pose in poses]).reshape(-1, 3)
     rotation = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
+    off, gap = path.motion.path.gaps(place, rotation, _progress(place, path, stretch, times))
+    return off, angle_of(gap)
+
+
+def speed_along_path(
+    robot: Robot,
+    q: FloatArray,
+    v: FloatArray,
+    path: ScenarioPath,
+    stretch: Stretch,
+    times: FloatArray,
+) -> FloatArray:
+    """Velocity of the tool along a stretch of a path [m/s], negative backwards, shape (k,).
+
+    Args:
+        robot: The arm.
+        q: Joint positions at the times [rad or m], shape (k, d).
+        v: Joint velocities [rad/s or m/s], shape (k, d).
+        path: The path.
+        stretch: Which of its stretches the tool is on.
+        times: Times in order [s], shape (k,).
+    """
+    place = np.array([robot.forward(row).translation for row in q]).reshape(-1, 3)
+    velocity = np.array([robot.twist(*row).linear for row in zip(q, v, strict=True)])
+    s = _progress(place, path, stretch, times)
+    return np.asarray((velocity.reshape(-1, 3) * path.motion.path.position(s, 1)).sum(axis=1))
+
+
+def _progress(
+    place: FloatArray, path: ScenarioPath, stretch: Stretch, times: FloatArray
+) -> FloatArray:
     motion = path.motion
     low, high = motion.arc_length(np.array([stretch.start, stretch.end]))
     guess = motion.arc_length(np.clip(times, stretch.start, stretch.end))
-    _, off, gap = motion.path.gaps(place, rotation, guess, (low, high))
-    return off, angle_of(gap)
+    return progress(motion.path, place, guess, (float(low), float(high)))

@@ -61,7 +61,7 @@ def together(errors: Sequence[AnyInputError]) -> AnyInputError:
 
 
 def did_you_mean(name: object, available: Iterable[object]) -> str:
-    """Say which of the available names is near the given one, or list them all.
+    """Say which of the available names is near the given one in any case, or list them all.
 
     Returns:
         A clause such as `did you mean 'ur5'? Accepted: panda, ur5`.
@@ -70,8 +70,10 @@ def did_you_mean(name: object, available: Iterable[object]) -> str:
     listing = f"accepted: {', '.join(names)}" if names else "none is available"
     import difflib
 
-    near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.6)
-    return f"did you mean {near[0]!r}? {listing[:1].upper()}{listing[1:]}" if near else listing
+    written = {choice.casefold(): choice for choice in names}
+    near = difflib.get_close_matches(str(name).casefold(), written, n=1, cutoff=0.6)
+    meant = f"did you mean {written[near[0]]!r}? " if near else ""
+    return f"{meant}{listing[:1].upper()}{listing[1:]}" if near else listing
 
 
 def shown(value: Any) -> str:
@@ -100,13 +102,13 @@ class UnknownNameError(InputError):
     """A name that is not among those available.
 
     >>> try:
-    ...     kw.get_planner("cubics")
+    ...     kw.interpolation.get_planner("cubics")
     ... except UnknownNameError as error:
     ...     print(error.name, error.available[:2])
     cubics ('modified-hermite', 'cubic')
 
     Attributes:
-        kind: What is named, for example `"robot"` or `"joint"`.
+        kind: Kind of thing that is named, for example `"robot"` or `"joint"`.
         name: The name that was given.
         available: The names that would have been accepted.
     """
@@ -124,8 +126,8 @@ class Problem:
     Attributes:
         line: Line in the file, counted from 1; `None` where there is none to name.
         field: Path of the field, for example `waypoints[2].time`; empty for the whole file.
-        message: What is wrong, with the value found.
-        accepted: What would be accepted; empty if the message says it.
+        message: The problem, with the value found.
+        accepted: Accepted values; empty if the message states them.
     """
 
     line: int | None
@@ -156,7 +158,7 @@ class DocumentError(InputError):
 
     Attributes:
         file: The file, or `None` for a mapping given in Python.
-        problems: What is wrong, in the order of the file; the message names the first ones.
+        problems: The problems, in the order of the file; the message names the first ones.
     """
 
     def __init__(
@@ -219,14 +221,15 @@ class KnotError(InputError):
 
     >>> task = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
     >>> try:
-    ...     kw.get_planner("modified-hermite")(task, kw.PlannerOptions(knots=[0, 0.5, 0.6, 2]))
+    ...     plan = kw.interpolation.get_planner("modified-hermite")
+    ...     plan(task, kw.interpolation.PlannerOptions(knots=[0, 0.5, 0.6, 2]))
     ... except KnotError as error:
     ...     print(error.waypoint, error.interval)
     1 (1.0, 2.0)
 
     Attributes:
         waypoint: Index of the waypoint concerned, or `None`.
-        interval: Open interval of times [s] that would do for the knot, or `None`.
+        interval: Open interval of times [s] that the knot may have, or `None`.
     """
 
     waypoint: int | None = None
@@ -314,7 +317,7 @@ class UnreachablePoseError(OutOfReachError):
 class OutsideLimitsError(OutOfReachError):
     """The pose is reachable only with joints outside their position limits.
 
-    Attributes, beside those of `OutOfReachError`:
+    Attributes, in addition to those of `OutOfReachError`:
         joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
     """
 
@@ -352,9 +355,9 @@ class FollowingError(TaskError):
         arc_length: How far along the path it comes [m].
         cause: `"joint limit"`, `"velocity limit"` or `"singularity"`.
         joint: Name of the joint that would be beyond its limit; empty at a singularity.
-        part_of_speed: At which part of its speed the path can be followed, if that would do.
-        starts: Joint positions where the path begins with which `kw.follow` can go along it, up to
-            three branches, the nearest first.
+        part_of_speed: At which part of its speed the path can be followed, if that is sufficient.
+        starts: Joint positions where the path begins from which `kw.follow_path` can follow it,
+            up to three branches, the nearest first.
     """
 
     arc_length: float = 0.0
@@ -408,7 +411,7 @@ class PathError(InputError):
     text: str = ""
     values: Mapping[str, Any] = MappingProxyType({})
 
-    def told(self, length: Callable[[float], str], point: Callable[[Any], str]) -> str:
+    def in_units(self, length: Callable[[float], str], point: Callable[[Any], str]) -> str:
         """The message with its lengths and points in other words, as in another unit or frame.
 
         Args:

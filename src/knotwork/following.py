@@ -1,4 +1,4 @@
-"""`follow`: a tool path followed at constant speed, without a scenario."""
+"""`follow_path`: a tool path followed at constant speed, without a scenario."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, PathError
 from knotwork.interpolation import get_planner
-from knotwork.kinematics.following.insertion import follow_path
+from knotwork.kinematics.following.insertion import with_waypoints_inserted
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.kinematics.following.proof import PathTolerance
 from knotwork.kinematics.solutions.pose import solve_pose_ik
@@ -27,7 +27,7 @@ AT_START = 1e-6
 USUAL = ToleranceSet()
 
 
-def follow(
+def follow_path(
     robot: Robot | str | Path,
     path: ToolPath | Curve,
     speed: float,
@@ -68,13 +68,13 @@ def follow(
             start is given and the robot has no configuration `home`.
         PathError: The path has stops and there is no acceleration, it is too short for its changes
             of speed, or the tolerances take too many waypoints.
-        FollowingError: A joint limit, a velocity limit or a singularity is in the way.
+        FollowingError: A joint limit, a velocity limit or a singularity prevents it.
 
     >>> arm = kw.load_robot("ur5")
     >>> q = arm.configuration("home")
     >>> at = arm.forward(q).translation
     >>> line = kw.tool_paths.Line(at, at + [0, 0.1, 0])
-    >>> motion = kw.follow(arm, line, 0.05, 1e-7, start=q)
+    >>> motion = kw.follow_path(arm, line, 0.05, 1e-7, start=q)
     >>> motion.waypoint_times.tolist()  # one was inserted
     [0.0, 1.0, 2.0]
     >>> off = arm.forward(motion.position(1.0)).translation - (at + [0, 0.05, 0])
@@ -101,7 +101,7 @@ def follow(
     _check_start(arm, motion, q)
     joints = JointsOnPath(arm, motion, q, pull)
     joints.check()
-    followed = follow_path(joints, allowed)
+    followed = with_waypoints_inserted(joints, allowed)
     waypoints = JointWaypoints(
         joint_names=arm.joint_names,
         time=followed.time,
@@ -130,7 +130,9 @@ def _tool_path(
 ) -> ToolPath:
     if isinstance(path, ToolPath):
         if rotation is not None:
-            raise InputError("rotation is given beside a ToolPath, which has its own orientation")
+            raise InputError(
+                "rotation is given together with a ToolPath, which has its own orientation"
+            )
         return path
     if not isinstance(path, Curve):
         raise InputError(

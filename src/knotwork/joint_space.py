@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.errors import UnknownNameError, did_you_mean
+from knotwork.errors import RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
 from knotwork.scenario import ChosenValues, JointTarget, JointValues, Scenario
 from knotwork.units import Units
@@ -39,7 +39,7 @@ class JointState:
 
 @dataclass(frozen=True, eq=False)
 class JointSpace:
-    """Joints with their units and limits, the robot they belong to, and what is asked of them.
+    """Joints with their units and limits, the robot they belong to, and the requirements on them.
 
     Attributes:
         joint_names: Names, length d.
@@ -54,7 +54,7 @@ class JointSpace:
         near: Joint positions that solutions are to be near [rad or m], shape (d,), or `None`.
         end_acceleration: Asked for at the start and at the end [rad/s² or m/s²], shape (d,) each,
             or `None`.
-        presets: What the planner is told at the waypoints, as `Scenario.presets` has it, joint
+        presets: Options of the planner at the waypoints, as `Scenario.presets` has it, joint
             values as arrays of shape (n, d) in SI.
         waits: Waypoints at which the arm stands still until the next one, by index.
         chosen: Runs of waypoints whose motion was chosen, or `None`.
@@ -118,6 +118,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     if any(isinstance(waypoint, CartesianWaypoint) for waypoint in scenario.waypoints):
         with scenario.error_context("robot"):
             robot.require_tool()
+    _check_followers(scenario, robot)
     _check_motion_limits(scenario, robot)
     read = _Reader(robot.joint_names, robot.joint_units, robot.configurations)
     robot = robot.with_limits(**read.limits(scenario.limits))
@@ -142,6 +143,19 @@ def joint_space(scenario: Scenario) -> JointSpace:
         robot,
         **read.task(scenario),
     )
+
+
+def _check_followers(scenario: Scenario, robot: Robot) -> None:
+    """Refuse joints that follow planned ones: all else takes what they carry to stand still."""
+    for follower, master in robot.followers.items():
+        with scenario.error_context("robot"):
+            raise RobotError(
+                robot.name,
+                f"joint {follower!r} mimics {master!r}, which moves: links that follow a planned "
+                f"joint are not supported; hold one of the two still with `locked: {{{follower}: "
+                "0}`",
+                joint=follower,
+            )
 
 
 def _check_motion_limits(scenario: Scenario, robot: Robot) -> None:
@@ -227,7 +241,7 @@ class _Reader:
         }
 
     def task(self, scenario: Scenario) -> dict[str, Any]:
-        """The attributes of a `JointSpace` that say what is asked of the joints."""
+        """The attributes of a `JointSpace` with the requirements on the joints."""
         near = scenario.near
         targets = tuple(
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None

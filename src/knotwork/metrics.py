@@ -6,6 +6,7 @@ Nothing here is sampled: extrema, variations and integrals come from the polynom
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from knotwork.polynomial.extrema import candidates
 from knotwork.polynomial.refined import refined
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, JointWaypoints
+
+if TYPE_CHECKING:
+    from knotwork.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -37,9 +41,9 @@ def position_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
     """Largest distance of a joint from a waypoint at its time [rad or m].
 
     >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> position_miss(kw.get_planner("cubic")(asked), asked)
+    >>> position_miss(kw.interpolation.get_planner("cubic")(asked), asked)
     0.0
-    >>> round(position_miss(kw.get_planner("parabolic-blend")(asked), asked), 6)
+    >>> round(position_miss(kw.interpolation.get_planner("parabolic-blend")(asked), asked), 6)
     0.1
 
     Args:
@@ -56,9 +60,9 @@ def velocity_miss(trajectory: JointTrajectory, waypoints: JointWaypoints) -> flo
     """Largest difference of a joint's velocity from the one asked for [rad/s or m/s].
 
     >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> velocity_miss(kw.get_planner("cubic")(asked), asked)
+    >>> velocity_miss(kw.interpolation.get_planner("cubic")(asked), asked)
     0.0
-    >>> round(velocity_miss(kw.get_planner("bspline")(asked), asked), 6)
+    >>> round(velocity_miss(kw.interpolation.get_planner("bspline")(asked), asked), 6)
     0.5
 
     Args:
@@ -75,9 +79,9 @@ def acceleration_jump(trajectory: JointTrajectory) -> float:
     """Largest jump of a joint's acceleration at a break [rad/s² or m/s²].
 
     >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> round(acceleration_jump(kw.get_planner("cubic")(asked)), 6)
+    >>> round(acceleration_jump(kw.interpolation.get_planner("cubic")(asked)), 6)
     4.0
-    >>> round(acceleration_jump(kw.get_planner("modified-hermite")(asked)), 6)
+    >>> round(acceleration_jump(kw.interpolation.get_planner("modified-hermite")(asked)), 6)
     0.0
 
     Args:
@@ -90,9 +94,9 @@ def end_acceleration(trajectory: JointTrajectory) -> float:
     """Largest magnitude of a joint's acceleration at start and end [rad/s² or m/s²].
 
     >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> round(end_acceleration(kw.get_planner("cubic")(asked)), 6)
+    >>> round(end_acceleration(kw.interpolation.get_planner("cubic")(asked)), 6)
     7.0
-    >>> round(end_acceleration(kw.get_planner("quintic")(asked)), 6)
+    >>> round(end_acceleration(kw.interpolation.get_planner("quintic")(asked)), 6)
     0.0
 
     Args:
@@ -142,8 +146,9 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
     back scores zero; so does one that is constant.
 
     >>> asked = kw.JointWaypoints(["lift"], [0, 1, 2], [[0], [1], [0]], [[0], [0.5], [0]])
-    >>> for planner in "cubic", "quintic":
-    ...     print(velocity_fluctuation(kw.get_planner(planner)(asked), asked).round(3))
+    >>> for name in "cubic", "quintic":
+    ...     planner = kw.interpolation.get_planner(name)
+    ...     print(velocity_fluctuation(planner(asked), asked).round(3))
     [2.044]
     [3.54]
 
@@ -168,6 +173,27 @@ def velocity_fluctuation(trajectory: JointTrajectory, waypoints: JointWaypoints)
     forced = np.abs(mean - v0) + np.abs(mean - v1)
     made = np.abs(start - v0) + total + np.abs(v1 - end)
     return np.asarray(np.maximum(made - forced, 0.0).sum(axis=0))
+
+
+def squared_effort(robot: Robot, trajectory: JointTrajectory) -> float:
+    """Integral over time of the sum of the joints' torques squared [N² m² s].
+
+    By Gauss and Legendre, with six nodes in each piece.
+
+    >>> made = kw.plan("ur5_deburring")
+    >>> squared_effort(made.space.robot, made.trajectory) > 0
+    True
+
+    Args:
+        robot: The arm, with its tool.
+        trajectory: The motion.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    half = 0.5 * np.diff(trajectory.breaks)[:, np.newaxis]
+    times = (trajectory.breaks[:-1, np.newaxis] + half * (1.0 + nodes)).ravel()
+    rows = zip(*(trajectory.polynomial(times, order) for order in range(3)), strict=True)
+    squared = np.array([(robot.torque(*row) ** 2).sum() for row in rows])
+    return float(((half * weights).ravel() * squared).sum())
 
 
 def integral_of_square(trajectory: JointTrajectory, order: int) -> float:

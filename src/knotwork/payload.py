@@ -56,7 +56,7 @@ def payload_fault(mass: float, inertia: FloatArray | None) -> tuple[str, str, st
         inertia: About the centre of mass [kg m²], shape (3, 3), or `None` for a point mass.
 
     Returns:
-        Which of the two, what is wrong with it, and what would be accepted; `None` if they are
+        Which of the two, the problem, and the accepted values; `None` if they are
         possible.
     """
     if mass < 0.0:

@@ -52,7 +52,7 @@ class Plan:
         solution: How the solutions of the poses were chosen.
         chosen: What was chosen of a scenario with free times; `scenario` then has numbers in place
             of them. `None` where nothing was free.
-        sequences: So many sequences of solutions were planned until one collided nowhere, or all.
+        sequences: Number of sequences of solutions planned until one collided nowhere, or all.
 
     >>> made = kw.plan("paper_case")
     >>> made.joint_waypoints.time, made.trajectory.end_time, made.report.ok
@@ -246,7 +246,7 @@ def plan(
 
     Raises:
         InputError: The scenario is wrong, or a waypoint can't be met as asked. The error names
-            what, where, the value found and what would be accepted.
+            what, where, the value found and the accepted values.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
@@ -278,19 +278,6 @@ def plan(
     return best_of_sequences(timed(None, budget), another, MOST_TIMED)
 
 
-def plan_fixed(
-    scenario: Scenario, most: int, *, planner: str | None = None, knots: Knots = None
-) -> Plan:
-    """Plan a scenario in which nothing is free, with at most so many sequences of solutions.
-
-    Where the motion of one of them collides nowhere, `plan` gives the same.
-
-    Raises:
-        InputError: As for `plan`.
-    """
-    return best_of_sequences(*_planned(scenario, planner, knots), most)
-
-
 def _planned(
     scenario: Scenario,
     planner: str | None,
@@ -313,7 +300,7 @@ def _planned(
     if knots is not None:
         if "knots" in planner_and_rule(scenario.planner)[1]:
             raise InputError(
-                f"{scenario.name}: knots: given beside those of planner {scenario.planner!r}; give "
+                f"{scenario.name}: knots: given together with those of {scenario.planner!r}; give "
                 "one of the two"
             )
         placed: Any = knots.c if isinstance(knots, BalancedKnots) else knots
@@ -330,7 +317,7 @@ def _planned(
         if chosen is not None:
             from knotwork.choosing.findings import findings
 
-            known += findings(chosen)
+            known += findings(chosen, space)
             # the solutions were chosen before the times were, which hold them fast
             solution = replace(
                 chosen.solution,

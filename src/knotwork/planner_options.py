@@ -45,14 +45,14 @@ def _refuse_values_for_each(scenario: Scenario, space: JointSpace) -> None:
     """Raise an error if values are given for each waypoint and a path inserts more of them."""
     if not scenario.paths:
         return
-    said = "given one by one, but waypoints are inserted along the path"
+    text = "given one by one, but waypoints are inserted along the path"
     if not isinstance(scenario.knots, str | int | float):
         with scenario.error_context("knots"):
-            raise InputError(f"times are {said}; accepted: paper, balanced or its constant")
+            raise InputError(f"times are {text}; accepted: paper, balanced or its constant")
     for name, value in space.presets.items():
         if name in _PRESETS and not isinstance(value, str):
             with scenario.error_context("planner_options", name):
-                raise InputError(f"values are {said}; accepted: a rule, such as zero or estimated")
+                raise InputError(f"values are {text}; accepted: a rule, such as zero or estimated")
 
 
 def supported_options(

@@ -48,7 +48,7 @@ class Units:
 
 
 def readable(value: float, form: str = ".4g") -> str:
-    """A number for people: no powers of ten below ten millions, and short ones beside others.
+    """A number for people: no powers of ten below ten millions, and short ones next to others.
 
     >>> readable(-429_718.3), readable(1.25e9), readable(2.54e-14, ".3g")
     ('-429700', '1.25e9', '2.54e-14')

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import NoReturn
 
-import numpy as np
 import pytest
 
 import knotwork as kw
 from command_line import Command
-from knotwork import tradeoffs
 
 SWING = """\
 # two joints
@@ -98,8 +94,8 @@ def test_a_time_is_read_with_its_unit(
     def refused(*_: object, budget: float, **__: object) -> NoReturn:
         raise kw.InputError(f"{budget} s")
 
-    monkeypatch.setattr(tradeoffs, "tradeoff", refused)
-    ran = knotwork("tradeoff", swing, "--budget", text)
+    monkeypatch.setattr("knotwork.pipeline.plan", refused)
+    ran = knotwork("plan", swing, "--budget", text)
     assert ran.err == f"error: {float(seconds)} s\n"
 
 
@@ -117,59 +113,3 @@ def test_knots_may_be_optimal_on_the_command_line(knotwork: Command) -> None:
     assert ran.code == 0
     (plan,) = json.loads(ran.out)["plans"]
     assert plan["trajectory"]["breaks"][-1] == 25.0
-
-
-def test_tradeoff_as_table_files_and_picture(
-    swing: Path, knotwork: Command, tmp_path: Path
-) -> None:
-    picture = tmp_path / "curve.svg"
-    options = ("--factors", "1,1.5,2", "--plot", picture, "-o", tmp_path)
-    ran = knotwork("tradeoff", swing, *options)
-    assert (ran.code, ran.err) == (0, "")
-    assert "<svg" in picture.read_text()
-    data = json.loads((tmp_path / "tradeoff.json").read_text())
-    assert data["objective"] == "jerk"
-    least = kw.plan(swing).trajectory.duration
-    points = data["points"]
-    assert [point["factor"] for point in points] == [1.0, 1.5, 2.0]
-    assert np.allclose([p["duration"] for p in points], [least, 1.5 * least, 2 * least])
-    jerks = [point["peak_jerk"] for point in points]
-    assert sorted(jerks, reverse=True) == jerks
-    rows = list(csv.DictReader(io.StringIO((tmp_path / "tradeoff.csv").read_text())))
-    assert [float(row["peak_jerk"]) for row in rows] == jerks
-    assert json.loads(knotwork("tradeoff", swing, "--factors", "1,1.5,2", "--json").out) == data
-
-
-def test_tradeoff_says_what_the_budget_was_too_short_for(
-    swing: Path, knotwork: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tradeoffs, "LEAST_SHARE", 1e-9)
-    options = ("--factors", "1,1.5,2", "--budget", "0.000001s")
-    ran = knotwork("tradeoff", swing, *options)
-    assert ran.code == 0
-    assert "ok +" in ran.out
-    assert "+ the best found when the budget ended" in ran.out
-    assert max(map(len, ran.out.splitlines())) <= 80
-    assert "the budget ended before a motion was found at 1.5, 2 of the least time" in ran.out
-    data = json.loads(knotwork("tradeoff", swing, *options, "--json").out)
-    assert data["left_out"] == [1.5, 2.0]
-    assert [point["stopped"] for point in data["points"]] == [True]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("paper_case",), "paper_case: no time is free, so nothing can be traded"),
-        (("SWING", "--factors", "0.5,1"), "factors of the least time: 0.5 is less than 1"),
-        (("SWING", "--factors", "1,nan"), "factors of the least time: nan is less than 1, or not"),
-        (("SWING", "--factors", "one"), "'one' is not accepted; give numbers divided by commas"),
-        (("SWING", "--plot", "curve.txt"), ".txt"),
-    ],
-)
-def test_tradeoff_of_what_can_not_be_traded(
-    arguments: tuple[str, ...], says: str, swing: Path, knotwork: Command
-) -> None:
-    given = (str(swing) if one == "SWING" else one for one in arguments)
-    ran = knotwork("tradeoff", *given)
-    assert ran.code == 2
-    assert says in ran.err

@@ -56,7 +56,7 @@ CASES = [
         "here, or after: fastest at a waypoint, or speed: fastest along a path",
     ),
     (joints(ONE | {"after": 1}, duration=5), "duration: is given, but every time is given too"),
-    (joints(ONE | {"after": 1}, objective="jerk"), "objective: says what is made least, but no"),
+    (joints(ONE | {"after": 1}, objective="jerk"), "objective: says what is minimised, but no"),
     (
         joints(ONE, times="fastest", objective="jerk"),
         "objective: does not weigh the time, so the slowest motion would be the best one (time",
@@ -123,7 +123,7 @@ CASES = [
                 {"joints": {"a": 2, "b": 0}},
             ],
         },
-        "is given a velocity of 4 rad/s; its limit is 2 rad/s. 0.5 times the velocity",
+        "is given a velocity of 4 rad/s; its limit is 2 rad/s. At most 0.5 times the velocity",
     ),
     (
         joints(ONE, times="fastest", duration=0.5),
@@ -154,7 +154,8 @@ CASES = [
                 "pose": {"position": [0.4, 0.2, 0.4]},
             }
         ),
-        "waypoints[1].after: is given beside a speed that is chosen (speed: fastest, or after, not",
+        "waypoints[1].after: is given together with a speed that is chosen (speed: fastest, or "
+        "after, not",
     ),
 ]
 

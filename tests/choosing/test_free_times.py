@@ -62,6 +62,29 @@ def test_a_velocity_that_is_free_is_faster_than_a_stop() -> None:
     assert passing < 0.9 * stopping
 
 
+def test_a_velocity_that_nobody_gave_has_no_wrong_sign(tmp_path: Path) -> None:
+    """It points away from the next waypoint, because the smoothest motion overshoots."""
+    task = {**swing(to(1, velocity="free", after=1.5), to(0.9, after=3))}
+    del task["times"]
+    made = kw.plan(task)
+    frozen = made.freeze(tmp_path / "frozen.yaml")
+    for plan in (made, kw.plan(frozen)):
+        assert plan.joint_waypoints.velocity[1, 0] > 0.1
+        assert not plan.report.warnings
+    task["waypoints"][1]["velocity"] = {"a": 0.5}
+    assert "is its sign meant" in str(kw.plan(task).report.warnings[0])
+
+
+def test_the_scenario_beside_a_plan_keeps_its_name(tmp_path: Path) -> None:
+    """Its file is called scenario.yaml, whatever the task is called."""
+    import yaml
+
+    file = tmp_path / "quick.yaml"
+    file.write_text(yaml.safe_dump(swing(to(1))))
+    kw.plan(file).save(tmp_path / "made")
+    assert load_scenario(tmp_path / "made" / "scenario.yaml").name == "quick"
+
+
 def test_waits_and_given_times_stay() -> None:
     made = kw.plan(swing(to(1, wait=0.3), to(2, after=1.7, stop=True), to(0)))
     made.report.raise_if_failed()
@@ -135,7 +158,7 @@ def test_a_budget_is_shared_by_all_stretches(monkeypatch: pytest.MonkeyPatch) ->
     assert best.chosen is not None
     steps = sum(run.iterations for run in best.chosen.runs)
     # without a share of its own the second would have no time left
-    made = kw.plan(task, budget=0.545 * steps)
+    made = kw.plan(task, budget=0.7 * steps)
     made.report.raise_if_failed()
     assert made.chosen is not None
     assert made.chosen.status == "stopped"
@@ -164,7 +187,7 @@ def test_a_plan_starts_from_that_of_nearly_the_same_task() -> None:
     assert cold.chosen is not None
     assert warm.chosen is not None
     assert warm.chosen.runs[0].iterations < cold.chosen.runs[0].iterations
-    assert warm.trajectory.duration < (1 + 1e-4) * cold.trajectory.duration
+    assert warm.trajectory.duration < 1.002 * cold.trajectory.duration
     # one that does not fit is left aside
     other = task(-0.5, to(2, -0.2, velocity="free"))
     fresh, aside = kw.plan(other), kw.plan(other, warm=before)
@@ -214,7 +237,7 @@ def test_a_frozen_scenario_keeps_its_comments_and_gives_the_same_motion(tmp_path
     assert np.array_equal(again.trajectory.polynomial.c, made.trajectory.polynomial.c)
     assert kw.check(made.trajectory, load_scenario(tmp_path / "frozen.yaml")).ok
     made.save(tmp_path / "out")
-    assert (tmp_path / "out" / "scenario.yaml").read_text() == text
+    assert (tmp_path / "out" / "scenario.yaml").read_text() == text + "name: swing\n"
 
 
 def test_waypoints_in_one_line_each_are_frozen_as_lines_that_can_be_read(tmp_path: Path) -> None:

@@ -21,20 +21,9 @@ def benchmarks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
 
 
-PAGES = [
-    "ik_benchmarks",
-    "planners",
-    "path_benchmarks",
-    "collision_benchmarks",
-    "speed_benchmarks",
-    "timing_benchmarks",
-]
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_pages_show_the_saved_results(page: str) -> None:
-    shown = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
-    assert shown == importlib.import_module("pages").render(page), "run: make figures"
+def test_the_page_on_planners_shows_the_saved_results() -> None:
+    shown = (ROOT / "docs" / "planners.md").read_text(encoding="utf-8")
+    assert shown == importlib.import_module("pages").render("planners"), "run: make figures"
 
 
 def shape(part: Any) -> Any:

@@ -184,6 +184,16 @@ def test_the_end_speed_is_told() -> None:
     assert "allow_nonzero_velocity_at_trajectory_end" not in motion().to_ros2()
 
 
+def test_the_first_speed_is_told() -> None:
+    names, ends, speeds = ["lift", "turn"], [[0, 0], [1, 1]], [[-0.4, 0], [0, 0]]
+    lift = JointTrajectory.from_knots(names, [0, 1], ends, speeds)
+    text = lift.to_ros2()
+    assert "must stand" not in text
+    assert "# The motion begins at a velocity (lift -0.4; rad/s or m/s): the arm must" in text
+    still = JointTrajectory.from_knots(["lift"], [0, 1], [[0], [1]], [[0], [0]])
+    assert "# The arm must stand at the first point when this is sent." in still.to_ros2()
+
+
 def test_knots_within_a_nanosecond_are_refused() -> None:
     curve = JointTrajectory.from_knots(
         ["a"], [0, 1, 1 + 2e-10, 2], np.zeros((4, 1)), np.zeros((4, 1))

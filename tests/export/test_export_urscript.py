@@ -61,7 +61,7 @@ def cubic_arm(
     v = np.cos(np.arange(30.0)).reshape(5, 6) * 0.5
     v[0], v[-1] = start, end
     waypoints = kw.JointWaypoints(names, time, q, v)
-    return kw.get_planner("modified-hermite")(waypoints)
+    return kw.interpolation.get_planner("modified-hermite")(waypoints)
 
 
 @pytest.mark.parametrize("rate", RATES)

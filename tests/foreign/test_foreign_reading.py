@@ -313,6 +313,32 @@ def test_comments_blank_lines_and_byte_order_mark(tmp_path: Path) -> None:
     assert read(file)(AT) == pytest.approx(expected(2), abs=1e-13)
 
 
+@pytest.mark.parametrize("key", ["multi_dof_trajectory", "multi_dof_joint_trajectory"])
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_message_that_moves_more_than_its_joints_is_refused(
+    tmp_path: Path, key: str, inside: bool
+) -> None:
+    """A base that drives meanwhile: the motion of the joints alone is not what the robot does."""
+    path = tmp_path / "goal.json"
+    empty = {"joint_names": [], "points": []}
+    base = {"joint_names": ["base"], "points": [{"transforms": [{}], "time_from_start": 0}]}
+    for other, refused in ((empty, False), (base, True)):
+        goal = {"trajectory": message(2), key: other}
+        path.write_text(json.dumps({"goal": goal} if inside else goal))
+        if not refused:
+            read(path)
+            continue
+        with pytest.raises(DocumentError, match=rf"{key}: moves joints of several freedoms"):
+            read(path)
+
+
+def test_a_file_of_two_trajectories_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "two.json"
+    path.write_text(json.dumps({"trajectory": message(2), "joint_trajectory": message(1)}))
+    with pytest.raises(DocumentError, match="joint_trajectory: is given beside 'trajectory'"):
+        read(path)
+
+
 @pytest.mark.parametrize("wrap", ["trajectory", "joint_trajectory", "goal"])
 def test_messages_inside_others(tmp_path: Path, wrap: str) -> None:
     data = {wrap: message(2, header={"frame_id": ""})}
@@ -485,7 +511,7 @@ def test_yaml_that_is_refused(tmp_path: Path, where: tuple, value: object, said:
         (("positions", 1), 4.0, "positions[1]: is 4.0 (a list of 3 numbers)"),
         (("positions", 1, 2), None, "positions[1][2]: None is no number"),
         (("velocities", 1), [1.0], "velocities[1]: has 1 values"),
-        (("position",), [[0.0]], "position: is given beside 'positions'"),
+        (("position",), [[0.0]], "position: is given together with 'positions'"),
         (("joint_names", 0), "slide", "joint_names[2]: joint 'slide' is given twice"),
     ],
 )

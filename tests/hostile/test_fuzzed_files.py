@@ -155,8 +155,7 @@ COMMANDS: dict[str, tuple[int, Callable[[str], tuple[str, ...]]]] = {
     "check": (8, lambda task: ("check", "kept", "--scenario", task)),
     "export": (10, lambda task: ("export", task, "-f", "csv", "--allow-failed")),
     "pvt": (4, lambda task: ("export", task, "-f", "pvt", "--allow-failed")),
-    "budget": (3, lambda task: ("plan", task, "--budget", "500ms")),
-    "tradeoff": (2, lambda task: ("tradeoff", task, "--factors", "1.3")),
+    "budget": (5, lambda task: ("plan", task, "--budget", "500ms")),
     "compare": (2, lambda task: ("compare", task, "--planners", "cubic,quintic:estimated")),
     "plot": (2, lambda task: ("plot", task, "-o", "a.svg")),
     "view": (2, lambda task: ("view", task, "--html", "a.html")),
@@ -201,13 +200,13 @@ def test_changed_scenarios_of_least_time(name: str, session: Session, tmp_path: 
     rng = random.Random(name)
     data = yaml.safe_load(SCENARIO_FILES[name].read_text(encoding="utf-8"))
     codes = []
-    for i in range(5):
+    for _ in range(5):
         changed = copy.deepcopy(data)
         known = [way for way in places(data) if isinstance(at(data, way), int | float)]
         *way, last = rng.choice(known)
         at(changed, way)[last] = at(data, (*way, last)) * rng.choice((0.5, 0.9, 1.1, 3, -1))
         (tmp_path / "task.yaml").write_text(as_json(changed), encoding="utf-8")
-        codes.append(session.run(*COMMANDS["budget" if i % 3 else "tradeoff"][1]("task.yaml")))
+        codes.append(session.run(*COMMANDS["budget"][1]("task.yaml")))
     assert {0, 1} & set(codes)
 
 
@@ -279,6 +278,8 @@ def test_changed_meshes(count: int, kind: str, session: Session, tmp_path: Path)
     (tmp_path / "arm.urdf").write_text(URDF.format(kind))
     (tmp_path / "task.json").write_text(json.dumps(TASK))
     content = meshes()[kind]
+    (tmp_path / f"part.{kind}").write_bytes(content)
+    assert session.run("view", "task.json", "--html", "a.html") == 0
     for i in range(count):
         if kind == "dae" and i % 2:
             changed = changed_xml(rng, content.decode()).encode()
@@ -286,4 +287,5 @@ def test_changed_meshes(count: int, kind: str, session: Session, tmp_path: Path)
             changed = changed_bytes(rng, content)
         (tmp_path / f"part.{kind}").write_bytes(changed)
         shows = "report" if i % 10 == 9 else "view"
-        assert session.run(shows, "task.json", "--html", "a.html") == 0
+        # what is not read whole is refused
+        assert session.run(shows, "task.json", "--html", "a.html") in (0, 2)

@@ -131,9 +131,9 @@ def test_a_smooth_curve_is_followed_to_fourth_order():
 def test_planners_meet_known_accelerations(planner):
     x, y, v, a = data(8)
     waypoints = kw.JointWaypoints(("a", "b"), x, y, v, acceleration=with_cuts(a, [3, 4]))
-    motion = kw.get_planner(planner)(waypoints)
+    motion = kw.interpolation.get_planner(planner)(waypoints)
     np.testing.assert_allclose(motion.acceleration(x[3:5]), a[3:5], atol=1e-9)
-    other = kw.get_planner(planner)(kw.JointWaypoints(("a", "b"), x, y, v))
+    other = kw.interpolation.get_planner(planner)(kw.JointWaypoints(("a", "b"), x, y, v))
     assert np.abs(other.acceleration(x[3:5]) - a[3:5]).max() > 1e-3
 
 

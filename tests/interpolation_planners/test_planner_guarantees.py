@@ -198,12 +198,12 @@ def loaded():
 assert not loaded(), loaded()
 x = np.arange(50.0)
 w = kw.JointWaypoints(("a",), x, np.sin(x)[:, None], np.cos(x)[:, None])
-kw.get_planner("modified-hermite")(w, kw.PlannerOptions())
+kw.interpolation.get_planner("modified-hermite")(w, kw.interpolation.PlannerOptions())
 assert not loaded(), loaded()
-kw.get_planner("4-3-4")(w, kw.PlannerOptions())
+kw.interpolation.get_planner("4-3-4")(w, kw.interpolation.PlannerOptions())
 assert loaded() == {"splice"}, loaded()
 for name in PLANNERS:
-    PLANNERS[name](w, kw.PlannerOptions()).continuity
+    PLANNERS[name](w, kw.interpolation.PlannerOptions()).continuity
 assert loaded() == FAMILIES
 print([m for m in sys.modules if m.partition(".")[0] in ("scipy", "pinocchio")])
 """

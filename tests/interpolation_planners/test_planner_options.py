@@ -155,7 +155,9 @@ class TestRules:
         assert np.abs(ruled.acceleration(CASE.time[1])).max() > 1e-3
 
     def test_the_option_beside_it_is_an_error(self):
-        with pytest.raises(OptionError, match=r"quintic:estimated.*beside the rule 'estimated'"):
+        with pytest.raises(
+            OptionError, match=r"quintic:estimated.*together with the rule 'estimated'"
+        ):
             get_planner("quintic:estimated")(CASE, PlannerOptions(accelerations="zero"))
         get_planner("quintic:estimated")(CASE, PlannerOptions(accelerations="estimated"))
 
@@ -261,7 +263,7 @@ def test_blends_that_do_not_fit_say_which_interval_and_by_how_much():
     assert full.continuity.order == 1
     single = one_joint([0, 1], [0, 1])
     assert plan("parabolic-blend", single, acceleration_limit=[4.0]).breaks.size == 3
-    with pytest.raises(InputError, match=r"acceleration_limit 3\.9 .* 4 would do"):
+    with pytest.raises(InputError, match=r"acceleration_limit 3\.9 .* 4 is sufficient"):
         plan("parabolic-blend", single, acceleration_limit=[3.9])
     with pytest.raises(InputError, match="too short for the resolution"):
         plan("parabolic-blend", one_joint([1e6, 1e6 + 1], [0, 1]), transition_time=1e-12)

@@ -17,8 +17,10 @@ HOME = np.array(UR5.configuration("home"))
 SOLVERS: dict[str, Callable[[Any], Any]] = {
     "solve_pose_ik": lambda pose: kw.solve_pose_ik(UR5, pose, HOME),
     "solve_pose_ik, first": lambda pose: kw.solve_pose_ik(UR5, pose, HOME, nearest=False),
-    "solve_all": lambda pose: kw.solve_all(UR5, pose),
-    "solve_many": lambda pose: kw.solve_many(UR5, [UR5.forward(HOME), pose], HOME),
+    "solve_pose_ik_all": lambda pose: kw.solve_pose_ik_all(UR5, pose),
+    "solve_pose_ik_batch": lambda pose: kw.kinematics.solve_pose_ik_batch(
+        UR5, [UR5.forward(HOME), pose], HOME
+    ),
 }
 PLACE = np.array([0.3, 0.2, 0.3])
 NO_POSES = {
@@ -37,7 +39,7 @@ NO_POSES = {
 @pytest.mark.parametrize("what", NO_POSES)
 def test_what_is_no_pose_is_refused(solver: str, what: str) -> None:
     pose, complaint = NO_POSES[what]
-    name = r"poses\[1\]" if solver == "solve_many" else "pose"
+    name = r"poses\[1\]" if solver == "solve_pose_ik_batch" else "pose"
     with pytest.raises(WaypointDataError, match=f"{name}.*{complaint}"):
         SOLVERS[solver](pose)
 
@@ -46,11 +48,11 @@ def test_a_matrix_that_is_a_rotation_up_to_its_last_digits_is_solved() -> None:
     exact = UR5.forward(HOME + 0.1)
     rounded = pin.SE3(np.round(exact.rotation, 8), exact.translation)
     assert kw.solve_pose_ik(UR5, rounded, HOME).converged
-    assert kw.solve_many(UR5, [rounded], HOME).converged.all()
+    assert kw.kinematics.solve_pose_ik_batch(UR5, [rounded], HOME).converged.all()
 
 
 def test_no_poses_are_solved_at_once() -> None:
-    none = kw.solve_many(UR5, [], HOME)
+    none = kw.kinematics.solve_pose_ik_batch(UR5, [], HOME)
     assert none.q.shape == (0, 6)
     assert none.converged.shape == (0,)
 
@@ -58,19 +60,23 @@ def test_no_poses_are_solved_at_once() -> None:
 @pytest.mark.parametrize("poses", [None, 5, UR5.forward(HOME)])
 def test_poses_must_be_some_in_a_row(poses: Any) -> None:
     with pytest.raises(WaypointDataError, match=r"poses must be a sequence of pin\.SE3"):
-        kw.solve_many(UR5, poses, HOME)
+        kw.kinematics.solve_pose_ik_batch(UR5, poses, HOME)
 
 
 def test_poses_may_come_one_by_one() -> None:
-    assert kw.solve_many(UR5, (UR5.forward(HOME) for _ in range(2)), HOME).converged.all()
+    poses = (UR5.forward(HOME) for _ in range(2))
+    assert kw.kinematics.solve_pose_ik_batch(UR5, poses, HOME).converged.all()
 
 
 @pytest.mark.parametrize("bad", [0, -1e-8, float("nan"), float("inf"), "fine", None, True])
 def test_tolerances_are_positive_numbers(bad: Any) -> None:
     pose = UR5.forward(HOME)
     with pytest.raises(WaypointDataError, match=r"^tolerance must be positive"):
-        kw.solve_many(UR5, [pose], HOME, tolerance=bad)
-    for solve in (kw.solve_all, lambda *given, **more: kw.solve_pose_ik(*given, HOME, **more)):
+        kw.kinematics.solve_pose_ik_batch(UR5, [pose], HOME, tolerance=bad)
+    for solve in (
+        kw.solve_pose_ik_all,
+        lambda *given, **more: kw.solve_pose_ik(*given, HOME, **more),
+    ):
         with pytest.raises(WaypointDataError, match=r"^orientation_tolerance must be positive"):
             solve(UR5, pose, orientation_tolerance=bad)
 
@@ -78,7 +84,7 @@ def test_tolerances_are_positive_numbers(bad: Any) -> None:
 @pytest.mark.parametrize("bad", [-1, 2.5, "3", None, True])
 def test_restarts_are_counted(bad: Any) -> None:
     with pytest.raises(WaypointDataError, match="max_restarts must be an integer, 0 or more"):
-        kw.solve_many(UR5, [UR5.forward(HOME)], HOME, max_restarts=bad)
+        kw.kinematics.solve_pose_ik_batch(UR5, [UR5.forward(HOME)], HOME, max_restarts=bad)
 
 
 @pytest.mark.parametrize("bad", [-1, 2.5, "3", None, True])
@@ -91,19 +97,19 @@ def test_numbers_of_numpy_are_numbers() -> None:
     pose = UR5.forward(HOME)
     few = {"max_restarts": np.int64(4), "position_tolerance": np.float32(1e-6)}
     assert kw.solve_pose_ik(UR5, pose, HOME, **few).converged  # type: ignore[arg-type]
-    assert kw.solve_all(UR5, pose, spread=np.int64(4))  # type: ignore[arg-type]
+    assert kw.solve_pose_ik_all(UR5, pose, spread=np.int64(4))  # type: ignore[arg-type]
 
 
 def test_starts_of_many_poses_are_rows_of_one_length() -> None:
     pose = UR5.forward(HOME)
     with pytest.raises(WaypointDataError, match="start must be numbers"):
-        kw.solve_many(UR5, [pose, pose], [[1, 2, 3, 4, 5, 6], [1, 2]])
+        kw.kinematics.solve_pose_ik_batch(UR5, [pose, pose], [[1, 2, 3, 4, 5, 6], [1, 2]])
 
 
 @pytest.mark.parametrize("bad", [0, -3, 1.5])
 def test_a_spread_is_of_some_configurations(bad: Any) -> None:
     with pytest.raises(WaypointDataError, match="spread must be an integer, 1 or more"):
-        kw.solve_all(UR5, UR5.forward(HOME), spread=bad)
+        kw.solve_pose_ik_all(UR5, UR5.forward(HOME), spread=bad)
 
 
 def test_velocities_are_not_solved_within_no_tolerance() -> None:

@@ -13,7 +13,7 @@ from knotwork.errors import (
     UnreachablePoseError,
     WaypointDataError,
 )
-from knotwork.kinematics import solve_all, solve_pose_ik
+from knotwork.kinematics import solve_pose_ik, solve_pose_ik_all
 from knotwork.kinematics.chain.joint_ranges import nearest_turns
 from sweeps import first_of, mostly_exhaustive
 
@@ -375,7 +375,7 @@ def farther_than_the_nearest(name: str, poses: int) -> list[tuple[float, float]]
         pose = robot.forward(q)
         answer = solve_pose_ik(robot, pose, start)
         assert_solves(robot, pose, answer.q, independent=False)
-        every = np.vstack([branch.turns for branch in solve_all(robot, pose)])
+        every = np.vstack([branch.turns for branch in solve_pose_ik_all(robot, pose)])
         nearest = float(np.linalg.norm(every - start, axis=1).min())
         if answer.distance > nearest + 1e-6:
             farther.append((answer.distance, nearest))
@@ -405,7 +405,7 @@ def test_from_close_by_no_other_solution_is_nearer(name: str, away: float) -> No
         direction = generator.normal(size=robot.dof)
         start = np.clip(q + away * direction / np.linalg.norm(direction), lower, upper)
         pose = robot.forward(q)
-        every = np.vstack([branch.turns for branch in solve_all(robot, pose)])
+        every = np.vstack([branch.turns for branch in solve_pose_ik_all(robot, pose)])
         nearest = float(np.linalg.norm(every - start, axis=1).min())
         assert solve_pose_ik(robot, pose, start).distance <= nearest + 1e-6
 

@@ -17,7 +17,6 @@ from knotwork.kinematics.sequence import (
     Rules,
     choose_sequence,
     choose_with_intervals,
-    find_alternatives,
 )
 from sweeps import examples
 
@@ -105,46 +104,6 @@ def test_equal_to_trying_every_sequence(
     assert cost_of(layers, chosen.index, durations, rules) == pytest.approx(best)
     for layer, k, q in zip(layers, chosen.index, chosen.q, strict=True):
         np.testing.assert_array_equal(q, layer.q[k])
-
-
-@examples(40)
-@given(
-    st.integers(0, 10**6),
-    st.lists(st.integers(1, 5), min_size=2, max_size=4),
-    st.sampled_from(CHANGES),
-    st.floats(0.3, 3.0),
-    st.booleans(),
-)
-def test_the_next_best_is_that_of_trying_every_sequence(
-    seed: int, sizes: list[int], change: Any, duration: float, turns: bool
-) -> None:
-    """Through each waypoint in another branch, a branch having several copies."""
-    layers = layers_of(seed, sizes)
-    groups = [np.random.default_rng(seed + m).integers(0, 3, m) for m in sizes]
-    for layer, group in zip(layers, groups, strict=True):  # a branch has its flags
-        layer.flags[:] = np.column_stack([group > 0, group > 1]) * 2.0 - 1.0
-    durations = np.full(len(sizes) - 1, duration)
-    rules = rules_of(change, len(durations))
-    chosen = choose_sequence(layers, durations, rules)
-    if chosen.blocked is not None:
-        return
-    every = list(itertools.product(*(range(m) for m in sizes)))
-    costs = [cost_of(layers, index, durations, rules) for index in every]
-    alternatives = find_alternatives(layers, durations, rules, chosen, groups, turns=turns)
-    if turns:
-        groups = [np.arange(m) for m in sizes]
-    for i, found in enumerate(alternatives):
-        own = groups[i][chosen.index[i]]
-        others = [cost for cost, k in zip(costs, every, strict=True) if groups[i][k[i]] != own]
-        best = min(others, default=(np.inf,))
-        if np.isinf(best[0]):
-            assert found is None
-            continue
-        assert found is not None
-        assert tuple(found.cost) == pytest.approx(best)
-        assert cost_of(layers, found.index, durations, rules) == pytest.approx(best)
-        assert groups[i][found.index[i]] != own
-        assert not chosen.cost.worse_than(found.cost)
 
 
 @examples(30)

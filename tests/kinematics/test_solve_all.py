@@ -53,7 +53,7 @@ def test_every_branch_of_the_closed_form_is_found(arm: str, count: int, spherica
     wanted = found = 0
     for _ in range(count):
         pose = robot.forward(generator.uniform(-np.pi, np.pi, 6))
-        branches = kw.solve_all(robot, pose)
+        branches = kw.solve_pose_ik_all(robot, pose)
         answers = np.array([closed_form.turned(branch.q) for branch in branches])
         expected = [q for q in truth(robot, pose) if (np.abs(q) <= np.pi).all()]
         for q in expected:
@@ -91,7 +91,7 @@ def test_every_branch_is_found_next_to_a_wrist_singularity(
         q = generator.uniform(-2.5, 2.5, 6)
         q[4] = bent
         pose = robot.forward(q)
-        branches = kw.solve_all(robot, pose)
+        branches = kw.solve_pose_ik_all(robot, pose)
         answers = np.array([closed_form.turned(branch.q) for branch in branches])
         expected = [x for x in truth(robot, pose) if (np.abs(x) <= np.pi).all()]
         known = max(1e-6, 1e-9 / bent)  # rounding of the pose and of the closed form, magnified
@@ -111,7 +111,7 @@ def test_no_solution_is_listed_twice_where_wrist_and_elbow_are_nearly_straight(
         q[2], q[4] = elbow, bent
         pose = spherical.forward(q)
         expected = [x for x in truth(spherical, pose) if (np.abs(x) <= np.pi).all()]
-        assert len(kw.solve_all(spherical, pose)) == len(expected)
+        assert len(kw.solve_pose_ik_all(spherical, pose)) == len(expected)
 
 
 @pytest.mark.parametrize("bent", mostly_exhaustive([1e-7, 1e-8], 1e-8))
@@ -120,14 +120,14 @@ def test_the_way_here_is_found_where_closed_forms_round_it_away(bent: float) -> 
     for _ in range(12):
         q = generator.uniform(-2.5, 2.5, 6)
         q[4] = bent
-        answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+        answers = np.array([branch.q for branch in kw.solve_pose_ik_all(UR5, UR5.forward(q))])
         assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-3
 
 
 def test_two_singularities_at_once() -> None:
     """Elbow and wrist both nearly straight: the signed residual touches zero twice."""
     q = np.array([-0.9537, -0.6456, 0.0024, 0.4131, 1e-5, 1.2927])
-    answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+    answers = np.array([branch.q for branch in kw.solve_pose_ik_all(UR5, UR5.forward(q))])
     assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-4
 
 
@@ -137,7 +137,7 @@ def test_where_two_branches_meet_they_are_one(elbow: float) -> None:
     for _ in range(8):
         q = generator.uniform(-2.5, 2.5, 6)
         q[2] = elbow
-        answers = np.array([branch.q for branch in kw.solve_all(UR5, UR5.forward(q))])
+        answers = np.array([branch.q for branch in kw.solve_pose_ik_all(UR5, UR5.forward(q))])
         assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-4
         for i, one in enumerate(answers):
             for other in answers[:i]:
@@ -171,7 +171,7 @@ def test_every_branch_is_found_along_a_sequence(
 
 def test_turns_are_all_copies_inside_the_limits() -> None:
     q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
-    branches = kw.solve_all(UR5, UR5.forward(q))
+    branches = kw.solve_pose_ik_all(UR5, UR5.forward(q))
     assert len(branches) == 8
     for branch in branches:
         assert len(branch.turns) == 32  # five joints with two turns each, the elbow with one
@@ -187,7 +187,9 @@ def test_turns_are_all_copies_inside_the_limits() -> None:
 def test_a_joint_on_its_limit_has_both_turns() -> None:
     q = np.array([2 * np.pi, -1.2, 1.1, -0.8, 1.0, 0.0])
     (branch,) = (
-        b for b in kw.solve_all(UR5, UR5.forward(q)) if np.abs(b.turns - q).max(axis=1).min() < 1e-7
+        b
+        for b in kw.solve_pose_ik_all(UR5, UR5.forward(q))
+        if np.abs(b.turns - q).max(axis=1).min() < 1e-7
     )
     assert len(branch.turns) == 3 * 2 * 2 * 2 * 3
     assert (np.abs(branch.turns) <= UR5.upper_position_limit).all()
@@ -201,7 +203,7 @@ def test_where_a_pose_came_from_is_among_its_solutions(name: str, count: int) ->
     upper = np.minimum(robot.upper_position_limit, lower + 2 * np.pi)
     for _ in range(count):
         q = generator.uniform(lower, upper)
-        branches = kw.solve_all(robot, robot.forward(q))
+        branches = kw.solve_pose_ik_all(robot, robot.forward(q))
         for branch in branches:
             assert max(branch.position_error, branch.orientation_error) <= 1e-8
             assert (branch.q >= robot.lower_position_limit).all()
@@ -215,30 +217,30 @@ def test_where_a_pose_came_from_is_among_its_solutions(name: str, count: int) ->
 def test_the_self_motion_of_a_redundant_arm_is_spread(name: str) -> None:
     robot = ROBOTS[name]
     pose = robot.forward(robot.configuration("home"))
-    branches = kw.solve_all(robot, pose, spread=12)
-    again = kw.solve_all(robot, pose, spread=12)
+    branches = kw.solve_pose_ik_all(robot, pose, spread=12)
+    again = kw.solve_pose_ik_all(robot, pose, spread=12)
     assert len(branches) == 12
     q = np.array([branch.q for branch in branches])
     np.testing.assert_array_equal(q, [branch.q for branch in again])
     gaps = np.abs(closed_form.turned(q[:, None] - q[None])).max(axis=2) + 10 * np.eye(12)
     assert gaps.min() > 0.1
-    assert len(kw.solve_all(robot, pose, spread=30)) == 30
+    assert len(kw.solve_pose_ik_all(robot, pose, spread=30)) == 30
 
 
 def test_a_singular_pose_is_solved_all_the_same() -> None:
     """With wrist_2 at zero three joints may share a turn in any way: a spread of those."""
     q = np.array([0.2, -1.2, 1.4, -1.7, 0.0, 0.3])
-    branches = kw.solve_all(UR5, UR5.forward(q))
+    branches = kw.solve_pose_ik_all(UR5, UR5.forward(q))
     assert sum(branch.smallest_singular_value < 1e-4 for branch in branches) >= 3
     assert len(branches) > 8
 
 
 def test_what_has_no_solution_is_refused() -> None:
     with pytest.raises(UnreachablePoseError, match="out of reach"):
-        kw.solve_all(UR5, pin.SE3(np.eye(3), np.array([3.0, 0, 0])))
+        kw.solve_pose_ik_all(UR5, pin.SE3(np.eye(3), np.array([3.0, 0, 0])))
     narrow = UR5.with_limits(position={"elbow_joint": (-0.5, 0.5)})
     with pytest.raises(OutsideLimitsError, match="elbow_joint at"):
-        kw.solve_all(narrow, UR5.forward(UR5.configuration("home")))
+        kw.solve_pose_ik_all(narrow, UR5.forward(UR5.configuration("home")))
 
 
 def test_a_micrometre_out_of_reach_is_refused_with_the_shortfall() -> None:
@@ -246,9 +248,9 @@ def test_a_micrometre_out_of_reach_is_refused_with_the_shortfall() -> None:
     planar = ROBOTS["planar2"]
     direction = np.array([np.cos(0.3), np.sin(0.3), 0.0])
     turn = pin.utils.rotate("z", 0.3)
-    assert len(kw.solve_all(planar, pin.SE3(turn, 0.9 * direction))) >= 1
+    assert len(kw.solve_pose_ik_all(planar, pin.SE3(turn, 0.9 * direction))) >= 1
     with pytest.raises(UnreachablePoseError) as caught:
-        kw.solve_all(planar, pin.SE3(turn, (0.9 + 1e-6) * direction))
+        kw.solve_pose_ik_all(planar, pin.SE3(turn, (0.9 + 1e-6) * direction))
     assert caught.value.position_shortfall == pytest.approx(1e-6, rel=1e-3)
 
 
@@ -263,7 +265,7 @@ def test_errors_of_many_are_those_of_forward_kinematics(name: str) -> None:
         pin.SE3(turn @ pose.rotation, pose.translation + np.array([3.0, 4.0, 0.0]))
         for turn, pose in zip(turns, map(robot.forward, q), strict=True)
     ]
-    found = kw.solve_many(robot, poses, q, max_restarts=0)
+    found = kw.kinematics.solve_pose_ik_batch(robot, poses, q, max_restarts=0)
     assert not found.converged.any()
     for i, (pose, one) in enumerate(zip(poses, found.q, strict=True)):
         error = robot.forward(one).actInv(pose)
@@ -275,7 +277,7 @@ def test_errors_of_many_are_those_of_forward_kinematics(name: str) -> None:
 def test_flags_are_defined_by_the_geometry(spherical: Robot) -> None:
     def shown(robot: Robot) -> bool:
         pose = robot.forward(robot.configuration("home") if robot is not spherical else SIX)
-        return "elbow" in kw.solve_all(robot, pose)[0].flags
+        return "elbow" in kw.solve_pose_ik_all(robot, pose)[0].flags
 
     defined = {name for name, robot in ROBOTS.items() if shown(robot)}
     assert {"ur3", "ur5", "ur10", "z1", "kinova"} <= defined
@@ -290,7 +292,7 @@ def test_flags_change_only_through_singularities(arm: str, spherical: Robot) -> 
     generator, products = np.random.default_rng(9), set()
     for _ in range(12):
         middle = np.clip(generator.uniform(-np.pi, np.pi, 6), *limits(robot))
-        for branch in kw.solve_all(robot, robot.forward(middle)):
+        for branch in kw.solve_pose_ik_all(robot, robot.forward(middle)):
             # Up and down trade places where the shoulder changes sides.
             flags = ("elbow up" in branch.flags) ^ ("no flip" in branch.flags)
             products.add(flags ^ bool(np.linalg.det(robot.jacobian(branch.q)) > 0))
@@ -300,7 +302,7 @@ def test_flags_change_only_through_singularities(arm: str, spherical: Robot) -> 
 def test_flags_say_what_the_arm_looks_like(spherical: Robot) -> None:
     def flags(robot: Robot, q: list[float]) -> str:
         pose = robot.forward(np.array(q))
-        branches = kw.solve_all(robot, pose)
+        branches = kw.solve_pose_ik_all(robot, pose)
         return min(branches, key=lambda b: np.abs(closed_form.turned(b.q - q)).max()).flags
 
     # The wrist in front of the arm at the height of the shoulder, the elbow above or below.
@@ -324,7 +326,7 @@ def test_many_poses_are_solved_at_once(name: str) -> None:
     poses = [robot.forward(one) for one in q]
     beside = np.clip(q + generator.uniform(-0.02, 0.02, q.shape), lower, upper)
     for start in (np.array(robot.configuration("home")), beside):
-        found = kw.solve_many(robot, poses, start)
+        found = kw.kinematics.solve_pose_ik_batch(robot, poses, start)
         assert found.converged.all()
         assert (found.q >= robot.lower_position_limit).all()
         assert (found.q <= robot.upper_position_limit).all()
@@ -337,13 +339,13 @@ def test_many_poses_are_solved_at_once(name: str) -> None:
 def test_many_poses_say_which_are_out_of_reach() -> None:
     away = pin.SE3(np.eye(3), np.array([3.0, 0, 0]))
     home = UR5.configuration("home")
-    found = kw.solve_many(UR5, [away, UR5.forward(home)], home, max_restarts=3)
+    found = kw.kinematics.solve_pose_ik_batch(UR5, [away, UR5.forward(home)], home, max_restarts=3)
     assert found.converged.tolist() == [False, True]
     assert found.position_error[0] > 1.9
     with pytest.raises(WaypointDataError):
-        kw.solve_many(UR5, [away], np.zeros((2, 6)))
+        kw.kinematics.solve_pose_ik_batch(UR5, [away], np.zeros((2, 6)))
     with pytest.raises(WaypointDataError):
-        kw.solve_many(UR5, [away], home, tolerance=0.0)
+        kw.kinematics.solve_pose_ik_batch(UR5, [away], home, tolerance=0.0)
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])
@@ -363,7 +365,7 @@ def test_the_first_solution_may_do(name: str) -> None:
 def test_limits_far_apart_leave_a_number_of_turns_that_can_be_looked_through(wide: float) -> None:
     robot = UR5.with_limits(position=dict.fromkeys(UR5.joint_names, (-wide, wide)))
     q = np.array([0.4, -1.2, 1.1, -0.8, 1.0, 0.3])
-    branches = kw.solve_all(robot, robot.forward(q))
+    branches = kw.solve_pose_ik_all(robot, robot.forward(q))
     assert len(branches) == 8
     for branch in branches:
         assert 500 < len(branch.turns) <= 1024
@@ -375,26 +377,31 @@ def test_limits_far_apart_leave_a_number_of_turns_that_can_be_looked_through(wid
 
 def test_samples_of_a_self_motion_are_called_so() -> None:
     pose = UR5.forward(np.array([0.3, -1.1, 1.3, -1.6, 0.0, 0.3]))
-    assert all(branch.sampled for branch in kw.solve_all(UR5, pose))
-    assert not any(branch.sampled for branch in kw.solve_all(UR5, UR5.forward(np.full(6, 0.7))))
+    assert all(branch.sampled for branch in kw.solve_pose_ik_all(UR5, pose))
+    assert not any(
+        branch.sampled for branch in kw.solve_pose_ik_all(UR5, UR5.forward(np.full(6, 0.7)))
+    )
     panda = ROBOTS["panda"]
     middle = 0.5 * (panda.lower_position_limit + panda.upper_position_limit)
-    assert all(branch.sampled for branch in kw.solve_all(panda, panda.forward(middle)))
+    assert all(branch.sampled for branch in kw.solve_pose_ik_all(panda, panda.forward(middle)))
 
 
 def test_samples_of_a_self_motion_are_spread_inside_the_limits() -> None:
     """Half of the motion of a straight wrist is outside: the samples are all of the other half."""
     narrow = UR5.with_limits(position={"wrist_3_joint": (0.0, np.pi)})
     pose = narrow.forward(np.array([0.3, -1.1, 1.3, -1.6, 0.0, 0.3]))
-    assert len(kw.solve_all(narrow, pose)) >= 0.8 * len(kw.solve_all(UR5, pose))
+    assert len(kw.solve_pose_ik_all(narrow, pose)) >= 0.8 * len(kw.solve_pose_ik_all(UR5, pose))
 
 
 def test_a_robot_can_be_asked() -> None:
     pose = UR5.forward(np.full(6, 0.7))
-    asked, called = UR5.solve_all(pose, orientation_tolerance=1e-7), kw.solve_all(UR5, pose)
+    asked, called = (
+        UR5.solve_pose_ik_all(pose, orientation_tolerance=1e-7),
+        kw.solve_pose_ik_all(UR5, pose),
+    )
     assert [branch.flags for branch in asked] == [branch.flags for branch in called]
     with pytest.raises(UnreachablePoseError):
-        UR5.solve_all(pin.SE3(np.eye(3), np.array([5.0, 0.0, 0.0])))
+        UR5.solve_pose_ik_all(pin.SE3(np.eye(3), np.array([5.0, 0.0, 0.0])))
 
 
 LOST = {
@@ -417,5 +424,5 @@ LOST = {
 def test_the_way_to_a_pose_next_to_a_singularity_is_among_its_solutions(where: str) -> None:
     """Found by looking all around singularities of all arms; each was lost once."""
     robot, q = ROBOTS[where.split()[0]], np.array(LOST[where])
-    answers = np.array([branch.q for branch in kw.solve_all(robot, robot.forward(q))])
+    answers = np.array([branch.q for branch in kw.solve_pose_ik_all(robot, robot.forward(q))])
     assert np.abs(closed_form.turned(answers - q)).max(axis=1).min() < 1e-3

@@ -86,7 +86,7 @@ HOSTILE = {
     "bytes that are no text": (
         "a.obj",
         obj().encode().replace(b"v 2.0", b"v 2\xff\xfe"),
-        "could not be read",
+        "line 2 is 'v 2",
     ),
     "no points": ("a.obj", obj()[obj().index("f ") :], "can't be read"),
     "too far": ("a.obj", obj().replace("v 2.0", "v 1e300"), "not finite or farther"),

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+import knotwork as kw
 from knotwork import load_robot, robot_names
 from knotwork.documents import parse
 from knotwork.errors import DocumentError, InputError, KnotworkError, RobotError, UnknownNameError
@@ -295,6 +296,43 @@ def test_locked_mimicking_joints_follow_their_master(write) -> None:
     )
     robot = load_robot({"urdf": str(path), "tool_frame": "b", "locked": {"finger": 0.3}})
     assert robot.locked == {"finger": 0.3, "twin": -0.6}
+
+
+def test_joints_that_mimic_a_mimicking_one_follow_whatever_their_order(write) -> None:
+    path = write(
+        urdf(
+            *map(link, "abcde"),
+            joint("arm", "revolute", "a", "b"),
+            joint("first", "revolute", "b", "c", '<mimic joint="second" multiplier="3"/>'),
+            joint("second", "revolute", "b", "d", '<mimic joint="third" multiplier="-2"/>'),
+            joint("third", "revolute", "b", "e"),
+        )
+    )
+    robot = load_robot({"urdf": str(path), "tool_frame": "b", "locked": {"third": 0.1}})
+    assert robot.locked == pytest.approx({"third": 0.1, "second": -0.2, "first": -0.6})
+
+
+@pytest.mark.parametrize("frame", ["b", None])
+def test_links_that_follow_a_planned_joint_are_refused_unless_locked(write, frame) -> None:
+    """A link beside the arm that turns with its first joint would be checked as if it stood."""
+    path = write(
+        urdf(
+            *map(link, "abcd"),
+            joint("arm", "revolute", "a", "b"),
+            joint("crank", "revolute", "a", "c", '<mimic joint="arm"/>'),
+            joint("rod", "revolute", "c", "d", '<mimic joint="crank" multiplier="-1"/>'),
+        )
+    )
+    task = {
+        "robot": {"urdf": str(path)} | ({"tool_frame": frame} if frame else {}),
+        "waypoints": [{"joints": {"arm": 0}}, {"joints": {"arm": 1}, "after": 2}],
+    }
+    with pytest.raises(RobotError, match=r"'crank' mimics 'arm', which moves"):
+        kw.plan(task)
+    task["robot"]["locked"] = {"crank": 0.5}
+    plan = kw.plan(task)
+    assert plan.report.ok
+    assert plan.space.robot.locked == {"crank": 0.5, "rod": -0.5}
 
 
 def test_joints_off_the_chain_are_locked_inside_their_limits(write) -> None:

@@ -124,6 +124,16 @@ def test_names_are_given_once(name: str) -> None:
     assert repr(name) in message
 
 
+@pytest.mark.parametrize("first", [True, False])
+def test_the_end_of_a_wait_has_a_name_of_its_own(first: bool) -> None:
+    named = {"name": "pick, after the wait", "joints": {"a": 0}, "time": 0}
+    waiting = {"name": "pick", "joints": {"a": 1}, "time": 1, "wait": 1}
+    given = [named, waiting] if first else [{**waiting, "time": 0}, {**named, "time": 3}]
+    field, says = refused_joints(*given)
+    assert field == f"waypoints[{0 if first else 1}].name"
+    assert "'pick, after the wait' is the name of another waypoint" in says
+
+
 def test_start_is_the_name_of_the_start() -> None:
     waypoint = {"name": "start", "joints": {"a": 1}, "time": 1}
     assert refused({"start": {"a": 0}, "waypoints": [waypoint]})[0] == "waypoints[0].name"

@@ -17,8 +17,8 @@ from test_scene_files import run
 from command_line import Command
 from drawn import beside_an_arm, scene, thing, vertices, volume
 from knotwork.scenario import Shape
+from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import ROUNDING, DistanceMeter
-from knotwork.scene.inside import one_inside_the_other
 from knotwork.scene.solids import Placed, Solid, solid
 
 EDGE = 0.03
@@ -153,6 +153,8 @@ ROWS = {
     "far.csv": "x,y,z\n0,0,0\n1e6,0,0\n",
     "good.csv": "x,y,z\n0,0,0\n100,100,100\n",
     "cut.ply": "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nend_header\n",
+    "short.ply": "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
+    "property float y\nproperty float z\nend_header\n" + 24 * "\0",
     "none.ply": "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
     "property float z\nend_header\n",
     "cloud.xyz": "0 0 0\n",
@@ -175,7 +177,8 @@ ROWS = {
         ("{file: small.csv, resolution: 10}", "less than a cell of 0.01 m; give a smaller"),
         ("{file: far.csv, resolution: 10}", "has a point 1000 m from its origin"),
         ("{file: many.csv, resolution: 1}", "cells of 0.001 m, and at most 100000 are taken"),
-        ("{file: cut.ply, resolution: 10}", "cut.ply can't be read: it is cut off or damaged"),
+        ("{file: cut.ply, resolution: 10}", "counts 9 of 'vertex', a line each, and it has 0"),
+        ("{file: short.ply, resolution: 10}", "3 of 'vertex', and number 3 is cut off"),
         ("{file: none.ply, resolution: 10}", "it holds no points"),
         ("{file: mesh.ply, resolution: 10}", "it holds triangles"),
         ("{file: cloud.xyz, resolution: 10}", "read are .csv and .ply"),
@@ -205,7 +208,7 @@ def test_a_cloud_in_the_way_is_found_and_beside_it_is_room(
         (tmp_path / "task.yaml").write_text(
             "units: {length: mm, angle: deg}\nrobot: ur5\n"
             "tool: {offset: {position: [0, 0, 100], rpy: [0, 0, 0]},"
-            " shape: {ellipsoid: [10, 20, 100]}}\n"
+            " shape: {ellipsoid: [10, 20, 50], position: [0, 0, 50]}}\n"
             "scene: {objects: {sheet: {points: {file: sheet.ply, resolution: 10},"
             f" position: [450, 50, {height}]}}}}}}\n"
             "waypoints:\n"

@@ -28,6 +28,13 @@ waypoints:
 """
 
 
+def half(mesh: trimesh.Trimesh) -> str:
+    """A text STL that ends after the first half of its facets."""
+    text = str(mesh.export(file_type="stl_ascii"))
+    facets = text.split("endfacet\n")
+    return "endfacet\n".join([*facets[: len(mesh.faces) // 2], ""])
+
+
 def run(knotwork: Command, folder: Path, objects: str, tool: str = "", more: str = "") -> str:
     """What `plan` says of a task that can't be planned."""
     path = folder / "task.yaml"
@@ -47,6 +54,10 @@ def run(knotwork: Command, folder: Path, objects: str, tool: str = "", more: str
         ("part: {mesh: /dev/null}", "part.mesh: /dev/null is no regular file"),
         ("part: {points: {file: ., resolution: 1}}", "points.file: {folder} is no regular file"),
         ("part: {mesh: empty.stl}", "line 10: scene.objects.part.mesh: mesh"),
+        (
+            "part: {mesh: half.stl}",
+            "half.stl can't be read: it is not read whole: its end is in line 44, after 6 facets",
+        ),
         ("part: {mesh: open.stl, exact: true}", "is not watertight"),
         (
             "part: {mesh: small.stl}",
@@ -76,6 +87,7 @@ def test_a_wrong_object_is_named_with_line_and_field(
     (tmp_path / "empty.stl").write_text("solid nothing\nendsolid nothing\n")
     box = trimesh.creation.box((100, 100, 100))
     trimesh.Trimesh(box.vertices, box.faces[:-1]).export(tmp_path / "open.stl")
+    (tmp_path / "half.stl").write_text(half(box))
     box.copy().apply_scale(1e-3).export(tmp_path / "small.stl")
     box.copy().apply_scale(1e3).export(tmp_path / "large.stl")
     assert says.replace("{folder}", str(tmp_path)) in run(knotwork, tmp_path, given)
@@ -168,3 +180,50 @@ def test_a_broken_srdf_is_named(knotwork: Command, tmp_path: Path) -> None:
     assert ran.code == 2
     assert "collision.ignore[0]" in ran.err
     assert "hand" in ran.err
+
+
+URDF = """<robot name="door">
+<link name="post"><collision><geometry>{shape}</geometry></collision></link>
+<link name="leaf"><visual><geometry><box size="1 1 1"/></geometry></visual></link>
+<joint name="hinge" type="revolute"><parent link="post"/><child link="leaf"/>
+<origin xyz="0 0 1"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="2" effort="9"/>
+</joint></robot>"""
+
+
+def test_a_mesh_of_a_link_that_is_cut_in_half_is_an_error(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    """One that is not there may be on another computer: that is a warning."""
+    task = tmp_path / "task.yaml"
+    task.write_text(
+        "robot: {urdf: door.urdf, tool_frame: leaf}\nwaypoints:\n- joints: {hinge: 0}\n"
+        "- {joints: {hinge: 1}, after: 2}\n"
+    )
+    urdf, mesh = tmp_path / "door.urdf", tmp_path / "wall.stl"
+    urdf.write_text(URDF.format(shape='<mesh filename="wall.stl"/>'))
+    box = trimesh.creation.box((1, 1, 1))
+    ran = knotwork("plan", task)
+    assert ran.code == 0, ran.err
+    assert "no mesh 'wall.stl'" in " ".join(ran.out.split())
+    mesh.write_text(half(box))
+    ran = knotwork("plan", task)
+    assert ran.code == 2, ran.out + ran.err
+    said = " ".join(ran.err.split())
+    assert "door.urdf: collision shape of link 'post': mesh" in said
+    assert "wall.stl can't be read: it is not read whole: its end is in line 44" in said
+    mesh.write_text(str(box.export(file_type="stl_ascii")))
+    assert knotwork("plan", task).code == 0
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_a_collision_element_without_its_one_shape_is_said(
+    knotwork: Command, tmp_path: Path, count: int
+) -> None:
+    box = '<box size="1 1 1"/>'
+    (tmp_path / "door.urdf").write_text(URDF.format(shape=count * box))
+    (tmp_path / "task.yaml").write_text(
+        "robot: {urdf: door.urdf, tool_frame: leaf}\nwaypoints:\n- joints: {hinge: 0}\n"
+        "- {joints: {hinge: 1}, after: 2}\n"
+    )
+    said = " ".join(knotwork("plan", tmp_path / "task.yaml").out.split())
+    assert f"link 'post': <collision> has 1 <geometry> with {count} shapes in all" in said

@@ -45,7 +45,7 @@ def serial() -> Any:
 def test_a_worker_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> None:
     killed: list[int] = []
 
-    def kill_one(at: kw.SweepProgress) -> None:
+    def kill_one(at: kw.sweeps.SweepProgress) -> None:
         if at.done >= ROWS // 4 and not killed:
             worker = planning(psutil.Process())[0].parent()
             assert worker is not None
@@ -64,7 +64,7 @@ def test_a_worker_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> N
 def test_finished_chunks_that_are_lost_with_their_workers_are_planned_again(serial: Any) -> None:
     killed: list[psutil.Process] = []
 
-    def kill_all(at: kw.SweepProgress) -> None:
+    def kill_all(at: kw.sweeps.SweepProgress) -> None:
         if at.done >= ROWS // 4 and not killed:
             time.sleep(2.0)  # mostly the workers have finished what they have by then, and keep it
             killed.extend(workers_of(psutil.Process()))
@@ -109,7 +109,7 @@ def test_a_run_that_is_killed_is_gone_on_with(serial: Any, tmp_path: Path) -> No
     assert all_end(below)
     finished = len(kw.Study.open(folder))
     assert ROWS // 4 <= finished < ROWS
-    seen: list[kw.SweepProgress] = []
+    seen: list[kw.sweeps.SweepProgress] = []
     study = kw.sweep(
         TASK, VARY, out=folder, resume=True, workers=0, progress=seen.append, **OPTIONS
     )
@@ -184,7 +184,7 @@ def check_nothing_is_lost(
         n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
     ) as cluster:
 
-        def midway(at: kw.SweepProgress) -> None:
+        def midway(at: kw.sweeps.SweepProgress) -> None:
             if at.done >= ROWS // 4:
                 break_it(cluster)
 

@@ -68,7 +68,7 @@ def rows(task: Any, vary: dict[str, Any], **how: Any) -> Any:
 
 
 def test_poses_are_tested_again_whose_process_others_end() -> None:
-    def end(at: kw.SweepProgress) -> None:
+    def end(at: kw.sweeps.SweepProgress) -> None:
         for one in planning(psutil.Process()):
             one.kill()
             one.wait()

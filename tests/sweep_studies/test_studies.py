@@ -12,11 +12,13 @@ from typing import Any, NoReturn
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
+import yaml
 from tasks import LIFT
 
 import knotwork as kw
 from knotwork.errors import OutOfReachError
 from knotwork.verification import CHECKS, Motion
+from shipped import ROBOT_FILES
 from sweeps import first_of
 
 VARY = {"waypoints[up].after": "1:3:5", "knots": "paper,balanced"}
@@ -65,7 +67,7 @@ def test_going_on_does_only_what_is_missing(lifted: Path, tmp_path: Path) -> Non
     before = {file: file.stat().st_mtime_ns for file in files}
     files[1].unlink()
     assert len(kw.Study.open(folder)) == 6
-    seen: list[kw.SweepProgress] = []
+    seen: list[kw.sweeps.SweepProgress] = []
     again = kw.sweep(LIFT, VARY, out=folder, workers=0, resume=True, progress=seen.append)
     assert without_time(again) == without_time(kw.Study.open(lifted))
     assert [(at.before, at.done, at.total, at.passed) for at in seen] == [(6, 10, 10, 8)]
@@ -151,7 +153,7 @@ def test_damaged_folders_are_named(lifted: Path, tmp_path: Path) -> None:
             kw.Study.open(folder).rows().__next__()
     data = json.loads((folder / "study.json").read_text(encoding="utf-8"))
     for wrong, said in (
-        ({**data, "study": {**data["study"], "version": 9}}, "has version 9, and 1 is accepted"),
+        ({**data, "study": {**data["study"], "version": 9}}, "has version 9, and 3 is accepted"),
         ({**data, "chunk": None}, "can't be understood"),
         ({**data, "chunk": 0}, r"can't be understood \(ValueError: its chunks have 0 rows"),
         ([], "is not the description of a study"),
@@ -224,6 +226,102 @@ def test_the_best_row_is_frozen_with_its_comments(tmp_path: Path) -> None:
     assert kw.plan(study.freeze(1, frozen)).report.ok
     with pytest.raises(kw.InputError, match=r"there is no row 3; accepted: 0 to 2"):
         study.freeze(3, frozen)
+
+
+def test_a_frozen_row_has_the_chosen_times_as_a_frozen_plan_has(tmp_path: Path) -> None:
+    file = tmp_path / "swing.yaml"
+    file.write_text(
+        "times: fastest\nlimits: {velocity: 1.2, acceleration: 4, jerk: 40} # a comment\n"
+        "waypoints:\n- joints: {a: 0}\n- joints: {a: 1}\n  velocity: free\n- joints: {a: 2}\n",
+        encoding="utf-8",
+    )
+    vary = {"limits.velocity": [1, 1.1], "waypoints[1].velocity": ["free", {"a": 0}]}
+    study = kw.sweep(file, vary, workers=0)
+    for row in range(4):
+        frozen = study.freeze(row, tmp_path / "best.yaml")
+        text = frozen.read_text(encoding="utf-8")
+        assert "fastest" not in text
+        assert "# a comment" in text
+        made = kw.plan(study.scenario(row))
+        assert kw.load_scenario(frozen).free is None
+        again = kw.plan(frozen).trajectory
+        assert again.duration == made.trajectory.duration == study["duration"][row]
+        made.freeze(tmp_path / "same.yaml")
+        assert kw.plan(tmp_path / "same.yaml").trajectory.duration == again.duration
+
+
+def test_what_is_varied_may_be_free_itself(tmp_path: Path) -> None:
+    lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
+    task = {"limits": {"acceleration": 8, "jerk": 90}, "waypoints": lift}
+    second = {"joints": {"lift": 2}, "after": "fastest"}
+    vary = {"waypoints[1]": [second], "objective": [{"jerk": 1, "time": 1}]}
+    study = kw.sweep(task, vary, workers=0)
+    frozen = study.freeze(0, tmp_path / "best.yaml")
+    assert kw.plan(frozen).trajectory.duration == study["duration"][0]
+
+
+def deburring_at(x: float) -> tuple[dict[str, Any], kw.Plan]:
+    """A row with the block of `ur5_deburring` at a place along x [mm], and its plan."""
+    study = kw.sweep("ur5_deburring", {"frames.block.position[0]": [x]}, workers=0)
+    (row,) = study.rows()
+    return row, kw.plan(study.scenario(0))
+
+
+def test_figures_leave_out_the_place_where_every_row_starts() -> None:
+    quantity = "smallest_singular_value"
+    near, far = deburring_at(500), deburring_at(650)
+    for (row, plan), at_start in ((near, False), (far, True)):
+        (found,) = plan.report.select(quantity=quantity)
+        assert (found.time == 0.0) == at_start
+        first, *_, last = [one.time for one in plan.scenario.waypoints][1:]
+        times = np.linspace(first if at_start else 0.0, last, 4001)
+        jacobians = [plan.space.robot.jacobian(q) for q in plan.trajectory.position(times)]
+        least = min(np.linalg.svd(one, compute_uv=False)[-1] for one in jacobians)
+        assert row[quantity] == pytest.approx(least, rel=1e-3)
+    assert far[0][quantity] > far[1].report.select(quantity=quantity)[0].value * 1.05
+
+
+def standing(start: str | dict[str, float], back: bool, robot: str = "ur5") -> dict[str, Any]:
+    """A task of two poses, from where an arm stands and perhaps back to there."""
+    ball = {"sphere": 0.05, "position": [0.0, 0.3, 0.9]}
+    poses = [
+        {"pose": {"position": [0.4, 0.1 * i, 0.3], "rpy": [3.14, 0, 0]}, "after": 4, "stop": True}
+        for i in range(2)
+    ]
+    return {
+        "robot": robot,
+        "scene": {"objects": {"ball": ball}},
+        "start": start,
+        "waypoints": [*poses, *([{"joints": start, "after": 4}] if back else [])],
+    }
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_every_figure_leaves_out_a_named_configuration(back: bool, tmp_path: Path) -> None:
+    """There a joint is near its limit, and the arm is nearly stretched."""
+    names = kw.load_robot("ur5").joint_names
+    file = yaml.safe_load((ROBOT_FILES / "ur5.yaml").read_text(encoding="utf-8"))
+    values = dict(zip(names, [0.0, -1.6, 0.05, -1.5, -1.57, 6.2], strict=True))
+    file["configurations"]["stretched"] = values
+    robot = tmp_path / "own.yaml"
+    robot.write_text(yaml.safe_dump(file), encoding="utf-8")
+    task = standing("stretched", back, str(robot))
+    (row,) = kw.sweep(task, {"waypoints[0].after": [4]}, workers=0).rows()
+    plan = kw.plan(task)
+    (whole,) = plan.report.select(quantity="smallest_singular_value")
+    assert whole.value < 0.5 * row["smallest_singular_value"]
+    used = max(one.use for one in plan.report.select(quantity="position"))
+    assert row["position_use"] < 0.9 * used
+
+
+def test_a_start_that_is_varied_counts() -> None:
+    """Next to a singularity it is the worst of the motion, and not the same in all rows."""
+    start = dict(kw.load_robot("ur5").configurations)["home"].tolist()
+    names = kw.load_robot("ur5").joint_names
+    task = standing(dict(zip(names, start, strict=True)), back=False)
+    study = kw.sweep(task, {"start.wrist_2_joint": [-0.05, -1.0]}, workers=0)
+    near, far = (row["smallest_singular_value"] for row in study.rows())
+    assert near < 0.02 < 0.1 < far
 
 
 def test_out_of_reach_is_found_without_planning(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -356,7 +454,7 @@ def test_plans_of_many() -> None:
 def test_a_study_whose_folder_is_removed_meanwhile_says_so(tmp_path: Path) -> None:
     folder = tmp_path / "study"
 
-    def remove(at: kw.SweepProgress) -> None:
+    def remove(at: kw.sweeps.SweepProgress) -> None:
         shutil.rmtree(folder)
 
     with pytest.raises(kw.InputError, match=r"study\.json was removed while") as raised:

@@ -114,10 +114,10 @@ def test_progress_has_rate_time_left_and_how_many_pass(
     knotwork: Command, task: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On a terminal, of a sweep that is as far as we say."""
-    at = kw.SweepProgress(done=2500, total=10_000, passed=500, before=500, seconds=100.0)
+    at = kw.sweeps.SweepProgress(done=2500, total=10_000, passed=500, before=500, seconds=100.0)
 
     def far(
-        _: object, vary: Any, *, progress: Callable[[kw.SweepProgress], None], **__: Any
+        _: object, vary: Any, *, progress: Callable[[kw.sweeps.SweepProgress], None], **__: Any
     ) -> Any:
         progress(at)
         return sweep(task, vary, workers=0)
@@ -133,6 +133,6 @@ def test_progress_has_rate_time_left_and_how_many_pass(
 def test_a_log_of_a_sweep_has_lines_of_progress(
     knotwork: Command, task: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("knotwork.cli.sweep_progress.LOG_INTERVAL", 0.0)
+    monkeypatch.setattr("knotwork.cli.progress.LOG_INTERVAL", 0.0)
     ran = knotwork("sweep", task, "--vary", "waypoints[up].after=2:3:9", "--workers", 0)
     assert [line.partition(" rows")[0] for line in ran.err.splitlines()] == ["8 of 9", "9 of 9"]

@@ -254,7 +254,10 @@ def test_orientations_beside_tangent_and_another_end_are_errors(
     file = tmp_path / "bad.yaml"
     turned = {"position": [450, 50, 60], "rpy": [180, 0, 20]}
     for change, said in (
-        ({"orientation": "tangent"}, "orientation: is given beside points that have orientations"),
+        (
+            {"orientation": "tangent"},
+            "orientation: is given together with points that have orientations",
+        ),
         ({"pose": turned}, "pose: is turned 20 degrees from where the path takes the tool"),
     ):
         file.write_text(yaml.safe_dump(off(along={"points": "seam.csv"}, **change)))

@@ -88,7 +88,7 @@ class Task:
         return tp.ToolPath([curve], turning)
 
     def follow(self):
-        return kw.follow(
+        return kw.follow_path(
             self.arm,
             self.path(),
             self.speed,

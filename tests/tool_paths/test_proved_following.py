@@ -63,7 +63,7 @@ def test_what_is_followed_is_proved(count: int) -> None:
         path, allowed = rough_curve(seed)
         start = kw.solve_pose_ik(ARM, path.pose(0.0), HOME).q
         try:
-            motion = kw.follow(ARM, path, 0.03, start=start, **allowed)
+            motion = kw.follow_path(ARM, path, 0.03, start=start, **allowed)
         except kw.errors.FollowingError:
             continue
         followed += 1
@@ -115,7 +115,7 @@ def test_a_tolerance_that_rounding_leaves_no_room_for_is_refused() -> None:
     at = ARM.forward(HOME).translation
     line = tp.Line(at, at + np.array([0.0, 0.1, 0.0]))
     with pytest.raises(PathError, match=r"tolerance of the speed, .* at least 2\.6e-07 is"):
-        kw.follow(ARM, line, 0.001, 1e-5, start=HOME, speed_tolerance=1e-9)
+        kw.follow_path(ARM, line, 0.001, 1e-5, start=HOME, speed_tolerance=1e-9)
 
 
 def test_a_full_circle_there_and_back_with_a_tool_that_turns_with_it() -> None:

@@ -453,7 +453,8 @@ def test_a_held_object_stands_where_it_was_and_where_it_is_left() -> None:
     back[1] = {**back[1], "stop": True}
     report = kw.plan({**VIAL, "waypoints": back}).report
     failed = {found.name: found for found in report.failures}
-    assert set(failed) <= {"wrist_3_link, vial", "ee_link, vial", "wrist_2_link, vial"}
+    hit = ("wrist_3_link", "ee_link", "wrist_2_link", "tool")
+    assert set(failed) <= {f"{name}, vial" for name in hit}
     assert failed
     assert all(found.at is not None and found.at > 8 for found in failed.values())
 
@@ -551,8 +552,6 @@ def test_solutions_that_collide_at_a_waypoint_are_not_taken() -> None:
     blocked = kw.plan({**task, "scene": {"objects": {"ball": ball}}})
     assert blocked.report.ok
     assert np.abs(blocked.joint_waypoints.position[-1] - q).max() > 0.1
-    assert blocked.solution is not None
-    assert blocked.solution.choices[0].alternative is not None
 
 
 def test_a_path_that_leads_into_an_object_names_it_and_where(knotwork: Command) -> None:
@@ -785,10 +784,10 @@ def test_a_tool_that_touches_a_link_at_home_is_told() -> None:
     report = kw.plan({**REACH_OVER, "tool": tool, "scene": scene}).report
     said = [one.message for one in report.select(quantity="collision_shapes")]
     assert said
-    assert all("are not checked against one another, as they touch at home" in x for x in said)
+    assert all("touch at home" in one and "and are checked" in one for one in said)
     assert any("wrist_2_link" in one and "mm deep" in one for one in said)
     checked = pairs(report)
-    assert all(f"tool, {one.split()[2]}" not in checked for one in said)
+    assert all(f"tool, {one.split()[2]}" in checked for one in said)
     for one in report.select(quantity="pairs_not_checked"):  # it is told once
         assert "tool" not in one.message
     warned = [one.message for one in report.warnings if "wrong place or unit" in one.message]

@@ -10,7 +10,8 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
-from knotwork.verification.bounds.chain import tree, tree_motion
+from knotwork.robot.joint_tree import joint_tree
+from knotwork.verification.bounds.chain import tree_motion
 from knotwork.verification.bounds.singular import jacobian_sizes
 from knotwork.verification.bounds.torque import masses, torque_sizes
 
@@ -115,7 +116,7 @@ def examine(model, rng: np.random.Generator, instants: int) -> None:
     motions = [Motion(model, rng) for _ in range(instants)]
     rates = np.array([[np.abs(motion.at(0.0, nu)) for nu in range(5)] for motion in motions])
     rates = rates.transpose(1, 2, 0)
-    joints = tree(model)
+    joints = joint_tree(model)
     moved = tree_motion(joints, rates)
     torques = torque_sizes(moved, masses(model), rates)
     data = model.createData()
@@ -195,7 +196,7 @@ def test_bounds_of_a_pendulum_are_attained() -> None:
     rate = 3.0
     rates = np.zeros((5, 1, 1))
     rates[1] = rate
-    moved = tree_motion(tree(model), rates)
+    moved = tree_motion(joint_tree(model), rates)
     np.testing.assert_allclose(moved.point(1, 0.5)[:, 0], 0.5 * rate ** np.arange(5))
 
 
@@ -203,4 +204,4 @@ def test_a_joint_with_several_freedoms_is_refused() -> None:
     model = pin.Model()
     model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
     with pytest.raises(kw.InputError, match="joint 'ball' has 3 degrees of freedom"):
-        tree(model)
+        joint_tree(model)

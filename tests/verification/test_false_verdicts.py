@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import gantry
 import numpy as np
 import pytest
 
@@ -252,3 +253,98 @@ def test_a_tolerance_of_zero_lets_nothing_pass() -> None:
     c = np.zeros((4, 1, 2))
     still = kw.JointTrajectory(("turn", "other"), kw.PiecewisePolynomial(c, [0.0, 2.0]))
     assert not kw.check(still, scenario).ok
+
+
+def redundant(folder: Path) -> Path:
+    """Two slides one after the other along the same axis, and two across it."""
+    axes = ("1 0 0", "1 0 0", "0 1 0", "0 0 1")
+    links = "".join(f'<link name="l{i}"/>' for i in range(len(axes) + 1))
+    joints = "".join(
+        f'<joint name="j{i}" type="prismatic"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        f'<axis xyz="{axis}"/><limit lower="-5" upper="5" effort="9" velocity="9"/></joint>'
+        for i, axis in enumerate(axes)
+    )
+    path = folder / "redundant.urdf"
+    path.write_text(f'<robot name="redundant">{links}{joints}</robot>')
+    return path
+
+
+@pytest.mark.parametrize("moving", ["on", "middle", "off"])
+def test_joints_that_move_where_the_tool_is_to_stop_fail(tmp_path: Path, moving: str) -> None:
+    """Two slides against one another leave the tool where it is, and the arm does not stand."""
+    places = {"on": 0.0, "middle": 0.5, "off": 1.0}
+    task = kw.load_scenario(
+        {
+            "robot": str(redundant(tmp_path)),
+            "tool": {"frame": "l4"},
+            "waypoints": [
+                {"name": name, "time": 2 * x, "pose": {"position": [x, 0, 0], "rpy": [0, 0, 0]}}
+                | ({"stop": True} if name == "middle" else {})
+                for name, x in places.items()
+            ],
+        }
+    )
+    positions = [[x, 0, 0, 0] for x in places.values()]
+    velocities = [[0.5, -0.5, 0, 0] if name == moving else [0.0] * 4 for name in places]
+    moved = kw.JointTrajectory.from_knots(
+        [f"j{i}" for i in range(4)], [0, 1, 2], positions, velocities, joint_units=["m"] * 4
+    )
+    found = [one for one in kw.check(moved, task).failures if one.group != "Continuity"]
+    assert [(one.name, one.quantity) for one in found] == [(moving, "joint_velocity")]
+    assert found[0].value == pytest.approx(0.5)
+
+
+def test_a_singular_arm_that_moves_where_its_tool_is_to_stop_fails() -> None:
+    """With its wrist straight, a UR5 moves its joints and holds its tool still."""
+    robot = kw.load_robot("ur5")
+    q = np.array([0.0, -1.2, 1.4, -0.2, 0.0, 0.3])
+    still = np.linalg.svd(robot.jacobian(q))[2][-1]
+    end = robot.forward(q)
+    task = kw.load_scenario(
+        {
+            "robot": "ur5",
+            "waypoints": [
+                {"joints": dict(zip(robot.joint_names, (q - 0.5 * still).tolist(), strict=True))},
+                {
+                    "name": "end",
+                    "after": 2,
+                    "pose": {
+                        "position": end.translation.tolist(),
+                        "rotation_matrix": end.rotation.tolist(),
+                    },
+                },
+            ],
+        }
+    )
+    moved = kw.JointTrajectory.from_knots(
+        robot.joint_names, [0, 2], [q - 0.5 * still, q], [0 * q, 0.8 * still]
+    )
+    (found,) = kw.check(moved, task).failures
+    assert (found.name, found.quantity) == ("end", "joint_velocity")
+
+
+@pytest.mark.parametrize(
+    ("points", "warned"),
+    [
+        ([[100, 0, 0], [100, 1e-4, 0], [200, 0, 0]], True),  # a straight seam, one point twice
+        ([[500, 0, 0], [500, 1, 0], [0, 1, 0]], True),
+        ([[100, 0, 0], [150, 0, 0], [200, 0, 0]], False),
+        ([[25, 43.3, 0], [75, 43.3, 0], [100, 0, 0], [75, -43.3, 0], [25, -43.3, 0]], False),
+    ],
+)
+def test_a_curve_that_swings_out_between_its_points_is_warned_of(
+    tmp_path: Path, points: list[list[float]], warned: bool
+) -> None:
+    """The tool keeps to the curve, and the curve not to what its points seem to mean."""
+    task = gantry.scenario(tmp_path, {"points": points}, points[-1], 50)
+    report = kw.plan(task).report
+    assert report.ok
+    curve = task.paths[0].motion.path
+    found = report.select(quantity="curve_between_points")
+    assert [one.verdict for one in found] == ["warning"] * warned
+    if warned:
+        places = 1e3 * curve.position(np.linspace(0, curve.length, 5001))
+        assert (
+            np.abs(places[:, 1]).max() > 38
+        )  # none of the points is more than 1 mm off the x axis
+        assert "leaves the straight line between points" in found[0].message

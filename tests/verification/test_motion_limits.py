@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -176,8 +177,8 @@ def test_the_share_used_of_a_limit_from_below_grows_towards_it() -> None:
     assert found.use == pytest.approx(0.05 / found.value)
 
 
-def test_a_limit_that_takes_too_long_to_prove_is_called_sampled() -> None:
-    """The base turns evenly, and the tool's speed, always the same, is its limit."""
+def even_turn() -> dict[str, Any]:
+    """The base turns evenly, and the tool's speed, always the same, is its limit: no proof."""
     robot = kw.load_robot("ur5")
     start = dict(zip(robot.joint_names, robot.configuration(HOME), strict=True))
     pan = robot.joint_names[0]
@@ -186,10 +187,54 @@ def test_a_limit_that_takes_too_long_to_prove_is_called_sampled() -> None:
         {"joints": start, "velocity": {pan: 3.0}},
         {"joints": {**start, pan: start[pan] + 4.5}, "velocity": {pan: 3.0}, "after": 1.5},
     ]
-    report = kw.plan({"robot": "ur5", "limits": {"tool_speed": speed}, "waypoints": turn}).report
-    (found,) = report.select(quantity="tool_speed")
+    return {"name": "turn", "robot": "ur5", "limits": {"tool_speed": speed}, "waypoints": turn}
+
+
+def test_a_limit_that_takes_too_long_to_prove_is_called_sampled() -> None:
+    plan = kw.plan(even_turn())
+    (found,) = plan.report.select(quantity="tool_speed")
     assert (found.proof, found.excess, found.ok) == ("sampled", 0.0, True)
+    assert (found.margin, found.use) == (None, None)
     assert str(found).endswith("; sampled only: a proof takes more than 20000 evaluations")
+    assert plan.report.sampled == (found,)
+    met, required = plan.report.counts
+    first, second, *others = str(plan).splitlines()
+    assert first == f"PASSED turn: {met} of {required} requirements met, 1 sampled only; 1.5 s"
+    assert second.startswith("not proved: tool: speed reaches")
+    (row,) = [line for line in others if line.startswith("  Tool and links")]
+    assert row.endswith("  sampled only")
+    assert "tool_speed" not in {one.quantity for one in plan.report.tightest}
+    assert plan.report.to_dict()["sampled"] == [str(found)]
+
+
+def test_every_face_of_a_verdict_says_that_it_stands_on_samples(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    from knotwork.view import report_page
+
+    plan = kw.plan(even_turn())
+    met, required = plan.report.counts
+    said = f"{met} of {required} met, 1 sampled only"
+    assert said in plan.view().html
+    page = report_page(plan).html
+    head, _, rest = page.partition("</header>")
+    assert said in head
+    assert "sampled only: a proof takes more than 20000 evaluations" in head
+    assert "tool speed" not in rest.partition('id="tightest"')[2].partition("</section>")[0]
+    (row,) = re.findall(r'<tr><th scope="row"></th>.*?</tr>', rest)
+    assert "sampled" in row
+    assert 'data-label="margin"></td>' in row
+    assert "width: 0%" in row
+    full = knotwork("plan", written(tmp_path, even_turn()), "--full").out
+    last = full.strip().splitlines()[-1]
+    assert last == f"PASSED turn: {met} of {required} requirements met, 1 sampled only"
+
+
+def test_a_sweep_has_no_figure_of_what_is_only_sampled() -> None:
+    study = kw.sweep(even_turn(), {"waypoints[1].after": [1.5]}, workers=0)
+    assert study["verdict"] == ["passed"]
+    assert study["tool_speed_use"] == [None]
+    assert study["message"] == ["1 of its requirements is sampled only"]
 
 
 def test_the_page_shows_limits_of_tool_and_links(tmp_path: Path) -> None:

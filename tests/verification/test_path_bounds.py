@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
+from judged import judged
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.path import PathBound, PathLimits, path_bounds
@@ -89,6 +90,7 @@ def test_bounds_are_never_below_dense_samples(along: Any, tolerance: float, tilt
     plan = kw.plan(given)
     found = findings(plan.report)
     assert plan.report.ok
+    assert judged(plan, given) == []
     assert all(one.proof == "bounded" for one in found.values())
     motion, path = plan.trajectory, plan.scenario.paths[0].motion
     times = np.random.default_rng(0).uniform(path.start_time, path.end_time, 4000)

@@ -110,11 +110,14 @@ def test_two_values_that_go_together_are_dots_in_one_panel() -> None:
     assert dots(rows.plot([])) == [2]
 
 
-def test_a_value_that_is_alone_has_a_curve_and_three_that_go_together_a_line_a_row() -> None:
+def test_a_value_that_is_alone_has_a_curve_and_three_that_go_together_a_column_each() -> None:
     (line,) = sampled(AFTER).plot(["duration"]).axes[1].lines
     assert list(line.get_xdata()) == sorted(line.get_xdata())
-    (axes,) = sampled(*SAMPLES).plot([]).axes
-    assert len([line for line in axes.lines if len(line.get_xdata()) == 3]) == 6
+    figure = sampled(*SAMPLES).plot(["duration"])
+    columns = figure.axes[: len(SAMPLES)]
+    assert [len(axes.collections[0].get_offsets()) for axes in columns] == [6, 6, 6]
+    below = [axes.get_xlabel().split()[0] for axes in figure.axes[len(SAMPLES) :]]
+    assert below == [*SAMPLES]
 
 
 def test_powers_of_ten_have_cells_of_one_size() -> None:

@@ -177,3 +177,22 @@ def test_keys_strip_joints_and_cameras(scene: Any, plan: kw.Plan) -> None:
     scene.keyboard.press(" ")
     scene.wait_for_function("knotwork.time() < 1")  # it has begun again
     scene.keyboard.press(" ")
+
+
+def test_the_strip_says_of_limits_what_the_verdict_says(tabs: Any, tmp_path: Path) -> None:
+    """Of the tool's speed, too, at its peak."""
+    ends = [{"joints": {"shoulder": 0, "elbow": 0.5}}, {"joints": {"shoulder": 1, "elbow": 0.5}}]
+    task = {"robot": "planar2", "limits": {"tool_speed": 0.4}}
+    plan = kw.plan({**task, "waypoints": [ends[0], {**ends[1], "after": 2}]})
+    (failed,) = plan.report.failures
+    assert failed.quantity == "tool_speed"
+    assert failed.time is not None
+    assert failed.use is not None
+    tab = tabs.scene("too fast", plan.view, tmp_path)
+    tab.set_viewport_size({"width": 1200, "height": 700})
+    tab.evaluate(NEXT_FRAME)
+    box = tab.locator("#strip").bounding_box()
+    knob = 8
+    share = failed.time / plan.trajectory.duration
+    tab.mouse.move(box["x"] + knob + share * (box["width"] - 2 * knob), box["y"] + 20)
+    assert f"{100 * failed.use:.0f} % of a limit" in tab.inner_text("#tip")

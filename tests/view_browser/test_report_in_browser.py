@@ -60,6 +60,7 @@ def the_still_shows_labels_and_legend(tab: Any) -> None:
     boxes = inside.locator("body").evaluate("""async (body) => {
       body.classList.add("still");
       window.dispatchEvent(new Event("resize"));
+      clearTimeout(setTimeout(() => {}) - 1); // another picture would end the layout of this one
       for (let i = 0; i < 3; i++) await new Promise((done) => requestAnimationFrame(done));
       const found = (selector) => [...document.querySelectorAll(selector)]
         .filter((element) => getComputedStyle(element).visibility !== "hidden")

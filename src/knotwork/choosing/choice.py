@@ -18,9 +18,9 @@ from knotwork.errors import InputError, TimingError, together
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
+from knotwork.timing.given_values import with_room
 from knotwork.timing.motion import Status, status_of
 from knotwork.timing.problem import PEAKS
-from knotwork.timing.safe_numbers import with_room
 from knotwork.timing.solving import NoMotionError, solved
 from knotwork.timing.watch import Watch
 
@@ -37,9 +37,8 @@ class ChosenTimes:
         duration: Of the whole motion [s].
         lower_bound: No motion that does what is asked within the limits is shorter [s]; where
             speeds along tool paths were chosen, none with these speeds.
-        status: `"optimal"`; `"stopped"` where the budget ended first; or `"stretched"` where the
-            fastest motion was slowed to a duration hardly longer, because no smoother one was
-            found.
+        status: `"optimal"`; `"stopped"` where the budget ended first; or `"resting"` where no
+            start led to a solution and the arm comes to rest between waypoints.
         binding: Where which limit is met.
         assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
             [rad/s³ or m/s³].
@@ -216,13 +215,16 @@ def _solved(
     objective = Objective(**weights)
 
     def found_for(
-        runs: list[Run], objective: Objective, totals: Mapping[Run, float] = MappingProxyType({})
+        runs: list[Run],
+        objective: Objective,
+        totals: Mapping[Run, float] = MappingProxyType({}),
+        fastest: Mapping[Run, TimedMotion] = MappingProxyType({}),
     ) -> dict[Run, TimedMotion]:
         found, failed = {}, {}
         for run in runs:
             total = totals.get(run)
             # what is not fastest has not the knots of what is
-            start = starts.get(run) if objective.only_time and total is None else None
+            start = starts.get(run) if objective.only_time and total is None else fastest.get(run)
             problem = timing_problem(task, run, objective, total)
             if objective.only_time and total is None and not problem.free.any():
                 problem = replace(problem, objective=SMOOTHEST)
@@ -256,7 +258,7 @@ def _solved(
     stretch = (free.total - given) / sum(spans.values())
     totals = {run: stretch * span for run, span in spans.items()}
     try:
-        return list(found_for(runs, objective, totals).items())
+        return list(found_for(runs, objective, totals, fastest).items())
     except _NoMotionsError as failed:
         error = failed.told()
         error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")

@@ -5,26 +5,37 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from knotwork.choosing.choice import ChosenTimes
 from knotwork.choosing.path_search import RAMPS
 from knotwork.joint_quantities import rate_unit
+from knotwork.joint_space import JointSpace
 from knotwork.verification import Finding
 from knotwork.verification.finding import Verdict
 
 GROUP = "Chosen times"
 
 
-def findings(chosen: ChosenTimes) -> Iterator[Finding]:
-    """Say how long the chosen motion is, how far above the lower bound, and what binds where."""
+def findings(chosen: ChosenTimes, space: JointSpace) -> Iterator[Finding]:
+    """Say how long the chosen motion is, how far above the lower bound, and what binds where.
+
+    Args:
+        chosen: What was chosen.
+        space: The joints and their limits.
+    """
     yield _of_motion("duration", _duration(chosen), chosen.duration)
     shortest = f"{chosen.lower_bound:.6g} s"
     what = "with these speeds along its paths" if _path_speeds_chosen(chosen) else "that does this"
     message = f"no motion {what} within the limits is shorter than {shortest}"
     yield _of_motion("lower_bound", message, chosen.lower_bound)
-    verdict: Verdict = "warning" if chosen.status == "stopped" else "information"
+    verdict: Verdict = "warning" if chosen.status != "optimal" else "information"
     said = _duration(chosen)
     brief = said.removeprefix("times chosen: ")
     yield replace(_of_motion("chosen_times", said, verdict=verdict), brief=brief)
+    unlimited = _unlimited(space)
+    if unlimited:
+        yield _of_motion("acceleration_limit", unlimited, verdict="warning")
     if chosen.runs and chosen.assumed_jerk:
         yield _of_motion("assumed_jerk", _assumed(chosen))
     times = {waypoint.name: waypoint.time for waypoint in chosen.scenario.waypoints}
@@ -61,10 +72,11 @@ def _duration(chosen: ChosenTimes) -> str:
             "limit is kept, but a shorter motion may exist "
             f"(lower bound{what} {chosen.lower_bound:.6g} s)"
         )
-    if chosen.status == "stretched":
+    if chosen.status == "resting":
         return (
-            f"times chosen: {chosen.duration:.6g} s in all, as given: the fastest motion, slowed "
-            "to it by hardly anything; a smoother one was not found"
+            f"times chosen: {chosen.duration:.6g} s: every limit is kept, but no start of the "
+            "solver led to a solution, so the arm rests between waypoints, and a shorter motion "
+            f"may exist (lower bound {chosen.lower_bound:.6g} s)"
         )
     if chosen.gap < 1e-6:
         return f"times chosen: {chosen.duration:.6g} s in all, which was given or can't be less"
@@ -78,6 +90,19 @@ def _path_speeds_chosen(chosen: ChosenTimes) -> bool:
     """Whether speeds along paths were chosen: the lower bound takes them as they are."""
     waypoints = chosen.document.data["waypoints"]
     return any(key[2:] == ("speed",) and "along" in waypoints[key[1]] for key in chosen.edits)
+
+
+def _unlimited(space: JointSpace) -> str:
+    """Warn of joints without a limit of acceleration, in words; empty where all have one."""
+    missing = np.isinf(space.limits["acceleration"])
+    if space.robot is None or not missing.any():
+        return ""
+    names = ", ".join(name for name, one in zip(space.joint_names, missing, strict=True) if one)
+    of = space.robot.name if missing.all() else f"{names} of {space.robot.name}"
+    return (
+        f"times are chosen, but no limit of acceleration is known for {of}: only torque bounds it; "
+        "limits: {acceleration: …} gives one"
+    )
 
 
 def _assumed(chosen: ChosenTimes) -> str:

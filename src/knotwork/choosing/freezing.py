@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from knotwork.choosing.choice import ChosenTimes
-from knotwork.documents import Document, Edits, Location, edited, edited_text, read_text
-from knotwork.documents.edits import block
+from knotwork.documents import Document, Edits, Location, edited, edited_text, read, read_text
+from knotwork.documents.edits import block, differences
 from knotwork.errors import InputError
 
 PATH_KEYS = frozenset({"file", "mesh", "package_paths", "points", "robot", "srdf", "urdf"})
@@ -29,18 +29,26 @@ def frozen_text(chosen: ChosenTimes, folder: Path) -> str:
 
 
 def saved_text(chosen: ChosenTimes, folder: Path) -> str:
-    """The same; where the text of the file can't be kept it is made anew, and says so."""
+    """The same with the scenario's name, which the name of its new file does not say.
+
+    Where the text of the file can't be kept it is made anew, and says so.
+    """
+    edits = {("name",): chosen.scenario.name, **chosen.edits}
     try:
-        return frozen_text(chosen, folder)
+        return text_with(chosen.document, edits, folder)
     except InputError as error:
-        return text_anew(chosen.document, chosen.edits, folder, str(error))
+        return text_anew(chosen.document, edits, folder, str(error))
 
 
 def text_with(document: Document, edits: Edits, folder: Path) -> str:
-    """YAML of a scenario with other values, to be written into a folder: see `frozen_text`."""
+    """YAML of a scenario with other values, to be written into a folder: see `frozen_text`.
+
+    Values of the document that are not those of its file are written, too.
+    """
+    made = edited(document, _all_edits(document, edits, folder)).data
     if document.file is None:
-        return block(edited(document, edits).data)
-    return edited_text(read_text(document.file), _all_edits(document, edits, folder))
+        return block(made)
+    return edited_text(read_text(document.file), differences(read(document.file).data, made))
 
 
 def text_anew(document: Document, edits: Edits, folder: Path, why: str) -> str:

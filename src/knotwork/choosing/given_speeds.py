@@ -11,7 +11,8 @@ from knotwork.choosing.along_path import AlongPath, proved
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, together
 from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.timing.safe_numbers import rounded_down, with_margin
+from knotwork.timing.given_values import rounded_down
+from knotwork.timing.problem import with_margin
 
 ROUNDING = 1e-9
 """A given speed along a path may be beyond the limit by this part of it."""
@@ -61,13 +62,9 @@ def path_error(scenario: Scenario, path: ScenarioPath, k: int, what: str) -> Inp
     return located(scenario, error, "waypoints", index, "speed")
 
 
-def waypoints_beyond_tool_speed(task: FreeTask) -> dict[int, tuple[InputError, float]]:
-    """Errors for waypoints at which the tool is given a speed of its limit, nearly, or above it.
-
-    Returns:
-        By index of the waypoint the error, and what part of the speed is accepted.
-    """
-    found: dict[int, tuple[InputError, float]] = {}
+def waypoints_beyond_tool_speed(task: FreeTask) -> list[InputError]:
+    """Errors for waypoints at which the tool is given a speed of its limit, nearly, or above it."""
+    found: list[InputError] = []
     scenario, free = task.scenario, task.free
     limit, robot = scenario.motion_limits.tool_speed, task.space.robot
     if limit is None or robot is None:
@@ -90,7 +87,7 @@ def waypoints_beyond_tool_speed(task: FreeTask) -> dict[int, tuple[InputError, f
             "times that speed, or a higher limit"
         )
         place = ("waypoints", k) if k >= 0 else ("start",)
-        found[i] = located(scenario, error, *place), most / speed
+        found.append(located(scenario, error, *place))
     return found
 
 

@@ -19,7 +19,8 @@ from knotwork.errors import DocumentError, InputError
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.scenario import FreeTimes, ScenarioPath
 from knotwork.timing import Binding
-from knotwork.timing.safe_numbers import rounded_up, with_margin
+from knotwork.timing.given_values import rounded_up
+from knotwork.timing.problem import with_margin
 from knotwork.timing.watch import Watch
 
 

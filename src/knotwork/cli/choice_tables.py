@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
@@ -18,31 +18,13 @@ if TYPE_CHECKING:
 def choice_table(choices: Sequence[Choice]) -> Table:
     """Which solutions of poses were taken, and why; waypoints where all is the same share a row."""
     columns = ["waypoints", "branch", "turns", "of", "why"]
-    return _shared_rows(
-        "Solutions chosen", columns, ((one.waypoint, _taken(one)) for one in choices)
-    )
-
-
-def alternative_table(choices: Sequence[Choice]) -> Table:
-    """The next best sequence and its cost; waypoints where both are the same share a row."""
-    title = "Best sequence with another solution there"
-    columns = ["waypoints", "next best", "against the one chosen"]
-    cells = ((one.waypoint, _alternative(one)) for one in choices)
-    return _shared_rows(title, columns, cells)
-
-
-def _shared_rows(
-    title: str, columns: Sequence[str], cells: Iterable[tuple[str, tuple[str, ...] | None]]
-) -> Table:
-    """A table of text; neighbours with the same cells share a row, and without cells have none."""
-    table = plain_table(title, columns, len(columns))
+    table = plain_table("Solutions chosen", columns, len(columns))
     for column in table.columns:
         column.no_wrap, column.overflow = False, "fold"
-    for found, group in itertools.groupby(cells, key=lambda one: one[1]):
-        if found is not None:
-            names = [name for name, _ in group]
-            span = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
-            table.add_row(*map(cell, (span, *found)))
+    for taken, group in itertools.groupby(choices, key=_taken):
+        first, *others = (one.waypoint for one in group)
+        span = f"{first} to {others[-1]}" if others else first
+        table.add_row(*map(cell, (span, *taken)))
     return table
 
 
@@ -56,14 +38,3 @@ def _taken(choice: Choice) -> tuple[str, ...]:
 
 def _turns(turns: Sequence[tuple[str, int]]) -> str:
     return ", ".join(f"{joint} {turn:+d}" for joint, turn in turns) or "-"
-
-
-def _alternative(choice: Choice) -> tuple[str, str] | None:
-    """The next best branch, or the turns where it is the same one, and what is against it."""
-    other = choice.alternative
-    if other is None:
-        return None
-    way = other.branch
-    if other.branch == choice.branch:
-        way = f"turns {_turns(other.turns)}" if other.turns != choice.turns else "another"
-    return way, other.hindrance or f"{other.extra:.3g} s more"

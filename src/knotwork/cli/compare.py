@@ -18,35 +18,32 @@ if TYPE_CHECKING:
 
     from knotwork.comparison import Comparison, Score
 
-# Columns that are always shown, with their headings, then those of `--all`, a table each.
-_SHOWN = {
-    "position_miss": "pos.\nmiss",
-    "velocity_miss": "vel.\nmiss",
-    "acceleration_jump": "accel.\njump",
-    "peak_velocity": "peak\nvel.",
-    "peak_acceleration": "peak\naccel.",
-    "peak_jerk": "peak\njerk",
-    "tool_path_deviation": "off path\n[{length}]",
-}
-_MORE = (
+# Columns by table, the first one always shown: heading and unit. Figures of joints are in that of
+# the joints.
+_TABLES: tuple[dict[str, tuple[str, str]], ...] = (
     {
-        "end_acceleration": "acceleration\nat ends",
-        "velocity_fluctuation": "velocity\nfluctuation",
-        "squared_acceleration": "integral of\naccel. squared",
-        "squared_jerk": "integral of\njerk squared",
+        "position_miss": ("pos.\nmiss", "joint"),
+        "velocity_miss": ("vel.\nmiss", "joint"),
+        "acceleration_jump": ("accel.\njump", "joint"),
+        "peak_velocity": ("peak\nvel.", "joint"),
+        "peak_acceleration": ("peak\naccel.", "joint"),
+        "peak_jerk": ("peak\njerk", "joint"),
+        "tool_path_deviation": ("off path\n[{length}]", "m"),
     },
     {
-        "tool_path_speed_error": "speed off\nthe path's [%]",
-        "path_deviation": "off the\nline [{length}]",
-        "path_turn": "turned off\nthe line [{angle}]",
-        "clearance": "clearance\n[{length}]",
-        "time_to_plan": "time to\nplan [ms]",
+        "end_acceleration": ("acceleration\nat ends", "joint"),
+        "velocity_fluctuation": ("velocity\nfluctuation", "joint"),
+        "squared_acceleration": ("integral of\naccel. squared", "joint squared"),
+        "squared_jerk": ("integral of\njerk squared", "joint squared"),
+    },
+    {
+        "tool_path_speed_error": ("speed off\nthe path's [%]", "%"),
+        "path_deviation": ("off the\nline [{length}]", "m"),
+        "path_turn": ("turned off\nthe line [{angle}]", "rad"),
+        "clearance": ("clearance\n[{length}]", "m"),
+        "time_to_plan": ("time to\nplan [ms]", "ms"),
     },
 )
-# Units of figures of the tool; other figures are of joints.
-_TOOL = {"path_deviation": "m", "clearance": "m", "path_turn": "rad", "tool_path_deviation": "m"}
-_FACTORS = {"tool_path_speed_error": 1e2, "time_to_plan": 1e3}
-_SQUARED = ("squared_acceleration", "squared_jerk")
 # Left out where there are tool paths: what is between them is of no interest then.
 _STRAIGHT = ("path_deviation", "path_turn")
 
@@ -139,11 +136,10 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
     paths = any(score.tool_path_deviation is not None for score in scores)
     units = comparison.units
     out = tables.console()
-    blocks = [_SHOWN, *(_MORE if in_full else ())]
-    for block in blocks:
+    for columns in _TABLES if in_full else _TABLES[:1]:
         shown = {
-            column: heading.format(length=units.length, angle=units.angle)
-            for column, heading in block.items()
+            column: (heading.format(length=units.length, angle=units.angle), unit)
+            for column, (heading, unit) in columns.items()
             if any(getattr(score, column) is not None for score in scores)
             and not (paths and column in _STRAIGHT)
         }
@@ -159,14 +155,16 @@ def print_comparison(comparison: Comparison, *, in_full: bool = False) -> None:
             tables.print_wrapped(f"{row.planner} refused: {row.reason}", "", "    ")
 
 
-def _table(comparison: Comparison, shown: dict[str, str], title: str) -> Table:
+def _table(comparison: Comparison, shown: dict[str, tuple[str, str]], title: str) -> Table:
     from knotwork.cli import tables
     from knotwork.comparison import Refusal, best
 
-    table = tables.plain_table(title, ["planner", "verdict", *shown.values()], 2)
+    table = tables.plain_table(
+        title, ["planner", "verdict", *(heading for heading, _ in shown.values())], 2
+    )
     table.padding = (0, 0, 0, 0)  # cells end in a star or a space
     winners = best(comparison.scores)
-    factors = {column: _factor(column, comparison) for column in shown}
+    factors = {column: _factor(unit, comparison) for column, (_, unit) in shown.items()}
     labels = _labels([row.planner for row in comparison.rows])
     for label, row in zip(labels, comparison.rows, strict=True):
         if isinstance(row, Refusal):
@@ -198,13 +196,12 @@ def _joint_unit(comparison: Comparison) -> tuple[float, str]:
     return comparison.units.shown(1.0, kinds.pop())
 
 
-def _factor(column: str, comparison: Comparison) -> float:
+def _factor(unit: str, comparison: Comparison) -> float:
     """What a figure in SI is multiplied by to be shown."""
-    if column in _FACTORS:
-        return _FACTORS[column]
-    if column in _TOOL:
-        return comparison.units.shown(1.0, _TOOL[column])[0]
-    return _joint_unit(comparison)[0] ** (2 if column in _SQUARED else 1)
+    if unit in ("m", "rad"):
+        return comparison.units.shown(1.0, unit)[0]
+    joint = _joint_unit(comparison)[0]
+    return {"%": 1e2, "ms": 1e3, "joint": joint, "joint squared": joint**2}[unit]
 
 
 def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float) -> str:

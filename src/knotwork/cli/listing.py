@@ -36,8 +36,9 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
     elif name is not None:
         robot_tables.print_robot(shown[0])
     else:
-        columns = {"joints": "joints", "tool frame": "tool_frame", "description": "description"}
-        tables.print_rows("Robots", rows, {"name": "name", **columns})
+        for robot in shown:
+            about = f"{len(robot.joint_names)} joints, tool frame {robot.tool_frame or '-'}"
+            tables.print_entry(robot.name, about, {"": robot.description})
         echo("knotwork robots NAME shows one of them")
     return PASSED
 

@@ -7,11 +7,11 @@ import os
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from knotwork.cli.parameters import Command, DecidingOption, GivenPath
+from knotwork.cli.parameters import DecidingOption, GivenPath, bundled
 from knotwork.cli.terminal import echo
 from knotwork.errors import DocumentError, InputError
 
@@ -46,47 +46,35 @@ class LogOptions:
     topic: str | None = None
 
 
-def log_options(function: Command) -> Command:
-    """Add the options for logs; the command gets them as `log`, `None` where there is none."""
+def _log(
+    is_log: bool, against: str | None, noise: float | None, log_unit: str | None, topic: str | None
+) -> LogOptions | None:
+    if is_log or against is not None:
+        return LogOptions(against, noise, log_unit or "rad", topic)
+    given = {"--noise": noise, "--log-unit": log_unit, "--topic": topic}
+    named = [name for name, value in given.items() if value is not None]
+    if named:
+        raise InputError(f"{', '.join(named)} is for logs: give --log with it")
+    return None
 
-    @functools.wraps(function)
-    def bundled(
-        *arguments: Any,
-        is_log: bool,
-        against: str | None,
-        noise: float | None,
-        log_unit: str | None,
-        topic: str | None,
-        **others: Any,
-    ) -> Any:
-        log = None
-        if is_log or against is not None:
-            log = LogOptions(against, noise, log_unit or "rad", topic)
-        else:
-            given = {"--noise": noise, "--log-unit": log_unit, "--topic": topic}
-            named = [name for name, value in given.items() if value is not None]
-            if named:
-                raise InputError(f"{', '.join(named)} is for logs: give --log with it")
-        return function(*arguments, log=log, **others)
 
-    given = functools.partial(click.option, cls=DecidingOption)
-    for option in (
-        given("--topic", metavar="NAME", help="For a log: the topic that counts, "
-              "/joint_states for example, where several have all joints."),
-        given("--log-unit", type=click.Choice(["rad", "deg"]),
-              help="For a log: the unit of turning joints where headings name none."),
-        given("--noise", type=float, metavar="SIGMA",
-              help="For a log: standard deviation of its positions [rad or m]; by default "
-              "it is estimated from the samples."),
-        given("--against", metavar="PLAN", type=GivenPath(),
-              help="TRAJECTORY is a log; say how far it is off this plan, a trajectory.json "
-              "or the folder with one."),
-        given("--log", "is_log", is_flag=True,
-              help="TRAJECTORY is the log of a robot, CSV with noise: look at the smooth "
-              "motion behind it."),
-    ):  # fmt: skip
-        bundled = option(bundled)
-    return bundled  # type: ignore[return-value]
+_option = functools.partial(click.option, cls=DecidingOption)
+log_options = bundled("log", _log, (
+    _option("--topic", metavar="NAME", help="For a log: the topic that counts, "
+            "/joint_states for example, where several have all joints."),
+    _option("--log-unit", type=click.Choice(["rad", "deg"]),
+            help="For a log: the unit of turning joints where headings name none."),
+    _option("--noise", type=float, metavar="SIGMA",
+            help="For a log: standard deviation of its positions [rad or m]; by default "
+            "it is estimated from the samples."),
+    _option("--against", metavar="PLAN", type=GivenPath(),
+            help="TRAJECTORY is a log; say how far it is off this plan, a trajectory.json "
+            "or the folder with one."),
+    _option("--log", "is_log", is_flag=True,
+            help="TRAJECTORY is the log of a robot, CSV with noise: look at the smooth "
+            "motion behind it."),
+))  # fmt: skip
+"""Options for logs; the command gets them as `log`, `None` where there is none."""
 
 
 def looks_recorded(path: Path, pieces: int) -> bool:

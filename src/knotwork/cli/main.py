@@ -32,7 +32,6 @@ _COMMANDS = {
     "check": ("check", "Check a stored trajectory against a scenario."),
     "compare": ("compare", "Plan a scenario with every planner, side by side."),
     "sweep": ("sweep", "Plan a scenario many times, with other values."),
-    "tradeoff": ("tradeoff", "Show what the least time is traded for."),
     "plot": ("plot", "Draw joints and tool over time."),
     "view": ("view", "Show the arm make the move in a browser, or in a file."),
     "report": ("report", "Write one page to print or to send."),

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from knotwork.cli.terminal import echo
+from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
 
 OWN = "own"
@@ -48,11 +48,7 @@ def play_in_meshcat(motion: Any, address: str, no_open: bool) -> None:
     if address != OWN:
         echo(f"playing {scene['title']} at {viewer.url()}")
         return
-    from knotwork.view.server import open_browser
-
-    echo(f"playing {scene['title']} at {viewer.url()} until Ctrl-C")
-    if not no_open and not open_browser(viewer.url()):
-        echo("no browser could be opened here; open the address in one", err=True)
+    offer(viewer.url(), f"playing {scene['title']} at {viewer.url()}", no_open)
     try:
         while True:
             time.sleep(3600.0)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import math
 import os
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -107,23 +108,18 @@ class Seconds(click.ParamType[Any]):
 
 
 class Listed(click.ParamType[Any]):
-    """Names or numbers divided by commas."""
+    """Names divided by commas."""
 
-    def __init__(self, kind: type[str] | type[float]) -> None:
-        self.kind, self.name = kind, {str: "names", float: "numbers"}[kind]
+    name = "names"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Read the argument."""
         if isinstance(value, list):
             return value
         parts = [part.strip() for part in str(value).split(",")]
-        try:
-            listed = [self.kind(part) for part in parts if part]
-        except ValueError:
-            listed = []
-        if len(listed) < len(parts):
-            self.fail(f"{value!r} is not accepted; give {self.name} divided by commas", param, ctx)
-        return listed
+        if not all(parts):
+            self.fail(f"{value!r} is not accepted; give names divided by commas", param, ctx)
+        return parts
 
 
 class _Deciding(click.Parameter):
@@ -240,23 +236,31 @@ class PlanOptions:
     budget: float | None = None
 
 
+def bundled(name: str, make: Callable[..., Any], options: Sequence[Command]) -> Command:
+    """Make a decorator that adds options; the command gets what `make` makes of them as `name`."""
+
+    def add(command: Command) -> Command:
+
+        @functools.wraps(command)
+        def called(*arguments: Any, **given: Any) -> Any:
+            own = {key: given.pop(key) for key in inspect.signature(make).parameters}
+            return command(*arguments, **given, **{name: make(**own)})
+
+        for option in options:
+            called = option(called)
+        return called  # type: ignore[return-value]
+
+    return add  # type: ignore[return-value]
+
+
 def motion_options(use: str) -> Callable[[Command], Command]:
     """Make the argument and options of a command that shows a motion: planned, or from a file.
 
     The command gets how to plan as `options`.
     """
-
-    def add(command: Command) -> Command:
-
-        @functools.wraps(command)
-        def bundled(*arguments: Any, planner: Any, knots: Any, budget: Any, **others: Any) -> Any:
-            return command(*arguments, options=PlanOptions(planner, knots, budget), **others)
-
-        for option in (scenario_option(use), budget_option, knots_option, planner_option):
-            bundled = option(bundled)
-        return click.argument("source", metavar="SCENARIO|TRAJECTORY")(bundled)  # type: ignore[return-value]
-
-    return add
+    source = click.argument("source", metavar="SCENARIO|TRAJECTORY")
+    given = (scenario_option(use), budget_option, knots_option, planner_option, source)
+    return bundled("options", PlanOptions, given)
 
 
 def html_option(*, required: bool = False) -> Callable[[Command], Command]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,18 +76,16 @@ def plan(
     YAML file: `knotwork schema` says what one may hold, and the shipped ones are examples.
     """
     from knotwork import pipeline
-    from knotwork.trying import with_remedies
 
     if freeze is not None and len(scenarios) > 1:
         raise InputError(f"--freeze writes one file, and there are {len(scenarios)} scenarios")
     results: list[tuple[str, Plan | KnotworkError, list[Path]]] = []
-    for reference in _with_progress(scenarios, as_json):
+    for i, reference in enumerate(scenarios):
+        which = f" ({i + 1} of {len(scenarios)})" if len(scenarios) > 1 else ""
         try:
-            with shown_progress(reference, as_json) as progress:
-                planned = with_remedies(
-                    pipeline.plan(
-                        reference, planner=planner, knots=knots, budget=budget, progress=progress
-                    )
+            with shown_progress(f"{reference}{which}", as_json) as progress:
+                planned = pipeline.plan(
+                    reference, planner=planner, knots=knots, budget=budget, progress=progress
                 )
             written: list[Path] = []
             if freeze is not None:
@@ -104,22 +101,8 @@ def plan(
         rows = [_plan_to_dict(*row) for row in results]
         echo(json.dumps({"ok": code == PASSED, "plans": rows}, indent=1, allow_nan=False))
         return code
-    from knotwork.cli import short
-
     for _, result, written in results:
-        if isinstance(result, KnotworkError):
-            echo(f"error: {result}", err=True)
-        else:
-            if full:
-                from knotwork.cli import report_tables
-
-                report_tables.print_plan(result)
-            else:
-                short.print_short_plan(result)
-            for path in written:
-                echo(f"wrote {path}")
-            if not full and len(results) == 1:
-                short.print_next(with_robot=result.report.robot is not None)
+        _print(result, written, full, alone=len(results) == 1)
     if len(results) > 1:
         from knotwork.cli import tables
 
@@ -127,14 +110,22 @@ def plan(
     return code
 
 
-def _with_progress(scenarios: tuple[str, ...], as_json: bool) -> Any:
-    """Show progress on standard error while several scenarios are planned."""
-    if len(scenarios) < 2 or as_json or sys.stderr is None or not sys.stderr.isatty():
-        return scenarios
-    from rich.console import Console
-    from rich.progress import track
+def _print(result: Plan | KnotworkError, written: list[Path], full: bool, *, alone: bool) -> None:
+    from knotwork.cli import short
 
-    return track(scenarios, "planning", console=Console(stderr=True), transient=True)
+    if isinstance(result, KnotworkError):
+        echo(f"error: {result}", err=True)
+        return
+    if full:
+        from knotwork.cli import report_tables
+
+        report_tables.print_plan(result)
+    else:
+        short.print_short_plan(result)
+    for path in written:
+        echo(f"wrote {path}")
+    if alone and not full:
+        short.print_next(with_robot=result.report.robot is not None)
 
 
 def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -52,16 +52,16 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     help="Picture to write: .png, .svg or .pdf. By default a .png named after what is drawn, in "
     "the current folder. An existing picture is replaced.",
 )
-@click.option("--joints", type=Listed(str), metavar="A,B,…", help="Joints to draw; all by default.")
+@click.option("--joints", type=Listed(), metavar="A,B,…", help="Joints to draw; all by default.")
 @click.option(
     "--quantities",
-    type=Listed(str),
+    type=Listed(),
     metavar="A,B,…",
     help="Of position, velocity, acceleration and jerk; all by default.",
 )
 @click.option(
     "--compare",
-    type=Listed(str),
+    type=Listed(),
     metavar="A,B,…",
     help="Planners to draw beside it; a rule may follow after a colon: quintic:estimated.",
 )
@@ -95,18 +95,14 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 def plot(
     source: str,
     out: Path | None,
-    joints: list[str] | None,
-    quantities: list[str] | None,
     compare: list[str] | None,
     options: PlanOptions,
     tool: bool,
-    split: bool,
-    size: str | None,
     start: float | None,
     end: float | None,
-    degrees: bool | None,
     reference: str | None,
     log: LogOptions | None,
+    **look: Any,
 ) -> int:
     """Draw a motion over time: position, velocity, acceleration and jerk of each joint.
 
@@ -122,27 +118,18 @@ def plot(
     from knotwork.view.files import checked_picture_path
     from knotwork.view.motions import chosen_quantities
 
-    if tool and (joints or quantities or split):
+    joints_alone = ("joints", "quantities", "split")
+    if tool and any(look.pop(name) for name in joints_alone):
         raise InputError(
             "--tool draws the tool, not joints: leave out --joints, --quantities and --split"
         )
     if out is not None:
         checked_picture_path(out)
-    chosen_quantities(quantities)
+    chosen_quantities(look.get("quantities"))
     drawn = read_motions(source, reference, options, compare, log=log)
     tell_failures(drawn)
-    if tool:
-        figure = view.plot_tool(drawn, degrees=degrees, window=(start, end), size=size)
-    else:
-        figure = view.plot_joints(
-            drawn,
-            joints=joints,
-            quantities=quantities,
-            degrees=degrees,
-            window=(start, end),
-            split=split,
-            size=size,
-        )
+    draw = view.plot_tool if tool else view.plot_joints
+    figure = draw(drawn, window=(start, end), **look)
     path = out if out is not None else _default_path(source, drawn[0], tool)
     echo(f"wrote {view.save_figure(figure, path)}")
     return PASSED

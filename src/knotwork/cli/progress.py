@@ -1,48 +1,101 @@
-"""Progress of a long solve, on standard error of a terminal."""
+"""Progress of what takes long, on standard error: one line of a terminal, or lines of a log."""
 
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from rich.status import Status
+from knotwork.cli.terminal import echo
 
+if TYPE_CHECKING:
+    from knotwork.sweeps import SweepProgress
     from knotwork.timing import Progress
 
 SHOWN_AFTER = 0.5
-"""Solves that are over sooner say nothing [s]."""
+"""What is over sooner shows nothing [s]."""
+LOG_INTERVAL = 30.0
+"""Between lines of progress where there is no terminal [s]."""
 
 
 @contextmanager
 def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """Show how far a solve has come, in one line that is cleared in the end.
+    """Show how far a solve has come.
 
     Args:
         name: What is solved.
         quiet: Show nothing.
     """
+    with _line(quiet) as say:
+
+        def show(at: Progress) -> None:
+            if say is not None and at.seconds >= SHOWN_AFTER:
+                say(
+                    f"{name}: choosing times, {at.seconds:.0f} s, step {at.iterations}, "
+                    f"{100 * at.done:.0f} % of the waypoints done, limits off by {at.violation:.1e}"
+                )
+
+        yield show if say is not None else None
+
+
+@contextmanager
+def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
+    """Show rows, rate, time left and how many pass.
+
+    Where no terminal is, as in a log, a line is added every half minute.
+    """
+    last = time.monotonic()
+
+    def log(text: str) -> None:
+        nonlocal last
+        if time.monotonic() - last >= LOG_INTERVAL:
+            last = time.monotonic()
+            echo(text, err=True)
+
+    with _line(quiet) as say:
+        if quiet or sys.stderr is None:
+            yield None
+            return
+        if say is not None:
+            say("planning some rows, to learn how long they take")
+        yield lambda at: (say or log)(progress_line(at))
+
+
+@contextmanager
+def _line(quiet: bool) -> Iterator[Callable[[str], None] | None]:
+    """A line of a terminal to write text into, cleared in the end; `None` where there is none."""
     if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
-    status: Status | None = None
-    with ExitStack() as shown:
+    from rich.console import Console
 
-        def show(progress: Progress) -> None:
-            nonlocal status
-            if progress.seconds < SHOWN_AFTER:
-                return
-            if status is None:
-                from rich.console import Console
+    status = Console(stderr=True).status("", spinner="line")
 
-                made = Console(stderr=True).status("", spinner="line")
-                status = shown.enter_context(made)
-            status.update(
-                f"{name}: choosing times, {progress.seconds:.0f} s, step {progress.iterations}, "
-                f"{100 * progress.done:.0f} % of the waypoints done, "
-                f"limits off by {progress.violation:.1e}"
-            )
+    def say(text: str) -> None:
+        status.update(text)
+        status.start()
 
-        yield show
+    try:
+        yield say
+    finally:
+        status.stop()
+
+
+def progress_line(at: SweepProgress) -> str:
+    """Say how far a sweep has come."""
+    left = "" if at.left is None else f", {_duration(at.left)} left"
+    share = 100.0 * at.passed / at.done if at.done else 0.0
+    return (
+        f"{at.done} of {at.total} rows, {at.rate:.3g} a second{left}, "
+        f"{at.passed} pass ({share:.0f} %)"
+    )
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"

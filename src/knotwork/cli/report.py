@@ -15,7 +15,7 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import read_motions, tried
+from knotwork.cli.sources import read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
@@ -50,7 +50,7 @@ def report(
     motion = read_motions(source, reference, options, log=log)[0]
     if isinstance(motion, JointTrajectory):
         raise InputError(f"give the scenario that {source} is for with --scenario")
-    page = report_page(tried(motion))
+    page = report_page(motion)
     for warning in page.warnings:
         echo(f"warning: {warning}", err=True)
     written = page.save(out)

@@ -14,6 +14,7 @@ from knotwork.interpolation import PLANNER_SPECS
 from knotwork.scenario import Scenario
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
+from knotwork.verification.brief import reservations
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
@@ -76,13 +77,10 @@ def print_report(
             print_table((_row_table if at_once else _list_table)(group, numbers, units))
             out.print()
     if solution is not None and solution.choices:
-        from knotwork.cli.choice_tables import alternative_table, choice_table
+        from knotwork.cli.choice_tables import choice_table
 
         print_table(choice_table(solution.choices))
         out.print()
-        if any(choice.alternative is not None for choice in solution.choices):
-            print_table(alternative_table(solution.choices))
-            out.print()
     silent = [found for found in report.findings if found.value is None]
     for found in silent:
         if found.verdict == "information":
@@ -94,6 +92,7 @@ def print_report(
     met, required = report.counts
     verdict = "[bold green]PASSED[/]" if report.ok else "[bold red]FAILED[/]"
     failed = f", {required - met} failed" if required > met else ""
+    failed += reservations(report)
     out.print(f"{verdict} {cell(report.scenario)}: {met} of {required} requirements met{failed}")
 
 

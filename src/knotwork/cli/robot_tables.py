@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.cli.tables import console, plain_table, print_table, print_wrapped
+from knotwork.cli.tables import console, plain_table, print_entry, print_table, print_wrapped
 from knotwork.cli.terminal import cell
 from knotwork.units import Units, readable
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
     from knotwork.scene.model import CollisionModel
-    from knotwork.waypoints import FloatArray
 
 
 SHOWN = Units("mm", "deg")
@@ -40,12 +38,11 @@ def print_robot(robot: Robot) -> None:
         ]
         table.add_row(cell(name), SHOWN.shown(0.0, unit)[1], *cells)
     print_table(table)
-    for shown in _fitting(robot):
-        table = plain_table("Configurations", ["joint", "unit", *shown], 2)
-        for i, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
-            values = (_number(float(positions[i]), unit) for positions in shown.values())
-            table.add_row(cell(name), SHOWN.shown(0.0, unit)[1], *values)
-        print_table(table)
+    configurations = {
+        name: ", ".join(map(_number, map(float, positions), robot.joint_units))
+        for name, positions in robot.configurations.items()
+    }
+    print_entry("Configurations", "in the order and units of the joints", configurations)
     if robot.locked:
         locked = ", ".join(f"{name} = {value:g}" for name, value in robot.locked.items())
         wrapping.print(f"locked joints (rad or m): {cell(locked)}")
@@ -70,22 +67,6 @@ def _end_of(path: Path, width: int) -> str:
     return kept
 
 
-def _fitting(robot: Robot) -> Iterator[dict[str, FloatArray]]:
-    """Configurations, as many at a time as fit the width of the terminal."""
-    width = console(wrap=True).width
-    taken = start = 2 + max(map(len, robot.joint_names)) + len("  unit")
-    shown: dict[str, FloatArray] = {}
-    for name, positions in robot.configurations.items():
-        column = 2 + max(8, len(name))
-        if shown and taken + column > width:
-            yield shown
-            shown, taken = {}, start
-        shown[name] = positions
-        taken += column
-    if shown:
-        yield shown
-
-
 def print_collisions(robot: Robot, model: CollisionModel) -> None:
     """Print which pairs of links are checked for collisions, and why others are not."""
     out, wrapping = console(), console(wrap=True)
@@ -95,7 +76,7 @@ def print_collisions(robot: Robot, model: CollisionModel) -> None:
     for link, count in data["links"].items():
         shapes.add_row(cell(link), str(count))
     print_table(shapes)
-    for sentence in filter(None, (*model.missing, model.said_of_bare)):
+    for sentence in filter(None, (*model.missing, model.bare_links_note)):
         print_wrapped(sentence, "warning ", " " * 5, "yellow")
     ignored = plain_table("Pairs that are not checked", ["link", "link", "why"], 3)
     for pair in data["ignored"]:

@@ -20,6 +20,7 @@ _WORDS: dict[str, tuple[str, dict[str, Any]]] = {
     "passed": ("PASSED", {"fg": "green", "bold": True}),
     "failed": ("FAILED", {"fg": "red", "bold": True}),
     "failure": ("FAIL ", {"fg": "red", "bold": True}),
+    "sampled": ("not proved:", {"fg": "yellow"}),
     "warning": ("warning:", {"fg": "yellow"}),
 }
 """What is coloured in a line of a short report."""

@@ -217,14 +217,6 @@ def checked(motions: Iterable[Motion]) -> list[Plan | CheckedFile]:
     return [motion for motion in motions if not isinstance(motion, JointTrajectory)]
 
 
-def tried(motion: Plan | CheckedFile) -> Plan | CheckedFile:
-    """The motion; of a plan that fails, with what was found by trying in its report."""
-    from knotwork.pipeline import Plan
-    from knotwork.trying import with_remedies
-
-    return with_remedies(motion) if isinstance(motion, Plan) else motion
-
-
 def tell_failures(motions: Iterable[Motion]) -> None:
     """Say on standard error which checks have failed, and what first."""
     for motion in checked(motions):

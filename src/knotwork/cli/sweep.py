@@ -19,8 +19,8 @@ from knotwork.cli.parameters import (
     json_option,
     package_path_option,
 )
+from knotwork.cli.progress import shown_sweep
 from knotwork.cli.study_tables import print_study, study_to_dict
-from knotwork.cli.sweep_progress import shown_sweep
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
@@ -96,7 +96,7 @@ PICTURE = "study.png"
 @click.option(
     "--figures",
     metavar="A,B,…",
-    type=Listed(str),
+    type=Listed(),
     help="Figures that are drawn beside the verdict.",
 )
 @click.option("--best", metavar="FIGURE", help="Figure of the best row, by default duration.")
@@ -104,28 +104,20 @@ PICTURE = "study.png"
     "--freeze",
     metavar="FILE",
     type=NewPath(),
-    help="Write the scenario of the best row there, comments kept.",
+    help="Write the scenario of the best row there, comments kept; with chosen times and speeds as "
+    "numbers, as plan --freeze writes it.",
 )
 @package_path_option
 @json_option
 def sweep(
     source: str,
-    vary: tuple[str, ...],
-    rows: Path | None,
-    together: bool,
-    samples: int | None,
-    seed: int,
     out: Path | None,
-    resume: bool,
-    workers: int | None,
-    scheduler: str | None,
-    stop_after: tuple[int, str] | None,
-    time_limit: float | None,
     picture: str | None,
     figures: list[str] | None,
     best: str | None,
     freeze: Path | None,
     as_json: bool,
+    **planning: Any,
 ) -> int:
     """Plan and check SCENARIO many times, with other values: a row for each.
 
@@ -138,31 +130,21 @@ def sweep(
     from knotwork import sweeps
     from knotwork.sweeps.figures import figure_named
     from knotwork.sweeps.folder import is_study
-    from knotwork.sweeps.run import TIME_LIMIT
 
     target = _picture_path(picture, Path(source) if is_study(source) else out)
     for name in [*(figures or []), *filter(None, [best])]:
         figure_named(name)
     if is_study(source):
-        _refuse_planning(source, {"--vary": vary, "--rows": rows, "--resume": resume, "--out": out})
+        shown = {f"--{name}": planning[name] for name in ("vary", "rows", "resume")}
+        _refuse_planning(source, {**shown, "--out": out})
         study = sweeps.Study.open(source)
     else:
+        given = {name: value for name, value in planning.items() if value is not None}
+        if "stop_after" in given:
+            given["stop_after"], _ = given["stop_after"]
+        vary = _varied(given.pop("vary"))
         with _saying_what_is_kept(out), shown_sweep(as_json) as progress:
-            study = sweeps.sweep(
-                source,
-                _varied(vary),
-                rows=rows,
-                together=together,
-                samples=samples,
-                seed=seed,
-                out=out,
-                resume=resume,
-                workers=workers,
-                scheduler=scheduler,
-                stop_after=stop_after[0] if stop_after is not None else None,
-                progress=progress,
-                time_limit=time_limit if time_limit is not None else TIME_LIMIT,
-            )
+            study = sweeps.sweep(source, vary, out=out, progress=progress, **given)
     figure, found, written = best or "duration", None, []
     try:
         found = study.best(figure) if study.passed else None

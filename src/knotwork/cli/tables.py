@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -57,29 +56,11 @@ def plain_table(title: str, columns: Sequence[str], left: int = 1) -> Table:
     return table
 
 
-def print_rows(title: str, rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str]) -> None:
-    """Print plain data, a line for each row; the last column is text that can be wrapped.
-
-    Args:
-        title: Title of the table.
-        rows: Values by key.
-        columns: The key of each column, by its heading.
-    """
-    table = plain_table(title, list(columns), len(columns))
-    table.columns[-1].no_wrap = False
-    for column, key in zip(table.columns, columns.values(), strict=True):
-        if any(isinstance(row[key], int | float) for row in rows):
-            column.justify = "right"
-    for row in rows:
-        table.add_row(*(cell(_plain_text(row[key])) for key in columns.values()))
-    print_table(table)
-
-
 def print_entry(name: str, about: str, rows: Mapping[str, str]) -> None:
     """Print a name and texts about it, which are wrapped; empty ones are left out."""
     out = console(wrap=True)
     out.print(f"[bold]{cell(name)}[/]  {cell(about)}", soft_wrap=True)
-    indent = max(map(len, rows)) + 4
+    indent = max(map(len, rows), default=0) + 4
     for key, text in rows.items():
         if not text:
             continue
@@ -108,13 +89,6 @@ def print_wrapped(text: str, first: str, others: str, style: str = "") -> None:
         head = first if i == 0 else others
         shown = f"[{style}]{cell(head)}[/]" if style and i == 0 else cell(head)
         out.print(shown + cell(line[len(head) :]), soft_wrap=True)
-
-
-def _plain_text(value: Any) -> str:
-    """A value of plain data in a cell; of a mapping how many there are."""
-    if isinstance(value, float):
-        return f"{value:g}"
-    return str(len(value) if isinstance(value, Mapping) else value or "-").strip()
 
 
 def print_summary(rows: Sequence[tuple[str, str]]) -> None:

@@ -80,3 +80,12 @@ def echo_data(text: str | bytes) -> None:
     if isinstance(text, str) and sys.stdout.isatty():
         text = plain(text)
     click.echo(text, nl=False)
+
+
+def offer(address: str, said: str, no_open: bool) -> None:
+    """Say what is shown until Ctrl-C, and open its address in a browser."""
+    from knotwork.view.server import open_browser
+
+    echo(f"{said} until Ctrl-C")
+    if not no_open and not open_browser(address):
+        echo("no browser could be opened here; open the address in one", err=True)

@@ -17,14 +17,15 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import checked, read_motions, refuse, tell_failures, tried
-from knotwork.cli.terminal import echo
+from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
+from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from knotwork.cli.sources import Motion
+    from knotwork.robot import Robot
     from knotwork.view.page import Page
 
 _EPILOG = """
@@ -38,7 +39,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 
 @click.command(epilog=_EPILOG)
 @html_option()
-@click.option("--compare", type=Listed(str), metavar="A,B,…", help="Planners to show over it.")
+@click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show over it.")
 @click.option("--no-ghosts", is_flag=True, help="No translucent copies of the arm at waypoints.")
 @click.option(
     "--watch",
@@ -89,6 +90,8 @@ def view(
     rebuilt knots, and in red what fails in the check. The page is served to this machine alone
     until Ctrl-C.
     """
+    from knotwork.robot import load_robot
+
     if out is not None:
         from knotwork.view.files import checked_page_path
 
@@ -99,8 +102,12 @@ def view(
     def made(
         before: Mapping[str, Any] | None = None, warm: Motion | None = None
     ) -> tuple[dict[str, Any], Motion]:
-        # on a save the page is to be there at once, so nothing is tried then
-        return _scene(source, reference, options, compare, robot, log, before, warm, not watch)
+        arm = load_robot(robot) if robot is not None else None
+        instead = ", or its robot with --robot"
+        shown = read_motions(
+            source, reference, options, compare, robot=arm, instead=instead, log=log, warm=warm
+        )
+        return _scene(source, shown, arm, before)
 
     if meshcat is not None:
         given = {"--html": out, "--watch": watch or None, "--port": port, "--compare": compare}
@@ -121,29 +128,17 @@ def view(
 
 def _scene(
     source: str,
-    reference: str | None,
-    options: PlanOptions,
-    compare: list[str] | None,
-    robot_name: str | None,
-    log: LogOptions | None,
+    shown: list[Motion],
+    robot: Robot | None,
     before: Mapping[str, Any] | None,
-    warm: Motion | None,
-    remedies: bool,
 ) -> tuple[dict[str, Any], Motion]:
-    from knotwork.robot import load_robot
     from knotwork.trajectory import JointTrajectory
     from knotwork.view.show import scene_of, scene_of_trajectory
 
-    robot = load_robot(robot_name) if robot_name is not None else None
-    instead = ", or its robot with --robot"
-    shown = read_motions(
-        source, reference, options, compare, robot=robot, instead=instead, log=log, warm=warm
-    )
     tell_failures(shown)
     first, *others = shown
     if not isinstance(first, JointTrajectory):
-        first = tried(first) if remedies else first
-        refuse({"--robot": robot_name}, "the scenario names the robot")
+        refuse({"--robot": robot}, "the scenario names the robot")
         compared = {one.trajectory.planner: one.trajectory for one in checked(others)}
         return scene_of(first, compared, before), first
     if robot is None:
@@ -186,7 +181,7 @@ def _watch(
 
     given = [_file(name) for name in (source, reference) if name is not None]
     with LiveServer(source, port or 0, ghosts=ghosts) as server:
-        _open(server.address, f"showing {source} at {server.address} after each save", no_open)
+        offer(server.address, f"showing {source} at {server.address} after each save", no_open)
         follow(server, Files(given), renewed)
     return PASSED
 
@@ -242,19 +237,11 @@ def _said(motion: Motion) -> str:
     return f"{'passed' if motion.report.ok else 'FAILED'}: {summary(motion.report)}"
 
 
-def _open(address: str, said: str, no_open: bool) -> None:
-    from knotwork.view.server import open_browser
-
-    echo(f"{said} until Ctrl-C")
-    if not no_open and not open_browser(address):
-        echo("no browser could be opened here; open the address in one", err=True)
-
-
 def _serve(page: Page, port: int | None, no_open: bool) -> int:
     from knotwork.view.server import PageServer
 
     with PageServer(page.html, port or 0) as server:
-        _open(server.address, f"showing {page.title} at {server.address}", no_open)
+        offer(server.address, f"showing {page.title} at {server.address}", no_open)
         try:
             server.serve_forever(poll_interval=0.1)
         except KeyboardInterrupt:

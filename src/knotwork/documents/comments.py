@@ -24,7 +24,7 @@ class _Comment(NamedTuple):
 
 
 def with_comments(text: str, changes: Sequence[Change]) -> list[Change]:
-    """The changes, each with the comments in what it replaces, a line each, before what is new."""
+    """The changes, each with the comments in what it replaces, a line each, before the new text."""
     if not any("#" in text[one.start : one.end] for one in changes):
         return list(changes)
     comments = _comments(text)

@@ -45,6 +45,25 @@ def edited(document: Document, edits: Edits) -> Document:
     return replace(document, data=data)
 
 
+def differences(old: Any, new: Any, place: Location = ()) -> Edits:
+    """The edits that make of some data other data.
+
+    >>> differences({"a": 1, "b": [2, 3]}, {"a": 1, "b": [2, 5], "d": 6})
+    {('b', 1): 5, ('d',): 6}
+    """
+    if isinstance(old, Mapping) and isinstance(new, Mapping):
+        keys = [*old, *(key for key in new if key not in old)]
+        pairs = [(key, old.get(key, REMOVED), new.get(key, REMOVED)) for key in keys]
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        pairs = [(i, *pair) for i, pair in enumerate(zip(old, new, strict=True))]
+    else:
+        return {} if old == new and type(old) is type(new) else {place: new}
+    found: dict[Location, Any] = {}
+    for key, before, after in pairs:
+        found |= differences(before, after, (*place, key))
+    return found
+
+
 def edited_text(text: str, edits: Edits) -> str:
     r"""The text of a YAML file with other values, and all else as it is.
 

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 FEW, MANY = 1_000, 10_000
-"""More than the first are told where there are as many, and fewer than the second."""
+"""More than the first are reported where there are as many, and fewer than the second."""
 
 
 class _Beginning:
@@ -57,8 +57,8 @@ def first_errors(model: type[BaseModel], data: dict[str, Any]) -> list[dict[str,
     try:
         model.model_validate(beginning.data)
     except ValidationError as error:
-        told = error.errors(include_url=False)
-        return [dict(one) for one in told if id(one["input"]) not in beginning.broken]
+        reported = error.errors(include_url=False)
+        return [dict(one) for one in reported if id(one["input"]) not in beginning.broken]
     return []
 
 

@@ -1,4 +1,4 @@
-"""Plain data against a model: every problem is said at its place."""
+"""Plain data against a model: every problem is reported at its place."""
 
 from __future__ import annotations
 
@@ -46,12 +46,14 @@ class _Place(NamedTuple):
         owners: Models that may own the last key.
         inner: Models that may stand at the place itself.
         description: Description of the last field on the way, or `None`.
+        above: Each place on the way that holds keys, and which.
     """
 
     location: Location
     owners: list[type[BaseModel]]
     inner: list[type[BaseModel]]
     description: str | None
+    above: list[tuple[Location, list[str | int]]]
 
 
 def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -> Problem:
@@ -63,15 +65,27 @@ def _problem(model: type[BaseModel], document: Document, item: dict[str, Any]) -
         accepted = "text of one character or more" if value == "" else ""
     elif kind == "extra_forbidden":
         words = "unknown key"
-        accepted = did_you_mean(place.location[-1], sorted(_keys(place.owners)))
+        accepted = _misplaced(place, document) or did_you_mean(
+            place.location[-1], sorted(_keys(place.owners))
+        )
     elif kind == "missing":
         words = "is missing and must be given"
     else:
         words = problem_words(kind, value, item["msg"], item.get("ctx", {}))
         if kind == "model_type":
-            accepted = f"accepted: {', '.join(_keys(place.inner))}"
+            accepted = _misplaced(place, document) or (f"accepted: {', '.join(_keys(place.inner))}")
     location = place.location
     return Problem(document.line(location), document.path(location), words, accepted)
+
+
+def _misplaced(place: _Place, document: Document) -> str:
+    """Say which mapping around the last key has it, where its own one does not; else nothing."""
+    *around, key = place.location
+    having = [where for where, keys in place.above if key in keys]
+    if not having or having[-1] == tuple(around):
+        return ""
+    where = document.path(having[-1]) or "the file itself"
+    return f"{key} is a key of {where}"
 
 
 def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _Place:
@@ -80,6 +94,7 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
     inner: list[Any] = [model]
     owners: list[type[BaseModel]] = [model]
     description: str | None = None
+    above: list[tuple[Location, list[str | int]]] = []
     for position, part in enumerate(loc):
         inside = (isinstance(data, dict) and part in data) or (
             isinstance(data, list) and isinstance(part, int) and part < len(data)
@@ -89,13 +104,14 @@ def _resolve(model: type[BaseModel], data: Any, loc: tuple[str | int, ...]) -> _
         if not inside and not (known and position == len(loc) - 1):
             inner = [kind for kind in models if kind.__name__ == part] or inner
             continue
+        above.append((tuple(location), list(_keys(models))))
         location.append(part)
         owners = models or owners
         for owner in models:
             description = _fields(owner).get(part, (None, description))[1]
         inner = _children(inner, part)
         data = data[part] if inside else None
-    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], description)
+    return _Place(tuple(location), owners, [k for k in inner if _is_model(k)], description, above)
 
 
 def _is_model(kind: Any) -> bool:

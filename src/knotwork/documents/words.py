@@ -38,17 +38,17 @@ _OWN = ("kind", "waypoint_kind", "along_kind", "value_error")
 SAY_WHAT_IS_ACCEPTED = (*_OWN, "literal_error")
 
 
-def problem_words(kind: str, value: Any, said: str, context: Mapping[str, Any]) -> str:
-    """Say what is wrong with a value.
+def problem_words(kind: str, value: Any, message: str, context: Mapping[str, Any]) -> str:
+    """Describe the problem with a value.
 
     Args:
         kind: Pydantic's name for the error.
         value: What was found.
-        said: Pydantic's message, taken where it is one of ours.
+        message: Pydantic's message, taken where it is one of ours.
         context: The bounds or choices that pydantic tells.
     """
     if kind in _OWN:
-        words = said.removeprefix("Value error, ")
+        words = message.removeprefix("Value error, ")
         return words if isinstance(value, dict) else f"{_found(value)}: {words}"
     if kind == "too_short" and not value:
         return f"{shown(value)}: is empty"
@@ -69,7 +69,7 @@ def _found(value: Any) -> str:
 
 
 def hint(description: str | None) -> str:
-    """First clause of a field's description, with its unit, as what would be accepted."""
+    """First clause of a field's description, with its unit, as the accepted values."""
     first, _, rest = (description or "").partition("; ")
     if rest.endswith("]") and not first.endswith("]"):
         first = f"{first} {rest[rest.rindex('[') :]}"

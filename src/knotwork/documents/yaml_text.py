@@ -251,8 +251,8 @@ def _syntax_problem(error: yaml.YAMLError, text: str) -> Problem:
         if "\t" in at[: len(at) - len(at.lstrip())]:
             message = "is not valid YAML: there is a tab; lines are indented by spaces alone"
             return Problem(line, "", message)
-        said = ", ".join(part for part in (error.context, error.problem) if part)
-        return Problem(line, "", f"is not valid YAML: {said}")
+        reason = ", ".join(part for part in (error.context, error.problem) if part)
+        return Problem(line, "", f"is not valid YAML: {reason}")
     return Problem(None, "", f"is not valid YAML: {error}".replace("\n", " "))
 
 

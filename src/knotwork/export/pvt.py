@@ -25,8 +25,8 @@ HALF_DIGIT = 2.0**-53
 """Rounding of a sum, relative to it."""
 
 HELD = 1e-9
-"""Positions beside a large offset may be rounded by so much [rad or m]: some hundred-thousandth of
-what the encoders tell apart whose counts begin far from zero."""
+"""Largest rounding of positions with a large offset [rad or m]: some hundred-thousandth of the
+resolution of encoders whose counts begin far from zero."""
 
 
 def to_pvt(

@@ -20,7 +20,8 @@ A message gives times in nanoseconds. A point is up to 1/2 ns off its knot, and 
 The controller holds the last point, up to 1 ns early, where the motion still has its end velocity.
 See `replay_bound`.
 
-The message starts at `time_from_start` 0: the arm must stand at the first point when it is sent.
+The message starts at `time_from_start` 0: the arm must be at the first point when it is sent, and
+stand there or move as the point says.
 """
 
 from __future__ import annotations
@@ -136,8 +137,8 @@ def _message(points: Points) -> dict[str, Any]:
     times = curve.breaks
     if timed <= own:
         start = Fraction(curve.start_time)
-        said = [float(start + Fraction(tick, NANOSECONDS)) for tick in after_start]
-        times = np.clip(said, curve.start_time, curve.end_time)
+        sent = [float(start + Fraction(tick, NANOSECONDS)) for tick in after_start]
+        times = np.clip(sent, curve.start_time, curve.end_time)
     tables = [curve(times, nu) for nu in range(3 if points.with_acceleration else 2)]
     rows = []
     for i, tick in enumerate(after_start):
@@ -171,8 +172,8 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     """
     points, goal = _points(motion, **options)
     lines = [f"# {GOAL + ' goal' if goal else MESSAGE}: {points.describe()}."]
-    lines.append("# The arm must stand at the first point when this is sent.")
     message = _message(points)
+    lines.append(_first_line(message))
     if max(abs(v) for v in message["points"][-1]["velocities"]) > STANDING:
         lines.append(
             "# The last point has a velocity: joint_trajectory_controller takes that only with "
@@ -182,6 +183,18 @@ def to_ros2(motion: JointTrajectory | Points, **options: Unpack[MessageOptions])
     # Rows of numbers on a line each; YAML 1.1, which ROS 2's tools read.
     text = yaml.dump(data, Dumper=_DUMPER, default_flow_style=None, sort_keys=False, width=LONGEST)
     return "\n".join(lines) + "\n" + text
+
+
+def _first_line(message: dict[str, Any]) -> str:
+    """What the arm must do when a message is sent."""
+    first = zip(message["joint_names"], message["points"][0]["velocities"], strict=True)
+    moving = ", ".join(f"{name} {v:.6g}" for name, v in first if abs(v) > STANDING)
+    if not moving:
+        return "# The arm must stand at the first point when this is sent."
+    return (
+        f"# The motion begins at a velocity ({moving}; rad/s or m/s): the arm must already move "
+        "like this at the first point when this is sent, and must not stand there."
+    )
 
 
 def to_ros2_message(motion: JointTrajectory | Points, **options: Unpack[MessageOptions]) -> Any:

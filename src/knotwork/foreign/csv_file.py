@@ -52,7 +52,7 @@ def read_csv(
         path: The file.
         joint_names: The joints there are; the columns may have any order.
         joint_units: `"rad"` or `"m"` for each.
-        start_time: What is added to times named `time_from_start`, and to the sums of those named
+        start_time: Added to times named `time_from_start`, and to the sums of those named
             `time_step` [s].
         owner: What the joints are of, for errors.
 

@@ -41,7 +41,7 @@ class Column:
     """The contents of a column.
 
     Attributes:
-        quantity: `"time"`, one of `QUANTITIES`, or empty for what is not needed.
+        quantity: `"time"`, one of `QUANTITIES`, or empty if it is not needed.
         joint: Index of the joint, or `None`.
         factor: What its numbers are multiplied with to be in SI.
         clock: For times, what they count from: `"absolute"`, `"start"` for the start of the
@@ -55,7 +55,7 @@ class Column:
 
 
 class HeadingError(Exception):
-    """A heading that can't be understood; its message says why, `accepted` what would do."""
+    """A heading that can't be understood; the message says why, `accepted` what is possible."""
 
     def __init__(self, message: str, accepted: str) -> None:
         self.accepted = accepted
@@ -126,24 +126,24 @@ def quantity_named(word: str) -> str | None:
 
 
 def _joint_column(heading: str, joint: int, beside: str, name: str, unit: str) -> Column:
-    """The column of a joint, from what stands beside the joint's name."""
+    """The column of a joint, from the words next to the joint's name."""
     quantity, factor = _content(heading, words(beside), name, unit)
     return Column(quantity, joint, factor) if quantity in QUANTITIES else Column("")
 
 
-def _content(heading: str, said: list[str], name: str, unit: str) -> tuple[str, float]:
-    """Quantity and factor of a joint's column, from the words beside the joint's name."""
+def _content(heading: str, parts: list[str], name: str, unit: str) -> tuple[str, float]:
+    """Quantity and factor of a joint's column, from the words next to the joint's name."""
     accepted = "rad, rad/s and rad/s2 (or deg)" if unit == "rad" else "m, m/s and m/s2 (or mm)"
-    named = list(dict.fromkeys(_QUANTITY[word] for word in said if word in _QUANTITY))
+    named = list(dict.fromkeys(_QUANTITY[word] for word in parts if word in _QUANTITY))
     if len(named) > 1:
         message = f"the column {heading!r} is named {named[0]} and {named[1]}"
         raise HeadingError(message, "one of them")
     if named == ["effort"]:
         return "effort", 1.0
-    loads = [word for word in said if word in LOADS]
-    bases = [word for word in said if word in BASES]
-    per = [word for word in said if word in PER_TIME]
-    for word in said:
+    loads = [word for word in parts if word in LOADS]
+    bases = [word for word in parts if word in BASES]
+    per = [word for word in parts if word in PER_TIME]
+    for word in parts:
         if word == "drive":
             raise HeadingError(
                 f"the column {heading!r} is in drive units, and the file does not define them",
@@ -196,12 +196,12 @@ def _joint(text: str, joint_names: Sequence[str]) -> tuple[int, str] | None:
 
 def _time(heading: str) -> Column | None:
     """Read the heading of a column of times; `None` if it is no such heading."""
-    said = words(heading)
-    whole, named = "_".join(said), "_".join(said[:-1])
+    parts = words(heading)
+    whole, named = "_".join(parts), "_".join(parts[:-1])
     if whole in _TIMES:
         return Column("time", None, 1.0, _TIMES[whole])
     if named not in _TIMES or named in SECONDS:
         return None
-    if said[-1] not in _TIME_UNITS:
-        raise HeadingError(f"the column {heading!r} is a time in {said[-1]!r}", "s, ms, us or ns")
-    return Column("time", None, _TIME_UNITS[said[-1]], _TIMES[named])
+    if parts[-1] not in _TIME_UNITS:
+        raise HeadingError(f"the column {heading!r} is a time in {parts[-1]!r}", "s, ms, us or ns")
+    return Column("time", None, _TIME_UNITS[parts[-1]], _TIMES[named])

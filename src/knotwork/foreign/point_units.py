@@ -32,7 +32,7 @@ def check_units(
     a joint's name, or a quantity such as `velocities` to such units.
 
     Args:
-        document: What is read.
+        document: The document.
         data: The part of it that may have `units`.
         at: Where that part is.
         joints: Names and units of the joints as the file lists them.
@@ -73,7 +73,7 @@ def _check_joints(
     listed = stated if isinstance(stated, list) else [stated] * len(joints)
     if len(listed) != len(joints):
         raise document.error(where, f"has {len(listed)} entries", f"{len(joints)}, as joint names")
-    for (name, unit), said in zip(joints, listed, strict=True):
-        if not isinstance(said, str) or not is_rate(said, unit, order):
+    for (name, unit), stated in zip(joints, listed, strict=True):
+        if not isinstance(stated, str) or not is_rate(stated, unit, order):
             wanted = rate_unit(unit, order)
-            raise document.error(where, f"joint {name!r} is in {said!r}", f"{wanted!r}")
+            raise document.error(where, f"joint {name!r} is in {stated!r}", f"{wanted!r}")

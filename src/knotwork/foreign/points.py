@@ -19,6 +19,7 @@ WRAPPERS = ("goal", "trajectory", "joint_trajectory")
 """Keys that hold a message: of an action goal, of a MoveIt RobotTrajectory."""
 
 _NAMES = ("joint_names", "joints", "names", "name")
+_OTHER_MOTIONS = ("multi_dof_trajectory", "multi_dof_joint_trajectory")
 _UNUSED = (
     "header",
     "format",
@@ -33,8 +34,7 @@ _UNUSED = (
     "component_path_tolerance",
     "component_goal_tolerance",
     "goal_time_tolerance",
-    "multi_dof_trajectory",
-    "multi_dof_joint_trajectory",
+    *_OTHER_MOTIONS,
     *UNUSED_IN_POINT,
     "tool_position",
     "tool_quaternion",
@@ -63,7 +63,7 @@ def read_points(
         document: The mapping. Times are in s, or `{sec, nanosec}`.
         joint_names: The joints there are; the file may list them in any order.
         joint_units: `"rad"` or `"m"` for each.
-        start_time: What is added to times named `time_from_start` [s].
+        start_time: Added to times named `time_from_start` [s].
         owner: What the joints are of, for errors.
 
     Raises:
@@ -124,9 +124,13 @@ def _inside(document: Document) -> tuple[list[Part], Part]:
             raise document.error(at, f"holds a {kind}", "a mapping with joint_names and points")
         if any(name in data for name in _NAMES) or "points" in data:
             break
-        key = next((key for key in WRAPPERS if isinstance(data.get(key), dict)), None)
-        if key is None:
+        held = [key for key in WRAPPERS if isinstance(data.get(key), dict)]
+        if not held:
             break
+        key = held[0]
+        if len(held) > 1:
+            fault = f"is given beside {key!r}, and one motion is checked"
+            raise document.error((*at, held[1]), fault, "one")
         _refuse_unknown(document, data, at, WRAPPERS + _UNUSED)
         outer.append((data, at))
         data, at = data[key], (*at, key)
@@ -138,10 +142,15 @@ def _inside(document: Document) -> tuple[list[Part], Part]:
 def _refuse_unknown(
     document: Document, data: Mapping[str, Any], at: Location, known: Sequence[str]
 ) -> None:
-    """Refuse an unknown key: it may be a known one, misspelt."""
+    """Refuse an unknown key, which may be a known one, misspelt, and what else is to move."""
     for key in data:
         if key not in known:
             raise document.error((*at, key), "unknown key", did_you_mean(key, known))
+    for key in _OTHER_MOTIONS:
+        other = data.get(key)
+        if isinstance(other, dict) and (other.get("points") or other.get("joint_names")):
+            fault = "moves joints of several freedoms as well, which is not checked"
+            raise document.error((*at, key), fault, "a file without it, or with an empty one")
 
 
 def _names(document: Document, data: Mapping[str, Any], at: Location) -> tuple[list[str], Location]:
@@ -189,7 +198,7 @@ def _key(document: Document, data: Mapping[str, Any], quantity: str, at: Locatio
     """Name under which a mapping gives a quantity, if it does."""
     found = [key for key in KEYS[quantity] if data.get(key) is not None]
     if len(found) > 1:
-        message = f"is given beside {found[0]!r}, which means the same"
+        message = f"is given together with {found[0]!r}, which means the same"
         raise document.error((*at, found[1]), message, "one")
     return found[0] if found else None
 

@@ -101,7 +101,7 @@ class Intervals(NamedTuple):
         """A and B of some of the intervals, shape (2, d, k).
 
         Args:
-            a: Accelerations at the waypoints beside them, shape (d, k + 1).
+            a: Accelerations at the waypoints next to them, shape (d, k + 1).
             part: Which of the intervals.
             out: Takes them; by default an array of their own.
         """

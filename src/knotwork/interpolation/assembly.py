@@ -12,7 +12,7 @@ def coefficients(data: Waypoints, a: FloatArray) -> FloatArray:
     """Assemble the polynomials between the knots.
 
     Acceleration is linear between the knots, so it is built from its values there; position and
-    velocity at each knot come from the waypoint beside it. Both pieces that meet at a knot are
+    velocity at each knot come from the waypoint next to it. Both pieces that meet at a knot are
     made from its one state, so that they agree to rounding.
 
     Args:

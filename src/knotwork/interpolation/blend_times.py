@@ -129,7 +129,7 @@ def _of_single_interval(waypoints: JointWaypoints, limit: FloatArray, off: Float
         waypoints,
         lambda _, j: (
             f"acceleration_limit {limit[j]:.6g} is too low, with the limits of the other joints; "
-            f"{enough[j]:.6g} would do"
+            f"{enough[j]:.6g} is sufficient"
         ),
     )
     return min(least, 0.5 * h)

@@ -39,7 +39,7 @@ class ModifiedHermiteSpline(PiecewisePolynomial):
         dydx: Derivatives, of the shape of `y`, finite.
         axis: Axis of `y` along which time runs.
         knots: `"paper"` for Eq. (39); `"balanced"` or a `BalancedKnots` for knots at equal
-            distances beside each waypoint; or the m knot times [s] themselves.
+            distances next to each waypoint; or the m knot times [s] themselves.
         end_acceleration: `None` for the paper's curve, m = 2n - 2 knots, which starts and stops
             with an acceleration of its own; or the second derivatives wanted at start and end, a
             pair of scalars or arrays of the trailing shape of `y`, or `"zero"` for both: one more

@@ -39,12 +39,12 @@ class BalancedKnots:
     velocity.
 
     >>> x, y, v = [0, 5, 15, 25], [0, 30, 90, 180], [0, 6, 9, 0]
-    >>> kw.ModifiedHermiteSpline(x, y, v, knots=kw.BalancedKnots(0.1)).x
+    >>> kw.ModifiedHermiteSpline(x, y, v, knots=kw.interpolation.BalancedKnots(0.1)).x
     array([ 0. ,  4.5,  5.5, 14. , 16. , 25. ])
 
     Attributes:
         c: The fraction, 0 < c <= 1/2. At 1/2 knots coincide, which is a `KnotError` when they are
-            placed, wherever no interval beside the one between two waypoints is shorter.
+            placed, wherever no neighbour of the interval between two waypoints is shorter.
 
     Raises:
         InputError: `c` is out of bounds.

@@ -13,7 +13,7 @@ from knotwork.interpolation.options import option_array
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 DEFAULT_FRACTION = 1.0 / 3.0
-"""Part of an interval, or of the shortest beside it, for a change of speed that no limit bounds."""
+"""Part of an interval, or of its shortest neighbour, for a change of speed that no limit bounds."""
 
 ROUNDING = 1e-12
 """Relative tolerance: rounding can make a fully used limit or interval seem exceeded."""

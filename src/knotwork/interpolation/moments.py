@@ -26,7 +26,7 @@ def solve_accelerations(diagonal: FloatArray, between: FloatArray, rhs: FloatArr
 
     Args:
         diagonal: Shape (m,), each above the sum of its neighbours.
-        between: Entries beside it, shape (m-1,), positive.
+        between: Entries next to it, shape (m-1,), positive.
         rhs: Right-hand sides, shape (m, d).
 
     Returns:

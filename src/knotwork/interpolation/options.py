@@ -29,7 +29,7 @@ class PlannerOptions:
     limits; only some shape their motion by them. Arrays are kept
     read-only, `knots` and `end_acceleration` as tuples; options can be compared.
 
-    >>> options = kw.PlannerOptions(knots="balanced", end_acceleration="zero")
+    >>> options = kw.interpolation.PlannerOptions(knots="balanced", end_acceleration="zero")
     >>> options.requested
     ('knots', 'end_acceleration')
 
@@ -168,7 +168,7 @@ def option_array(
         given: Its value.
         shape: The shape that it must have.
         missing: What stands for each number if none are given.
-        accepted: What would be accepted, for the error.
+        accepted: The accepted values, for the error.
 
     Raises:
         OptionError: The shape is another.
@@ -193,7 +193,7 @@ class Planner(Protocol):
         Args:
             waypoints: Times [s], shape (n,), positions and velocities [rad or m, per second], shape
                 (n, d).
-            options: What is asked for beyond them; the defaults for `None`.
+            options: Further options; the defaults for `None`.
 
         Raises:
             InputError: The planner can't serve these waypoints, or does not support an option.

@@ -11,7 +11,7 @@ the first transition with
 
     m_0 = (y_1 - y_0 - v_0 T_0/2) / (h_0 - T_0/2),
 
-and the last is its mirror image. An inner transition takes T_k/2 of each interval beside it, one at
+and the last is its mirror image. An inner transition takes T_k/2 of each neighbour, one at
 an end all of its T_k. In an interval of length h the two parts, p and q, must fit: p + q <= h.
 
 Source: J. J. Craig, Introduction to Robotics, chapter 7, "linear function with parabolic blends
@@ -51,7 +51,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
             much.
     """
     duration = transition_times(waypoints, options)
-    # a transition lies half in each interval beside it, at the ends wholly in the one
+    # a transition lies half in each neighbouring interval, at the ends wholly in the one
     share = np.full(duration.size, 0.5)
     share[[0, -1]] = 1.0
     _check_intervals(waypoints, share * duration)

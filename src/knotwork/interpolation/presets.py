@@ -45,7 +45,7 @@ def preset_accelerations(waypoints: JointWaypoints, options: PlannerOptions) -> 
     Those that the waypoints know beforehand count before what the options ask for.
 
     Raises:
-        OptionError: An array has another shape, or end accelerations are given beside one.
+        OptionError: An array has another shape, or end accelerations are given together with one.
     """
     asked = "zero" if options.accelerations is None else options.accelerations
     ends = end_accelerations(options.end_acceleration, (len(waypoints.joint_names),))

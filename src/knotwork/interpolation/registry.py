@@ -32,7 +32,7 @@ def get_planner(name: str) -> Planner:
     trajectories bear its whole name.
 
     >>> waypoints = kw.JointWaypoints(("lift",), [0, 1, 3], [[0], [1], [2]], [[0], [1], [0]])
-    >>> trajectory = kw.get_planner("quintic:estimated")(waypoints)
+    >>> trajectory = kw.interpolation.get_planner("quintic:estimated")(waypoints)
     >>> trajectory.planner, trajectory.velocity(1.0)
     ('quintic:estimated', array([1.]))
 
@@ -89,7 +89,9 @@ def _plan(
         wanted = replace(given, **ruled)
         for option, rule in ruled.items():
             if option in given.requested and given != wanted:
-                raise OptionError(option, f"is given beside the rule {rule!r}; give one of the two")
+                raise OptionError(
+                    option, f"is given together with the rule {rule!r}; give one of the two"
+                )
         check_supported(planner, wanted)
         with np.errstate(over="ignore", invalid="ignore"):
             curve = make(waypoints, wanted)

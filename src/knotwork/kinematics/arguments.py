@@ -65,7 +65,7 @@ def check_poses(poses: Any) -> list[Any]:
 
 
 def check_distance(pose: Any, name: str = "pose") -> None:
-    """Check that a pose is not so far away that its distance can't be calculated.
+    """Check that a pose is near enough for its distance to be calculated.
 
     Raises:
         WaypointDataError: It is.

@@ -1,4 +1,4 @@
-"""Bounds on what is read of a mesh file, so that no file takes minutes or gigabytes."""
+"""Bounds on the size of a mesh file, so that no file takes minutes or gigabytes."""
 
 from __future__ import annotations
 

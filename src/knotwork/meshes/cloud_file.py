@@ -1,4 +1,4 @@
-"""Reading the points of a cloud: CSV with headings here, PLY with trimesh."""
+"""Reading the points of a cloud: CSV with headings, and PLY."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.meshes.bounds import FARTHEST, read_bounded
+from knotwork.meshes.ply_file import read_ply
 from knotwork.waypoints import FloatArray
 
 AXES = ("x", "y", "z")
@@ -76,16 +77,9 @@ def _is_row(line: str, columns: list[int]) -> bool:
 
 
 def _read_ply(data: bytes) -> FloatArray:
-    import trimesh
-
-    try:
-        scene = trimesh.load_scene(io.BytesIO(data), file_type="ply", process=False)
-        shapes = list(scene.geometry.values())
-        points = [np.asarray(shape.vertices, dtype=float).reshape(-1, 3) for shape in shapes]
-    except Exception as error:  # the reader raises whatever comes of what it does not expect
-        raise InputError(f"it is cut off or damaged ({type(error).__name__})") from error
-    if any(isinstance(shape, trimesh.Trimesh) and len(shape.faces) for shape in shapes):
+    points, triangles = read_ply(data)
+    if len(triangles):
         raise InputError(
             "it holds triangles, and between their corners there would be gaps; give it as a mesh"
         )
-    return np.concatenate([np.zeros((0, 3)), *points])
+    return points

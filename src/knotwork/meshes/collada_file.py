@@ -1,7 +1,8 @@
 """Reading COLLADA with pycollada: shapes where nodes place them, colours and images.
 
 As in ROS, the unit of length of a file counts and its upward axis does not. Nodes can show other
-nodes, so that a short file can show millions of shapes: they are counted before any is made.
+nodes, so that a short file can show millions of shapes: they are counted before any is made. Lines
+have no surface and are not read.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 from knotwork.documents import check_xml
 from knotwork.errors import InputError, shown
 from knotwork.meshes.bounds import MOST_ELEMENTS, MOST_NESTED, MOST_SHAPES, check_triangles
+from knotwork.meshes.collada_counts import check_whole, tag
 from knotwork.meshes.part import MeshPart
 from knotwork.waypoints import FloatArray
 
@@ -44,7 +46,9 @@ def read_collada(data: bytes, folder: Path, inside: Path) -> tuple[MeshPart, ...
     import collada
 
     check_xml(data, MOST_ELEMENTS)
-    _check_shapes(ElementTree.fromstring(data))
+    root = ElementTree.fromstring(data)
+    _check_shapes(root)
+    check_whole(root)
     try:
         try:
             document = collada.Collada(io.BytesIO(data))
@@ -76,11 +80,11 @@ def _check_shapes(root: ElementTree.Element) -> None:
         InputError: They are more than `MOST_SHAPES`, a node shows itself, or nodes are in one
             another deeper than `MOST_NESTED`.
     """
-    named = {e.get("id"): e for e in root.iter() if _tag(e) == "node" and e.get("id")}
+    named = {e.get("id"): e for e in root.iter() if tag(e) == "node" and e.get("id")}
     parts = {
-        e.get("id"): sum(_tag(part) in _PARTS for part in e.iter())
+        e.get("id"): sum(tag(part) in _PARTS for part in e.iter())
         for e in root.iter()
-        if _tag(e) == "geometry"
+        if tag(e) == "geometry"
     }
     counts: dict[ElementTree.Element, int] = {}
     open_nodes: set[ElementTree.Element] = set()
@@ -97,7 +101,7 @@ def _check_shapes(root: ElementTree.Element) -> None:
         return counts[node]
 
     def shown_by(element: ElementTree.Element) -> int:
-        kind = _tag(element)
+        kind = tag(element)
         target = (element.get("url") or "").removeprefix("#")
         if kind == "instance_node":
             return count(named[target]) if target in named else 0
@@ -105,15 +109,10 @@ def _check_shapes(root: ElementTree.Element) -> None:
             return max(1, parts.get(target, 1))
         return count(element) if kind == "node" else 0
 
-    scenes = [element for element in root.iter() if _tag(element) == "visual_scene"]
+    scenes = [element for element in root.iter() if tag(element) == "visual_scene"]
     shapes = sum(shown_by(node) for scene in scenes for node in scene)
     if shapes > MOST_SHAPES:
         raise InputError(f"its nodes show {shapes:.3g} shapes; at most {MOST_SHAPES} are read")
-
-
-def _tag(element: ElementTree.Element) -> str:
-    """Name of an element without its namespace; empty for comments."""
-    return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
 
 
 def _without_looks(data: bytes) -> io.BytesIO:
@@ -121,7 +120,7 @@ def _without_looks(data: bytes) -> io.BytesIO:
     root = ElementTree.fromstring(data)
     for element in list(root.iter()):
         for child in list(element):
-            if _tag(child) in _LOOKS:
+            if tag(child) in _LOOKS:
                 element.remove(child)
     return io.BytesIO(ElementTree.tostring(root))
 
@@ -163,7 +162,7 @@ def _image(address: str, folder: Path, inside: Path) -> tuple[Path | None, str]:
     """File of a material's image, and why it is not taken, if it is not.
 
     An image elsewhere on the disk is not taken, because pages that show it are sent to others.
-    Whether there is one is not told.
+    Whether there is one is not reported.
     """
     path = (folder / unquote(address.strip().removeprefix("file://"))).resolve()
     if not path.is_relative_to(inside.resolve()):

@@ -1,16 +1,12 @@
-"""Reading mesh files: STL here, COLLADA with pycollada, OBJ, PLY, OFF and glTF with trimesh.
+"""Reading mesh files whole: COLLADA with pycollada, glTF with trimesh, all else here.
 
-Of all formats but COLLADA only shapes are read. Files come from strangers, so both readers are
-written in Python: Coal's reader, which is in C++, ends the process on broken files. STL, which most
-collision shapes are, is read here because importing trimesh alone takes 0.4 s of processor time.
+A file that is not read whole is an error, because the arm could hit a part that is left out. Of all
+formats but COLLADA only shapes are read. Files come from strangers, so all readers are written in
+Python: Coal's reader, which is in C++, ends the process on broken files.
 """
 
 from __future__ import annotations
 
-import io
-import json
-import re
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -18,21 +14,12 @@ import numpy as np
 
 from knotwork.distinct import distinct
 from knotwork.errors import InputError
-from knotwork.meshes.bounds import (
-    FARTHEST,
-    MOST_NESTED,
-    MOST_SHAPES,
-    MOST_TRIANGLES,
-    check_triangles,
-    read_bounded,
-)
-from knotwork.meshes.part import MeshPart
+from knotwork.meshes.bounds import FARTHEST, check_triangles, read_bounded
+from knotwork.meshes.part import IndexArray, MeshPart
+from knotwork.meshes.ply_file import read_ply
+from knotwork.meshes.polygons import read_obj, read_off
+from knotwork.meshes.stl_file import read_stl
 from knotwork.waypoints import FloatArray
-
-_VERTEX = rb"\s+vertex\s+([^\s]{1,32})\s+([^\s]{1,32})\s+([^\s]{1,32})"
-_FACET = re.compile(rb"outer\s+loop" + 3 * _VERTEX + rb"\s+endloop", re.IGNORECASE)
-# What else lines of OBJ say may divide them into many thousand shapes.
-_OBJ_SHAPE = re.compile(rb"^[ \t]*(?:v|vn|vt|f)[ \t].*$", re.MULTILINE)
 
 SUFFIXES = (".dae", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 
@@ -51,8 +38,8 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
         inside: Folder that the images of its materials must be in; by default that of the file.
 
     Raises:
-        InputError: The file can't be read, is larger than what is read, holds no triangles with an
-            area, or points that are not finite.
+        InputError: The file can't be read whole, is larger than what is read, holds no triangles
+            with an area, or points that are not finite.
     """
     try:
         if path.suffix.lower() not in SUFFIXES:
@@ -62,10 +49,8 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
             from knotwork.meshes.collada_file import read_collada
 
             parts = read_collada(data, path.parent, inside or path.parent)
-        elif path.suffix.lower() == ".stl":
-            parts = (_read_stl(data),)
         else:
-            parts = (_read_shape(data, path.suffix.lower()[1:]),)
+            parts = (MeshPart(*_read_shape(data, path.suffix.lower()[1:])),)
         _check(parts)
     except Exception as error:  # readers raise whatever comes of what they do not expect
         raise InputError(f"mesh {path} can't be read: {_reason(error)}") from error
@@ -84,21 +69,6 @@ def read_points(path: Path) -> FloatArray:
     """
     parts = read_mesh(path)
     return np.concatenate([part.points[distinct(part.triangles)] for part in parts])
-
-
-def _read_stl(data: bytes) -> MeshPart:
-    """Read an STL file; one of another length than a binary file of its facets is text."""
-    facets = int.from_bytes(data[80:84], "little")
-    if len(data) >= 84 and len(data) == 84 + 50 * facets:
-        check_triangles(facets)
-        rows = np.frombuffer(data[84:], [("v", "<f4", (4, 3)), ("attribute", "<u2")])
-        with np.errstate(invalid="ignore"):
-            points = rows["v"][:, 1:].reshape(-1, 3).astype(float)
-    else:
-        found = _FACET.findall(data)
-        check_triangles(len(found))
-        points = np.array(found, dtype="S32").astype(float).reshape(-1, 3)
-    return MeshPart(points, np.arange(len(points)).reshape(-1, 3))
 
 
 def _reason(error: Exception) -> str:
@@ -153,50 +123,16 @@ def _has_area(part: MeshPart) -> bool:
     return bool(np.cross(b - a, c - a).any())
 
 
-def _read_shape(data: bytes, kind: str) -> MeshPart:
-    """Read the shape of a file of any other format; no other file is opened for it."""
-    import trimesh
-
+def _read_shape(data: bytes, kind: str) -> tuple[FloatArray, IndexArray]:
+    """Points and triangles of a file of any other format."""
     if kind in ("glb", "gltf"):
-        _check_gltf(data, kind)
-    options: dict[str, Any] = {}
-    if kind == "obj":
-        data = b"\n".join(_OBJ_SHAPE.findall(data.replace(b"\\\n", b" ")))
-        data = data.decode("ascii", errors="backslashreplace").encode()  # numbers are ASCII
-        options = {"skip_materials": True}
-    scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **options)
-    shown = [scene.geometry[name] for _, name in map(scene.graph.get, scene.graph.nodes_geometry)]
-    shapes = [shape for shape in shown if isinstance(shape, trimesh.Trimesh)]
-    check_triangles(sum(len(shape.faces) for shape in shapes))
-    if not shapes:
-        raise InputError("it holds no triangles")
-    whole = scene.to_mesh()
-    return MeshPart(
-        np.asarray(whole.vertices, dtype=float), np.asarray(whole.faces, dtype=np.int64)
-    )
+        from knotwork.meshes.gltf_file import read_gltf
 
-
-def _check_gltf(data: bytes, kind: str) -> None:
-    """Refuse glTF of few bytes that asks for much memory.
-
-    Raises:
-        InputError: It names more values than it holds, or its nodes form no tree.
-        ValueError: It is no glTF.
-    """
-    text = data
-    if kind == "glb":  # a header of 12 bytes, then the length and kind of the first chunk
-        text = data[20 : 20 + int.from_bytes(data[12:16], "little")]
-    content: Any = json.loads(text)
-    counts = [accessor.get("count", 0) for accessor in content.get("accessors", ())]
-    if any(not isinstance(count, int) or count > 3 * MOST_TRIANGLES for count in counts):
-        raise InputError(f"an accessor has more than {3 * MOST_TRIANGLES} values")
-    nodes = content.get("nodes", [])
-    carried = list(chain.from_iterable(node.get("children", ()) for node in nodes))
-    if len(nodes) > MOST_SHAPES or len(set(carried)) < len(carried):
-        raise InputError(f"it has more than {MOST_SHAPES} nodes, or one that is in two others")
-    below = {i: node.get("children", ()) for i, node in enumerate(nodes)}
-    level, depth = [i for i in below if i not in set(carried)], 0
-    while level:
-        level, depth = [one for i in level for one in below[i]], depth + 1
-        if depth > MOST_NESTED:
-            raise InputError(f"its nodes are in one another more than {MOST_NESTED} deep")
+        return read_gltf(data, kind)
+    if kind == "stl":
+        points = read_stl(data)
+        triangles = np.arange(len(points)).reshape(-1, 3)
+    else:
+        points, triangles = {"obj": read_obj, "ply": read_ply, "off": read_off}[kind](data)
+    check_triangles(len(triangles))
+    return points, triangles

@@ -19,7 +19,7 @@ from knotwork.waypoints import FloatArray
 
 BLOCK = 49152
 """Values that are worked on together: their buffers stay in the nearer caches, and bookkeeping is
-negligible beside them."""
+negligible next to them."""
 
 HORNER_THRESHOLD = 1024
 """Mean number of times in a piece from which Horner's scheme is faster than gathering."""

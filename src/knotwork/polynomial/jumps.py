@@ -30,7 +30,7 @@ Rounding makes jumps of an acceleration as large as 8 · 2⁻⁵² · |q| / h²,
 h > 30 µs (at |q| = 6); pieces that are too short to carry their data so count as jumps."""
 
 TIME_STEP = 1e-9
-"""Messages and drives give times in whole nanoseconds [s]. A break that is moved by so much makes a
+"""Messages and drives give times in whole nanoseconds [s]. A break that moves by this makes a
 jump of this times that of the next derivative."""
 
 WINDOW = 1e-6

@@ -1,4 +1,4 @@
-"""A log beside the motion that was asked for: the shift of its clock, and how far it is off."""
+"""A log compared with its plan: the shift of its clock, and the deviation."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ GROUP = "Against the plan"
 COARSE = 2000
 """Steps a plan is divided into where the shift is looked for."""
 NEAR = 1e-4
-"""Breaks so near to an end of the plan [s] are left out."""
+"""Breaks within this of an end of the plan [s] are left out."""
 ROUNDS = 50
 
 
@@ -40,7 +40,7 @@ class Alignment:
         trajectory: The motion of the log, in the plan's order of joints, by the plan's clock and
             within the plan's time as far as the log reaches.
         shift: Time of the log's own clock at which the plan's is 0 [s].
-        shift_error: Standard error of the shift [s], from what is left between log and plan.
+        shift_error: Standard error of the shift [s], from the residual between log and plan.
         reference: The plan.
         curve: The smoothed log, by its own clock.
         start: The shift counted from the log's first sample [s].
@@ -241,11 +241,11 @@ def deviation_findings(
         robot: Gives the deviation of the tool.
         units: Those of the messages.
     """
-    said = (
+    sentence = (
         f"the plan's time 0 is {alignment.start:.6f} s after the log's first sample, at "
         f"{alignment.shift:.6f} s by the log's clock; standard error {alignment.shift_error:.1g} s"
     )
-    shift = _finding("motion", "", "time_shift", alignment.start, "s", None, said)
+    shift = _finding("motion", "", "time_shift", alignment.start, "s", None, sentence)
     joints = list(_joints(alignment, units))
     tool = list(_tool(alignment, robot, units)) if robot is not None else []
     off = [found for found in joints if found.quantity == "joint_deviation"]
@@ -257,7 +257,7 @@ def deviation_findings(
         [f"time shift {alignment.start:.4g} s", *(_short(one, units) for one in worst)]
     )
     yield replace(shift, brief=brief)
-    yield Finding(GROUP, "motion", "", "clock", "information", said)
+    yield Finding(GROUP, "motion", "", "clock", "information", sentence)
     yield from joints
     yield from tool
 

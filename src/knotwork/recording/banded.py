@@ -11,7 +11,7 @@ def inverse_within_band(factors: FloatArray) -> FloatArray:
     """Entries of the inverse of A = L Lᵀ where A has some, for several matrices at once.
 
     With the last rows known, row i follows from Lᵀ A⁻¹ = L⁻¹, whose entries right of the diagonal
-    are zero (Takahashi's equations). Each step needs the inverse beside it only.
+    are zero (Takahashi's equations). Each step needs the inverse next to it only.
 
     Args:
         factors: Diagonals of the L below each other, as `scipy.linalg.cholesky_banded` gives them

@@ -31,12 +31,12 @@ class LogColumns:
             the size of the values tells.
         joints: By `"position"` and, if there is one for every joint, `"velocity"`: index of the
             column and factor to SI, for each joint.
-        units_said: The headings of positions say the units of these joints, by their index.
+        units_given: The headings of positions say the units of these joints, by their index.
     """
 
     clock: tuple[tuple[int, float], ...]
     joints: Mapping[str, tuple[tuple[int, float], ...]]
-    units_said: frozenset[int]
+    units_given: frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class _Found:
     joint: int
     index: int
     factor: float
-    unit_said: bool
+    unit_given: bool
 
 
 def log_columns(
@@ -85,12 +85,12 @@ def log_columns(
             (of[i].index, _factor(of[i], joint_units[i], degrees=degrees))
             for i in range(len(joint_names))
         )
-    said = (one.joint for one in positions if one.topic == chosen and one.unit_said)
-    return LogColumns(_clock(headings, chosen), joints, frozenset(said))
+    stated = (one.joint for one in positions if one.topic == chosen and one.unit_given)
+    return LogColumns(_clock(headings, chosen), joints, frozenset(stated))
 
 
 def _factor(one: _Found, unit: str, *, degrees: bool) -> float:
-    plain = degrees and unit == "rad" and not one.unit_said
+    plain = degrees and unit == "rad" and not one.unit_given
     return math.radians(1.0) if plain else one.factor
 
 
@@ -104,8 +104,8 @@ def _named(headings: Sequence[str], names: Sequence[str], units: Sequence[str]) 
             continue
         if content.joint is None or content.quantity not in USED:
             continue
-        said = any(word in ("rad", "deg", "m", "mm", "degrees", "°") for word in words(rest))
-        yield _Found(topic, content.quantity, content.joint, index, content.factor, said)
+        stated = any(word in ("rad", "deg", "m", "mm", "degrees", "°") for word in words(rest))
+        yield _Found(topic, content.quantity, content.joint, index, content.factor, stated)
 
 
 def _split(heading: str, names: Sequence[str]) -> tuple[str, str]:
@@ -127,7 +127,7 @@ def _numbered(
 
     Columns of names, if there are any, say in which order; otherwise it is that of the robot.
     """
-    told: dict[tuple[str, int], str] = {}
+    named: dict[tuple[str, int], str] = {}
     counted: list[tuple[str, str, int, int]] = []
     for index, heading in enumerate(headings):
         topic, _, last = re.sub(r"[./:]", "/", heading.strip()).rpartition("/")
@@ -136,18 +136,18 @@ def _numbered(
             continue
         word, number = match["word"], int(match["index"])
         if word in ("name", "joint_names"):
-            told[topic, number] = first[index].strip()
+            named[topic, number] = first[index].strip()
             continue
         *kind, word = words(word)
         quantity = quantity_named(word)
         if quantity in USED and not set(kind) & set(_ASKED):
             counted.append(("/".join([topic, *kind]), str(quantity), number, index))
-            told.update({("/".join([topic, *kind]), n): name for (t, n), name in told.items()
+            named.update({("/".join([topic, *kind]), n): name for (t, n), name in named.items()
                          if t == topic})  # fmt: skip
     for group, quantity, number, index in counted:
         ours = [n for g, q, n, _ in counted if (g, q) == (group, quantity)]
-        if any(g == group for g, _ in told):
-            name = told.get((group, number), "")
+        if any(g == group for g, _ in named):
+            name = named.get((group, number), "")
             if name in names:
                 yield _Found(group, quantity, list(names).index(name), index, 1.0, False)
         elif len(ours) == len(names):
@@ -217,8 +217,8 @@ def _clock(headings: Sequence[str], topic: str) -> tuple[tuple[int, float], ...]
         except HeadingError:
             continue
         if content.quantity == "time" and content.clock != "step":
-            said = words(heading)[-1] in ("s", "sec", "seconds", "ms", "us", "ns")
-            times.append((index, content.factor if said else 0.0))
+            stated = words(heading)[-1] in ("s", "sec", "seconds", "ms", "us", "ns")
+            times.append((index, content.factor if stated else 0.0))
     if len(times) == 1:
         return (times[0],)
     which = f"{len(times)} columns are times" if times else "no column is the time"

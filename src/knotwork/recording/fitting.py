@@ -1,4 +1,4 @@
-"""Cubic splines by weighted least squares, and what is unknown of them."""
+"""Cubic splines by weighted least squares, and their uncertainty."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray
 
 CONTINUED = 3.0
-"""Where a log lacks as little as so many of its periods at an end, its curve is continued."""
+"""Number of periods that may be missing at an end of a log: its curve is continued over them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class LeftOfPlan:
     Attributes:
         samples: Largest distance of its samples [rad or m], shape (d,).
         errors: Distances of position, velocity, acceleration and jerk at the times of the log's
-            grid or beside them [rad or m, per s, per s², per s³], shape (4, g, d).
+            grid or next to them [rad or m, per s, per s², per s³], shape (4, g, d).
         ends: The same at the start and the end of the plan, if the curve is continued to there,
             shape (2, 4, d).
     """
@@ -95,7 +95,7 @@ def _going_on(plan: JointTrajectory, time: FloatArray, order: int) -> FloatArray
 
 
 def _by_piece(curve: Smoothed, values: FloatArray) -> FloatArray:
-    """The largest of samples in each piece and beside it, shape (pieces, d)."""
+    """The largest of samples in each piece and next to it, shape (pieces, d)."""
     first = np.searchsorted(curve.log.time, curve.trajectory.breaks[:-1])
     return _with_neighbours(np.maximum.reduceat(values, first, axis=0), axis=0)
 

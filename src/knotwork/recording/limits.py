@@ -51,7 +51,7 @@ def of_pieces(curve: PiecewisePolynomial, grid: FloatArray) -> FloatArray:
     """What cubics make unknown where the jerk of the motion jumps between their ends, (4, g, d).
 
     A jump of the jerk by J within a piece of length h changes acceleration, velocity and position
-    by some J h/4, J h²/32 and J h³/384; J is taken from the jumps of the curve beside it.
+    by some J h/4, J h²/32 and J h³/384; J is taken from the jumps of the curve next to it.
     """
     jumps = np.abs(curve.jumps(3))
     jumps = np.concatenate((jumps[:1], jumps, jumps[-1:])) if len(jumps) else np.zeros((2, 1))

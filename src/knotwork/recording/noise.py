@@ -49,9 +49,9 @@ class Noise:
     stated: bool
 
     def of_samples(self, slopes: FloatArray) -> FloatArray:
-        """Standard deviation of each sample, from the largest velocity beside it, shape (n, d)."""
+        """Standard deviation of each sample, from the largest velocity next to it, shape (n, d)."""
         fast = np.abs(slopes)
-        # where it starts and stops, a slope between samples is known from those beside it alone
+        # where it starts and stops, a slope between samples is known from its neighbours only
         for k in (1, 2):
             fast[k:] = np.maximum(fast[k:], np.abs(slopes[:-k]))
             fast[:-k] = np.maximum(fast[:-k], np.abs(slopes[k:]))
@@ -103,7 +103,7 @@ def _left_over(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatA
                 weights[i] *= -at[j] / (at[i] - at[j])
     guessed = sum(weights[i][:, None] * values[k : k + n] for i, k in enumerate(places))
     left = (values[2 : 2 + n] - guessed) / np.sqrt(1.0 + (weights**2).sum(axis=0))[:, None]
-    # Beside a gap a neighbour is far away, and a cubic tells little.
+    # Next to a gap a neighbour is far away, and a cubic says little.
     far = np.abs(at).max(axis=0) > 4.0 * np.median(np.diff(time))
     left[far] = np.nan
     return np.asarray(left), slopes_of(time, values)[2 : 2 + n]

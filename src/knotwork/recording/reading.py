@@ -75,7 +75,7 @@ def read_log(
     Understood are headings of PlotJuggler (`__time`, `/joint_states/elbow_joint/position`), of
     flattened ROS messages (`header.stamp.sec`, `header.stamp.nanosec`, `name[0]`, `position[0]`;
     `%time`, `field.position0`), of Universal Robots' RTDE (`timestamp`, `actual_q_0`), and those
-    that `knotwork check` reads. Columns are divided by commas, semicolons, tabs or spaces; beside
+    that `knotwork check` reads. Columns are divided by commas, semicolons, tabs or spaces; besides
     semicolons and tabs, numbers may have decimal commas. Other columns are left out, and so are
     rows without a position of each joint. Rows are put in the order of their times; of those at
     one time the mean counts.
@@ -104,8 +104,8 @@ def read_log(
     line, headings = rows[0]
     for at, cells in rows[1:]:
         if len(cells) != len(headings):
-            said = Problem(at, "", f"has {len(cells)} values", f"{len(headings)}, as headings")
-            raise DocumentError(path, [said])
+            problem = Problem(at, "", f"has {len(cells)} values", f"{len(headings)}, as headings")
+            raise DocumentError(path, [problem])
     try:
         columns = log_columns(
             headings, rows[1][1], joint_names, joint_units, topic=topic, degrees=degrees
@@ -156,8 +156,8 @@ def _recording(
     position = _mean(position, order, time.size)
     velocity = None if velocity is None else _mean(velocity, order, time.size)
     if time.size < FEWEST:
-        said = Problem(None, "", f"has samples at {time.size} times", f"at least {FEWEST}")
-        raise DocumentError(path, [said])
+        problem = Problem(None, "", f"has samples at {time.size} times", f"at least {FEWEST}")
+        raise DocumentError(path, [problem])
     return Recording(
         tuple(names), tuple(units), time, position, velocity, resolution, velocity_resolution,
         origin, path.name, tuple(notes),
@@ -203,12 +203,12 @@ def _seconds(clock: FloatArray, factors: Sequence[float]) -> tuple[FloatArray, f
 def _in_order(time: FloatArray) -> tuple[FloatArray, NDArray[np.intp], str]:
     """Different times in order, to which of them each row belongs, and what that took."""
     unique, order = np.unique(time, return_inverse=True)
-    said = []
+    notes = []
     if (np.diff(time) < 0.0).any():
-        said.append(f"{int((np.diff(time) < 0.0).sum())} rows were out of the order of time")
+        notes.append(f"{int((np.diff(time) < 0.0).sum())} rows were out of the order of time")
     if unique.size < time.size:
-        said.append(f"{time.size - unique.size} rows had the time of another")
-    return unique - unique[0], order.ravel(), " and ".join(said)
+        notes.append(f"{time.size - unique.size} rows had the time of another")
+    return unique - unique[0], order.ravel(), " and ".join(notes)
 
 
 def _mean(values: FloatArray, order: NDArray[np.intp], count: int) -> FloatArray:
@@ -227,7 +227,7 @@ def _refuse_degrees(
 ) -> None:
     for j, (index, factor) in enumerate(columns.joints["position"]):
         largest = float(np.abs(position[:, j]).max())
-        if j in columns.units_said:
+        if j in columns.units_given:
             continue
         if units[j] == "rad" and factor == 1.0 and largest > WHOLE_TURNS:
             field = f"column {index + 1} ({head[1][index].strip()})"

@@ -2,9 +2,9 @@
 
 Knots are put where the samples ask for them. An interval is halved as long as the curve is off its
 samples by more than their noise, in mean square; after that all intervals are halved once more. So
-what the curve can't follow is small beside what the noise leaves unknown. What is unknown in the
-end is the standard error of the least squares, and beside it by how much the last halving has
-changed the curve, which is more than finer knots would.
+what the curve can't follow is small compared with the uncertainty by noise. The uncertainty in the
+end is the standard error of the least squares, plus the change of the curve by the last halving,
+which is more than finer knots would change.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from knotwork.waypoints import FloatArray
 
 _ALLOWED = 1.1  # by how much the estimated noise may be too small
 FEWEST = 4
-"""An interval has at least so many samples."""
+"""Smallest number of samples in an interval."""
 SURE = 5.0
 """The curve misses the samples for sure beyond this many standard deviations of white noise."""
 ORDERS = 4
@@ -164,7 +164,7 @@ def _unfollowed(
 
 
 def _changes(coarse: Fit, fit: Fit, grid: FloatArray, order: int) -> FloatArray:
-    """How much the last halving has changed the curve, at each time and beside it, shape (g, d)."""
+    """Change of the curve by the last halving, at each time and next to it, shape (g, d)."""
     change = np.abs(fit.values(order, grid) - coarse.values(order, grid))
     most = change.copy()
     for k in (1, 2):
@@ -200,7 +200,7 @@ def _misses(shares: FloatArray, cuts: Any, certain: float = 3.0) -> Any:
     """Intervals in which the curve does not follow the samples, from what is left over their noise.
 
     There the squares are too large in the mean, of one joint or of all, or what is left has the
-    same sign from sample to sample; each by so many standard deviations of white noise.
+    same sign from sample to sample; each by this many standard deviations of white noise.
     """
     sizes, joints = np.diff(cuts), shares.shape[1]
     each = np.add.reduceat(shares**2, cuts[:-1], axis=0) / sizes[:, None]

@@ -1,7 +1,8 @@
 """The check of a log: what it shows beyond its noise.
 
 The smoothed motion is checked as any other. But a log knows its motion only up to its noise: what
-fails by less than `CERTAIN` standard errors of the curve is undecided and fails nothing. And the
+is met or fails by less than `CERTAIN` standard errors of the curve is undecided: it fails nothing,
+and is not called met. And the
 curve is smooth because it was made so: whether the motion jumps is judged by how far the samples
 are off it, against their noise. In a log without noise they are off it where the jerk jumps, as it
 may: what the same curve leaves of the plan, it may leave of the log. By as much of the plan's
@@ -18,6 +19,7 @@ import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.recording.alignment import Alignment, deviation_findings
+from knotwork.recording.holes import hole_findings
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report, check
 
@@ -29,13 +31,11 @@ if TYPE_CHECKING:
 
 GROUP = "Log"
 CERTAIN = 4.0
-"""A fault counts if it is larger than so many standard errors."""
+"""What is met or fails counts if it is so by more than this many standard errors."""
 JUMP = 8.0
-"""A sample further off the curve than so many standard deviations is a jump or wrong."""
+"""A sample further off the curve than this many standard deviations is a jump or wrong."""
 LIKE_THE_PLAN = 1.5
-"""So many times what such a curve leaves of the plan, it may leave of a log without any noise."""
-GAP = 5.0
-"""A gap is longer than so many sample periods."""
+"""Residual of a log without noise at most, in multiples of that of such a curve and the plan."""
 _ORDERS = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1, "m/s²": 2, "rad/s²": 2}
 _TURNING = ("rad", "rad/s", "rad/s²")
 
@@ -44,7 +44,7 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
     """Check a log against a scenario.
 
     `"passed"` then means that nothing in the log contradicts the scenario beyond the log's noise.
-    What is undecided is said in the findings.
+    The findings report what is undecided.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -57,7 +57,7 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
 
     Args:
         alignment: The smoothed log, by the clock of a plan of this scenario.
-        scenario: What is asked for.
+        scenario: The task.
         space: The scenario's joints and robot.
     """
     report = check(alignment.trajectory, scenario, space=space)
@@ -69,20 +69,21 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
         if found.group == "Continuity" or found.quantity.endswith("_rounding"):
             continue
         known = _known_to(found, alignment, space)
-        if found.verdict == "failed" and known is not None and -(found.margin or 0.0) <= known:
+        asked = found.verdict in ("met", "failed")
+        if asked and known is not None and abs(found.margin or 0.0) <= known:
             undecided += 1
             to = units.text(known, found.unit, ".2g")
-            said = f"{found.message}; undecided, for the log tells it to {to}"
-            found = replace(found, verdict="undecided", message=said)
+            sentence = f"{found.message}; undecided, for the log tells it to {to}"
+            found = replace(found, verdict="undecided", message=sentence)
         judged.append(found)
     judged += compared.findings
     if undecided:
         judged.append(
-            _said(
+            _information(
                 "undecided",
-                f"{undecided} requirements are undecided: what they are off by is less than "
+                f"{undecided} requirements are undecided: they are met or failed by less than "
                 f"{CERTAIN:g} standard errors of the log",
-                f"undecided: off by less than {CERTAIN:g} standard errors",
+                f"undecided: within {CERTAIN:g} standard errors of the limit",
             )
         )
     return replace(report, findings=tuple(judged))
@@ -91,7 +92,7 @@ def check_log(alignment: Alignment, scenario: Scenario, space: JointSpace) -> Re
 def compare_log(
     alignment: Alignment, robot: Robot | None = None, units: Units = SI, *, required: bool = True
 ) -> Report:
-    """Say how far a log is off its plan, what is assumed of it, and whether it jumps.
+    """Report how far a log is off its plan, the assumptions about it, and whether it jumps.
 
     >>> plan = kw.plan("paper_case")
     >>> time = np.arange(0.0, 25.0, 0.05)
@@ -119,6 +120,7 @@ def compare_log(
             *deviation_findings(alignment, robot, units),
             *_about(alignment, allowed, units),
             *_smooth(alignment, allowed, units, required=required),
+            *hole_findings(alignment),
         ),
         units=units,
     )
@@ -137,6 +139,9 @@ def _known_to(found: Finding, alignment: Alignment, space: JointSpace) -> float 
     of_joint = found.name in space.joint_names
     if of_joint and found.subject == "joint" and found.quantity in DERIVATIVES:
         return float(errors(DERIVATIVES.index(found.quantity))[space.joint_names.index(found.name)])
+    if found.subject == "wait" and found.interval is not None:  # between two of its times
+        begin = _unknown(alignment, 0, found.interval[0])[order]
+        return float((errors(0) + begin).max())
     named = found.quantity.removeprefix("joint_")
     if found.group == "Joints at the waypoints" and named in DERIVATIVES:
         return float(errors(DERIVATIVES.index(named)).max())
@@ -197,13 +202,13 @@ def _smooth(
         time = float(curve.log.time[worst] - alignment.start)
         unit = curve.log.joint_units[j]
         shown = units.text(value, unit, ".3g")
-        said = f"a sample is off the smooth curve by {shown} at {time:.4f} s"
+        sentence = f"a sample is off the smooth curve by {shown} at {time:.4f} s"
         if value > limit:
             times = value / float(curve.sigma[worst, j])
-            said += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
+            sentence += f", {times:.3g} times the noise: the motion jumps, or the sample is wrong"
             if not curve.noise.stated:
                 largest = float(off.max())
-                said += f"; if samples may be off by as much, --noise {largest:.0e} says so"
+                sentence += f"; if samples may be off by as much, --noise {largest:.0e} says so"
         ok = value <= limit
         yield Finding(
             group="Continuity",
@@ -211,18 +216,17 @@ def _smooth(
             name=name,
             quantity="sample_off_the_curve",
             verdict=("met" if ok else "failed") if required else "information",
-            message=f"joint {name!r}: {said}",
+            message=f"joint {name!r}: {sentence}",
             value=value,
             limit=limit,
             margin=limit - value,
             unit=unit,
             time=time,
-            proof="sampled",
         )
 
 
 def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[Finding]:
-    """What is assumed of the log, and what it can tell."""
+    """The assumptions about the log, and its resolution."""
     curve, log = alignment.curve, alignment.curve.log
     beyond = log.time[(np.abs(curve.residuals) > allowed).any(axis=1)]
     missed = [span for span in curve.missed if ((beyond >= span[0]) & (beyond <= span[1])).any()]
@@ -244,7 +248,7 @@ def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[
                 f"{units.text(float(errors[j]), unit, '.2g')} at worst",
             )  # fmt: skip
     noise = ", ".join(units.text(s, u, ".2g") for s, u in _ranges(alignment))
-    yield _said(
+    yield _information(
         "log",
         f"log: {log.time.size} samples, every {1e3 * log.period:.4g} ms, smoothed by "
         f"{curve.trajectory.breaks.size - 1} cubics; noise {noise} and jitter "
@@ -252,7 +256,7 @@ def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[
         f"{curve.velocities}",
     )
     if log.notes:
-        yield _said("left_out", f"left out or mended: {'; '.join(log.notes)}")
+        yield _information("left_out", f"left out or mended: {'; '.join(log.notes)}")
     if missed:
         start, end = (time - alignment.start for time in missed[0])
         times = f", {len(missed)} times, first" if len(missed) > 1 else ""
@@ -260,16 +264,6 @@ def _about(alignment: Alignment, allowed: FloatArray, units: Units) -> Iterator[
             "Warnings", "motion", "", "too_coarse", "warning",
             f"the motion changes faster than the log shows{times} from {start:.4f} s to "
             f"{end:.4f} s: there it is known badly",
-            time=float(start),
-        )  # fmt: skip
-    gaps = np.diff(log.time)
-    i = int(gaps.argmax())
-    if gaps[i] > GAP * log.period:
-        start = log.time[i] - alignment.start
-        yield Finding(
-            "Warnings", "motion", "", "gap", "warning",
-            f"the log has no sample from {start:.4f} s to {start + gaps[i]:.4f} s; the motion "
-            "there is a guess, and so is what is said of it",
             time=float(start),
         )  # fmt: skip
 
@@ -284,7 +278,7 @@ def _ranges(alignment: Alignment) -> Iterator[tuple[float, str]]:
         )
 
 
-def _said(quantity: str, message: str, brief: str = "") -> Finding:
+def _information(quantity: str, message: str, brief: str = "") -> Finding:
     return Finding(GROUP, "motion", "", quantity, "information", message, brief=brief)
 
 

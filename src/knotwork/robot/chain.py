@@ -24,12 +24,14 @@ class Chain(NamedTuple):
         joint_names: Names of its joints, base first.
         base_frame: Link that poses are given in; it does not move.
         locked: Position of every locked joint of one degree of freedom [rad or m].
+        followers: Joints among those that mimic one that is planned for, and which.
     """
 
     model: Any
     joint_names: tuple[str, ...]
     base_frame: str
     locked: Mapping[str, float]
+    followers: Mapping[str, str]
 
 
 def select_chain(
@@ -77,12 +79,24 @@ def select_chain(
     planned = set(moving)
     still = [i for i in range(1, full.njoints) if i not in planned]
     reference, values = _reference(urdf, robot, still, locked)
+    names = tuple(full.names[i] for i in moving)
+    masters = {full.names[i]: _masters(urdf, full.names[i], locked) for i in still}
     return Chain(
         model=_reduced(full, still, reference),
-        joint_names=tuple(full.names[i] for i in moving),
+        joint_names=names,
         base_frame=base,
         locked=values,
+        followers={name: of[-1] for name, of in masters.items() if of and of[-1] in names},
     )
+
+
+def _masters(urdf: Urdf, name: str, locked: Mapping[str, float]) -> list[str]:
+    """The joint that a joint mimics, the one that this mimics and so on, up to a locked one."""
+    masters: list[str] = []
+    while name in urdf.mimics and name not in locked and len(masters) < len(urdf.mimics):
+        name = urdf.mimics[name].joint
+        masters.append(name)
+    return masters
 
 
 def _reduced(full: Any, still: list[int], reference: Any) -> Any:
@@ -151,7 +165,7 @@ def _reference(
     reference = pin.neutral(full)
     values: dict[str, float] = {}
     # Masters first, so that a joint that mimics one finds where it stands.
-    for i in sorted(still, key=lambda i: full.names[i] in urdf.mimics):
+    for i in sorted(still, key=lambda i: len(_masters(urdf, full.names[i], locked))):
         name, joint = full.names[i], full.joints[i]
         wanted = locked.get(name)
         if joint.nq != 1:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import RobotError, UnknownNameError
 from knotwork.payload import Payload
+from knotwork.renamed import old_method
 from knotwork.robot.chain import select_chain
 from knotwork.robot.description import Description
 from knotwork.robot.limits import chain_limits, limit_tables
@@ -53,6 +54,7 @@ class Robot:
         tool_candidates: Links that carry no other, which a tool frame may be.
         configurations: Those named configurations that place every joint [rad or m].
         locked: Positions of the joints that do not move [rad or m].
+        followers: Joints among those that mimic one that moves, and which.
         ignored_pairs: Pairs of links that its file has not checked for collisions.
         srdf: File that names more such pairs, or `None`.
         model: Pinocchio model of the chain, nq = nv = d.
@@ -86,6 +88,7 @@ class Robot:
         )
         self.base_frame, self.joint_names = chain.base_frame, chain.joint_names
         self.locked = MappingProxyType(dict(chain.locked))
+        self.followers = MappingProxyType(dict(chain.followers))
         self.model = chain.model
         self._add_frames()
         self.joint_units = tuple(
@@ -159,6 +162,11 @@ class Robot:
             str(frame.name) for frame in self.model.frames if frame.type == pin.FrameType.BODY
         )
 
+    @property
+    def joined_links(self) -> frozenset[frozenset[str]]:
+        """Pairs of links that a joint of the URDF joins, its parent and its child."""
+        return frozenset(map(frozenset, self._given.urdf.parents.items()))
+
     def __reduce__(self) -> tuple[type[Robot], tuple[Description]]:
         return type(self), (self._given,)  # made anew: each copy has working memory of its own
 
@@ -204,7 +212,7 @@ class Robot:
             frame: Link that carries the tool; by default as before.
             offset: TCP in the tool frame, `pin.SE3`; by default as before, or none for a new
                 frame.
-            payload: What the tool frame carries, in its axes, beside the masses of the URDF; by
+            payload: What the tool frame carries, in its axes, besides the masses of the URDF; by
                 default as before, or none for a new frame. It counts in `torque`.
 
         Raises:
@@ -387,15 +395,17 @@ class Robot:
         q, v, a = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 
-    def solve_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
-        """Find every branch that takes the TCP to a pose, as `Branch`; see `knotwork.solve_all`.
+    def solve_pose_ik_all(self, pose: Any, **options: Any) -> tuple[Any, ...]:
+        """Find every branch that takes the TCP to a pose, as `Branch`.
 
         Args:
             pose: Pose of the TCP in the base frame, `pin.SE3`.
-            options: Those of `knotwork.solve_all`.
+            options: See `knotwork.solve_pose_ik_all`.
         """
         # kinematics knows robots, so robots must not know it but when they are asked
-        return tuple(importlib.import_module(_KINEMATICS).solve_all(self, pose, **options))
+        return tuple(importlib.import_module(_KINEMATICS).solve_pose_ik_all(self, pose, **options))
+
+    solve_all = old_method("knotwork.Robot.solve_all")
 
     def _checked(self, values: ArrayLike, what: str) -> FloatArray:
         array = np.asarray(values)

@@ -1,6 +1,6 @@
 """The shapes of a URDF's links, checked: boxes, spheres, cylinders, capsules and names of meshes.
 
-A shape that is not as it must be is left out, and what is wrong with it is said.
+A shape that is not valid is left out, and its fault is reported.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Shape:
         rotation: Its axes in those of the link, shape (3, 3).
         translation: Its origin in the axes of the link [m], shape (3,).
         colour: Red, green, blue and opacity in 0 … 1, or `None`.
-        fault: What is wrong with the colour that the file gives, or empty.
+        fault: Fault of the colour that the file gives, or empty.
     """
 
     kind: str
@@ -88,17 +88,19 @@ class UrdfShapes:
                 origins.append(_origin(joint)[1])
 
     def of(self, link: str, kind: str) -> tuple[list[Shape], list[str]]:
-        """Give the shapes of a link, `"visual"` or `"collision"`, and what is wrong with others."""
+        """Give the shapes of a link, `"visual"` or `"collision"`, and the faults of others."""
         found: list[Shape] = []
         lost: list[str] = []
         for item in child_elements(self._links[link], kind):
-            shapes = [
-                shape
-                for geometry in child_elements(item, "geometry")[:1]
-                for shape in child_elements(geometry)[:1]
-            ]
-            if not shapes:
-                continue
+            given = child_elements(item, "geometry")
+            shapes = [shape for geometry in given for shape in child_elements(geometry)]
+            if len(given) != 1 or len(shapes) != 1:
+                lost.append(
+                    f"<{kind}> has {len(given)} <geometry> with {len(shapes)} shapes in all; each "
+                    f"<{kind}> has one"
+                )
+                if len(shapes) != 1:
+                    continue
             colour, fault = None, ""
             try:
                 colour = self._colour(item)

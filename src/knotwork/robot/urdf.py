@@ -48,6 +48,7 @@ class Urdf(NamedTuple):
         model: All of its links and joints; unbounded joints are plain angles in it.
         root: Name of the root link.
         links: Names of all links, in the order of the file.
+        parents: Of each link but the root, the link that it is joined to and that carries it.
         leaves: Names of the links that carry no other.
         types: URDF type of each joint.
         unbounded: Joints that turn without limit.
@@ -58,6 +59,7 @@ class Urdf(NamedTuple):
     model: Any
     root: str
     links: tuple[str, ...]
+    parents: Mapping[str, str]
     leaves: tuple[str, ...]
     types: Mapping[str, str]
     unbounded: frozenset[str]
@@ -73,7 +75,7 @@ def read_urdf(path: Path, robot: str) -> Urdf:
 
     Raises:
         DocumentError: The file can't be read.
-        RobotError: It is no valid URDF; the message says what the parser said, or what the file is
+        RobotError: It is no valid URDF; the message quotes the parser, or says what the file is
             instead.
     """
     text = read_text(path, most=MOST_BYTES)
@@ -102,13 +104,15 @@ def _parsed(text: str, path: Path, robot: str) -> Urdf:
         _bound(document, joints[name])
     model = _build(plain_text(root), path, robot)
     links = tuple(e.getAttribute("name") for e in child_elements(root, "link"))
-    parents = {link_of(element, "parent") for element in joints.values()}
+    parents = {link_of(one, "child"): link_of(one, "parent") for one in joints.values()}
+    carriers = set(parents.values())
     return Urdf(
         path=path,
         model=model,
         root=base,
         links=links,
-        leaves=tuple(link for link in links if link not in parents),
+        parents=parents,
+        leaves=tuple(link for link in links if link not in carriers),
         types=types,
         unbounded=unbounded,
         mimics={name: mimic for name, e in joints.items() if (mimic := _mimic(e)) is not None},
@@ -164,12 +168,12 @@ def _bound(document: Document, joint: Element) -> None:
 
 
 def _build(text: str, path: Path, robot: str) -> Any:
-    said: list[str] = []
+    captured: list[str] = []
     try:
-        with _captured_stderr(said):
+        with _captured_stderr(captured):
             model = pin.buildModelFromXML(text)
     except Exception as error:  # Boost.Python passes on whatever the parser throws
-        reason = said[0] if said and said[0] else str(error)
+        reason = captured[0] if captured and captured[0] else str(error)
         raise RobotError(robot, f"{path} is no valid URDF: {reason}") from error
     for frame in model.frames:
         for what, numbers in (
@@ -186,8 +190,8 @@ def _build(text: str, path: Path, robot: str) -> Any:
 
 
 @contextlib.contextmanager
-def _captured_stderr(said: list[str]) -> Iterator[None]:
-    """Collect what C++ code writes to standard error, as one line of text, appended to `said`."""
+def _captured_stderr(captured: list[str]) -> Iterator[None]:
+    """Collect what C++ code writes to standard error, as a line appended to `captured`."""
     with tempfile.TemporaryFile() as file:
         try:
             saved = os.dup(2)
@@ -204,4 +208,4 @@ def _captured_stderr(said: list[str]) -> Iterator[None]:
             text = file.read().decode(errors="replace")
             text = re.sub(r"\n\s+at line \d+ in \S+", "", text)
             lines = [re.sub(r"^(Error|Warning):\s*", "", line) for line in text.splitlines()]
-            said.append("; ".join(line.strip() for line in lines if line.strip()))
+            captured.append("; ".join(line.strip() for line in lines if line.strip()))

@@ -57,8 +57,8 @@ def check_tree(root: Element) -> str:
         for end in ("parent", "child"):
             link = link_of(joint, end)
             if link not in names:
-                said = f"{link!r}, which is no link" if link else "not given"
-                raise InputError(f"the {end} of joint {name!r} is {said}")
+                found = f"{link!r}, which is no link" if link else "not given"
+                raise InputError(f"the {end} of joint {name!r} is {found}")
         child = link_of(joint, "child")
         if child in above:
             raise InputError(f"link {child!r} is the child of two joints, and may be of one")

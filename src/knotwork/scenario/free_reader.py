@@ -56,7 +56,7 @@ def read_free_times(
         index: For each waypoint of the scenario its index in the file; -1 for the start.
 
     Raises:
-        DocumentError: Something is said of what is chosen and nothing is, or it can't be chosen.
+        DocumentError: A key is about choices and nothing is chosen, or it can't be chosen.
     """
     least = [
         least_time(file, there) if there >= 0 and here != there else None
@@ -155,7 +155,7 @@ def check_places(file: ScenarioFile, document: Document) -> None:
                 if getattr(waypoint, key) is not None:
                     raise document.error(
                         ("waypoints", i, key),
-                        "is given beside a speed that is chosen",
+                        "is given together with a speed that is chosen",
                         f"speed: fastest, or {key}, not both",
                     )
         if least_time(file, i) is not None or chosen:
@@ -163,7 +163,7 @@ def check_places(file: ScenarioFile, document: Document) -> None:
 
 
 def _check_use(file: ScenarioFile, document: Document, free: FreeTimes) -> None:
-    """Refuse what is said of something that is chosen where nothing is."""
+    """Refuse keys about choices where nothing is chosen."""
     timed = bool(free.duration.any())
     if file.times is not None and not timed and not free.path_speed:
         on_paths = any(isinstance(waypoint, PathWaypoint) for waypoint in file.waypoints)
@@ -185,7 +185,7 @@ def _check_use(file: ScenarioFile, document: Document, free: FreeTimes) -> None:
     ):
         raise document.error(
             ("objective",),
-            "says what is made least, but no time is free",
+            "says what is minimised, but no time is free",
             "times: fastest, after: fastest at a waypoint, or knots: optimal",
         )
     weighs_time = free.objective.get("time", 0.0) > 0.0
@@ -199,7 +199,7 @@ def _check_use(file: ScenarioFile, document: Document, free: FreeTimes) -> None:
         raise document.error(
             ("objective",),
             "does not weigh the time, so the slowest motion would be the best one",
-            "time beside it, for example {time: 1, effort: 0.01}, or duration: seconds",
+            "time with it, for example {time: 1, effort: 0.01}, or duration: seconds",
         )
     if file.chosen is not None and free.anything:
         raise document.error(

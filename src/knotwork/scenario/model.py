@@ -121,7 +121,7 @@ class ScenarioPath:
         first: Index of the waypoint where it begins.
         motion: Poses of the tool over time.
         stretches: From waypoint to waypoint.
-        asked: What is asked of their speeds.
+        asked: Requirements on their speeds.
     """
 
     first: int
@@ -164,7 +164,8 @@ class ToleranceSet:
         linear_velocity: Difference for the TCP [m/s].
         angular_velocity: Difference for the tool [rad/s].
         joint_position: Difference at waypoints given by joint values, by unit: `"rad"`, `"m"`.
-        joint_velocity: Difference at the same waypoints, by unit of the joint, per second.
+        joint_velocity: Difference at the same waypoints, and where the tool is to stop, by unit of
+            the joint, per second.
         joint_acceleration: Difference at the two ends, where asked for, by unit of the joint, per
             second squared.
         path: Distance of the TCP from a tool path [m].
@@ -248,12 +249,12 @@ class Scenario:
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
         end_acceleration: `None`, `"zero"`, or joint accelerations at the start and at the end.
-        presets: What some planners are told beyond that, by the option's name: `"accelerations"`
+        presets: Further options of some planners, by the option's name: `"accelerations"`
             (`"zero"`, `"estimated"`, or joint values for each waypoint that the planner has a
             choice at), `"jerks"`, `"snaps"` (joint values for each waypoint), and
             `"transition_time"` [s], one or shape (n,).
         paths: Tool paths between its waypoints, in order of time.
-        free: What is left to be chosen: durations, speeds, knots; `None` if it is nothing. Until
+        free: Durations, speeds and knots left to be chosen; `None` if it is nothing. Until
             then times and speeds that are free are provisional.
         chosen: Runs of waypoints whose motion was chosen.
         solutions: Joint values (or configuration) that the solutions at some waypoints are to be
@@ -261,7 +262,7 @@ class Scenario:
         limits: Limits that take the place of the robot's, by quantity; of position pairs of a
             lower and an upper one. Efforts are in SI whatever the file's units [N m or N].
         motion_limits: Limits on the motion of tool and links.
-        scene: What stands around the robot, what it carries, and what is checked for collisions.
+        scene: The surroundings of the robot, what it carries, and the rules of the collision check.
         margin: Part that is used of limits, but those of position; `motion_limits` have it already.
         tolerances: For the check.
         continuity: Order of continuity that the check asks for.

@@ -27,13 +27,13 @@ NEAR = 1e-9
 """Points nearer than this [m] are one."""
 
 ROUNDED, ROUNDED_ANGLE = 1e-6, 1e-3
-"""Points [m] and orientations [rad] of a file that are so near those of a waypoint are its own."""
+"""Points [m] and orientations [rad] of a file within this of those of a waypoint are its own."""
 
 APART = 3.0
-"""Points of a curve may begin and end so many times their largest spacing from a waypoint."""
+"""Distance of the ends of a curve's points from waypoints at most, in their largest spacings."""
 
 DIGITS = 9
-"""Points and lengths are said to so many digits after the point, in the file's unit."""
+"""Points and lengths are reported to this many digits after the point, in the file's unit."""
 
 ROUNDING = 1e-6
 """A blend may be longer than half a line by this part of it."""
@@ -71,15 +71,15 @@ class PathCurves:
         try:
             yield
         except InputError as error:
-            said = (
-                error.told(self.said, partial(self._place, i))
+            message = (
+                error.in_units(self.text, partial(self._place, i))
                 if isinstance(error, PathError)
                 else str(error)
             )
-            raise self.document.error(("waypoints", i, *(key or ("along",))), said) from error
+            raise self.document.error(("waypoints", i, *(key or ("along",))), message) from error
 
-    def said(self, value: float, per: str = "", digits: int = 9) -> str:
-        """Say a length, speed or acceleration in the file's unit.
+    def text(self, value: float, per: str = "", digits: int = 9) -> str:
+        """Write a length, speed or acceleration in the file's unit.
 
         Args:
             value: In metres, per second or per second squared.
@@ -170,11 +170,11 @@ class PathCurves:
             gap = float(np.linalg.norm(point - place))
             if gap > allowed:
                 raise PathError(
-                    f"the {which} of its points is {self.said(gap, digits=6)} from waypoints"
+                    f"the {which} of its points is {self.text(gap, digits=6)} from waypoints"
                     f"[{waypoint}], more than {APART:g} times as far as the points are apart "
-                    f"({self.said(allowed / APART, digits=6)} at most); the points must begin "
+                    f"({self.text(allowed / APART, digits=6)} at most); the points must begin "
                     f"and end at the waypoints, or no farther from them than "
-                    f"{self.said(allowed, digits=6)}"
+                    f"{self.text(allowed, digits=6)}"
                 )
 
     def _unturned(self, i: int) -> bool:
@@ -212,7 +212,7 @@ class PathCurves:
         if tangent and given is not None:
             raise self.document.error(
                 ("waypoints", i, "orientation"),
-                "is given beside points that have orientations",
+                "is given together with points that have orientations",
                 "orientation: tangent, or columns qx, qy, qz, qw, not both",
             )
         if asked and (tangent or given is not None):
@@ -272,9 +272,9 @@ class PathCurves:
         if distance > room * (1.0 + ROUNDING):
             raise self.document.error(
                 ("waypoints", i, "blend"),
-                f"is {self.said(distance, digits=6)}, more than half of the shorter of the "
+                f"is {self.text(distance, digits=6)}, more than half of the shorter of the "
                 "two lines",
-                f"at most {self.said(room, digits=6)}",
+                f"at most {self.text(room, digits=6)}",
             )
         with self.errors(i, "blend"):
             blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)

@@ -22,7 +22,7 @@ AGREE = 1e-6
 """Speeds and times, and orientations [rad], may differ by this much, relative to them."""
 
 HAIRPIN = 1e-3
-"""Corners so near to half a turn [rad] can't be rounded."""
+"""Corners within this of half a turn [rad] can't be rounded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,25 +180,25 @@ class PathReader:
         self, first: int, asked: AskedTiming, given: list[PathWaypoint]
     ) -> tuple[Timing, tuple[float, ...]]:
         unit, limit, durations = self.curves.length, asked.acceleration, asked.durations
-        said = partial(self.curves.said, digits=6)
+        text = partial(self.curves.text, digits=6)
         try:
             timing, found = asked.provisional()
         except RampError as error:
             fits = error.highest_speed
             raise self.curves.document.error(
                 ("waypoints", first + 1 + error.stretch, "speed"),
-                f"the path is {said(error.length)} long here, but its changes of speed "
-                f"take {said(error.needed)} at {said(limit, '/s²')}",
-                (f"at most {said(fits, '/s')}, or " if fits else "")
+                f"the path is {text(error.length)} long here, but its changes of speed "
+                f"take {text(error.needed)} at {text(limit, '/s²')}",
+                (f"at most {text(fits, '/s')}, or " if fits else "")
                 + f"path: {{acceleration: {error.lowest_acceleration / unit:.6g}}} or more",
             ) from error
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"
             raise self.curves.document.error(
                 ("waypoints", first + 1 + k, "after" if given[k].after else "time"),
-                f"leaves {durations[k]:.6g} s, but the path is {said(asked.lengths[k])} long "
+                f"leaves {durations[k]:.6g} s, but the path is {text(asked.lengths[k])} long "
                 f"here, and with its changes of speed it takes at least {error.least:.6g} s"
-                f"{'' if error.most == np.inf else upper} at {said(limit, '/s²')}",
+                f"{'' if error.most == np.inf else upper} at {text(limit, '/s²')}",
                 "a time that it can take, or another path: {acceleration: …}",
             ) from error
         except PathError as error:

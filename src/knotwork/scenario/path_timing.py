@@ -23,10 +23,10 @@ QUICKER = 4.0
 """Accelerations tried for provisional speeds differ by this factor."""
 
 QUICKEST = 1e6
-"""No acceleration above so many times the one asked for is tried."""
+"""Largest acceleration to try, in multiples of the one given."""
 
 FASTER = 2.0
-"""With changes of speed from and to a stop a stretch has up to so many times its mean speed."""
+"""A stretch from stop to stop has up to this many times its mean speed."""
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
 
     Raises:
         DocumentError: The file can't be read, or something in it is wrong; names every problem
-            with its line, field, value and what would be accepted.
+            with its line, field, value and the accepted values.
         InputError: There is no file at the path, or it is a robot.
         UnknownNameError: No scenario of this name is shipped.
 

@@ -104,5 +104,5 @@ class Scene:
     rules: CollisionRules = CollisionRules()
 
     def asks(self) -> bool:
-        """Whether anything of the scenario has to be checked beside the robot's own links."""
+        """Whether anything of the scenario has to be checked besides the robot's own links."""
         return bool(self.tool or self.held or any(not one.visual for one in self.objects))

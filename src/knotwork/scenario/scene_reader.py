@@ -18,7 +18,7 @@ from knotwork.scenario.scene_schema import SceneObject as SceneObjectFile
 from knotwork.scenario.waypoint_reader import WaypointReader
 
 TOOL = "tool"
-"""What the tool's shapes are called together, beside links and objects."""
+"""Name of all shapes of the tool together, next to those of links and objects."""
 
 
 def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) -> Scene:

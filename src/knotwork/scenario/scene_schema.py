@@ -149,7 +149,8 @@ class Collisions(StrictModel):
     )
     ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = Field(
         default_factory=list,
-        description="Pairs that are not checked: names of links and objects, or tool",
+        description="Pairs that are not checked: names of links and objects, or tool; `link:NAME` "
+        "and `scenario:NAME` say which where both have the name",
     )
     resolution: Positive | None = Field(
         default=None,

@@ -126,7 +126,9 @@ class Tolerances(StrictModel):
         default=None, description="At waypoints given by joint values [angle or length]"
     )
     joint_velocity: Positive | None = Field(
-        default=None, description="At waypoints given by joint values [angle/s or length/s]"
+        default=None,
+        description="At waypoints given by joint values, and where the tool is to stop "
+        "[angle/s or length/s]",
     )
     joint_acceleration: Positive | None = Field(
         default=None, description="At the ends, where asked for [angle/s² or length/s²]"
@@ -139,8 +141,7 @@ class Tolerances(StrictModel):
     )
     path_speed: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
         default=None,
-        description="Of the speed along a path, as a part of it, where full speed is asked for; "
-        "left out: 0.01",
+        description="Of the speed along a path, as a part of the full speed; left out: 0.01",
     )
 
 
@@ -264,7 +265,7 @@ class ScenarioFile(StrictModel):
         | None
     ) = Field(
         None,
-        description="What is made least where times or knots are chosen: the duration, or the "
+        description="What is minimised where times or knots are chosen: the duration, or the "
         "integral of jerk, effort or acceleration squared, or the greatest jerk or acceleration; "
         "left out: the duration, or jerk where that is given",
     )
@@ -285,7 +286,7 @@ class ScenarioFile(StrictModel):
     )
     planner_options: PlannerOptionsFile = Field(
         PlannerOptionsFile.model_construct(),
-        description="What some planners can be told beyond knots",
+        description="Further options of some planners",
     )
     limits: ScenarioLimits = Field(
         ScenarioLimits.model_construct(),

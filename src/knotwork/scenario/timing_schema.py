@@ -13,7 +13,7 @@ from knotwork.documents.values import LARGEST, JointMap, Number, Positive, by_ki
 class Fastest(StrictModel):
     """A time that is chosen: the least that the limits allow."""
 
-    fastest: Literal[True] = Field(description="The least time that the limits allow")
+    fastest: Literal[True] = Field(description="The minimum time that the limits allow")
     at_least: Positive | None = Field(None, description="But no less than this [s]")
 
 
@@ -43,7 +43,7 @@ Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 
 
 class ObjectiveFile(StrictModel):
-    """What is made least where times or knots are chosen: a sum of these, weighted."""
+    """Objective that is minimised where times or knots are chosen: a weighted sum of these."""
 
     time: Weight = Field(0.0, description="Weight of the duration [1/s]")
     jerk: Weight = Field(0.0, description="Weight of the integral of jerk squared [s⁵/rad²]")

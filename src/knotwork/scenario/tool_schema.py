@@ -31,7 +31,8 @@ class Tool(StrictModel):
     frame: Text | None = Field(None, description="Frame of the robot; left out: the robot's own")
     offset: Placement | None = Field(None, description="TCP in the axes of that frame")
     mass: Mass | None = Field(
-        None, description="Of the tool and what it holds, beside the robot's own masses [kg]"
+        None,
+        description="Of the tool and what it holds, in addition to the robot's own masses [kg]",
     )
     centre_of_mass: Vector3 | None = Field(
         None, description="In the axes of that frame; must be given with a mass [length]"

@@ -32,6 +32,11 @@ if TYPE_CHECKING:
 START = "start"
 
 
+def _after_wait(name: str) -> str:
+    """Name of the waypoint at which a wait is over."""
+    return f"{name}, after the wait"
+
+
 class WaypointReader:
     """Reads the waypoints of one scenario file, and the frames they stand in.
 
@@ -99,17 +104,18 @@ class WaypointReader:
             indices.append(i)
             if waypoint.wait is not None:
                 indices.append(i)
-                over = f"{names[i]}, after the wait"
+                over = _after_wait(names[i])
                 waypoints.append(replace(made, name=over, time=times[i] + waypoint.wait))
             index[i] = len(waypoints) - 1
         self.indices = tuple(indices)
         return tuple(waypoints), tuple(replace(one, first=index[one.first]) for one in paths)
 
     def _names(self) -> list[str]:
-        names: list[str] = []
+        given = self.file.waypoints
+        names = [one.name or f"waypoint {i + 1}" for i, one in enumerate(given)]
         taken = {START} if self.file.start is not None else set()
-        for i, waypoint in enumerate(self.file.waypoints):
-            name = waypoint.name or f"waypoint {i + 1}"
+        taken |= {_after_wait(names[i]) for i, one in enumerate(given) if one.wait is not None}
+        for i, name in enumerate(names):
             if name in taken:
                 raise self.document.error(
                     ("waypoints", i, "name"),
@@ -117,7 +123,6 @@ class WaypointReader:
                     "a name of its own",
                 )
             taken.add(name)
-            names.append(name)
         return names
 
     def _times(self, poses: dict[int, pin.SE3]) -> tuple[list[float], list[ScenarioPath]]:

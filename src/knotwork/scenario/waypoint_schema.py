@@ -197,7 +197,9 @@ class ArcFile(StrictModel):
         extra = {"through": (), "centre": ("normal", "turns"), "radius": ("normal", "large")}
         for name in ("normal", "turns", "large"):
             if getattr(self, name) is not None and name not in extra[form]:
-                raise ValueError(f"gives {name} beside {form}, where it says nothing; leave it out")
+                raise ValueError(
+                    f"gives {name} together with {form}, where it has no effect; leave it out"
+                )
         if form == "radius" and self.normal is None:
             raise ValueError("gives radius without normal, the axis that the arc turns about")
         return self

@@ -27,12 +27,13 @@ class Body:
     """A rigid body: solids that one joint carries.
 
     Attributes:
-        name: Of the link or object; `tool` for the tool's shapes.
+        name: What it is called in reports.
         kind: `"link"`, `"tool"`, `"held"` or `"object"`.
         joint: Index of the joint that carries it; 0 for what stands still.
         solids: Its shapes.
         start, end: From when to when [s] it is there.
         apart: Whether it is to be held or was held, and the tool is away from it.
+        link: Name of a link in its URDF; empty for other bodies.
     """
 
     name: str
@@ -42,6 +43,12 @@ class Body:
     start: float = -math.inf
     end: float = math.inf
     apart: bool = False
+    link: str = ""
+
+    @property
+    def identity(self) -> str:
+        """What it is: a link of the robot or something of the scenario, whatever its name is."""
+        return f"link:{self.link}" if self.link else f"scenario:{self.name}"
 
 
 def placed_solids(body: Body, rotation: FloatArray, origin: FloatArray) -> Iterator[Placed]:
@@ -145,7 +152,11 @@ def placed_links(robot: Robot) -> tuple[tuple[Any, ...], ...]:
 
 @lru_cache(maxsize=32)
 def link_bodies(sources: LinkSources) -> LinkBodies:
-    """Read the collision shapes of a robot's links; what was read is kept for the next time."""
+    """Read the collision shapes of a robot's links; what was read is kept for the next time.
+
+    Raises:
+        InputError: A mesh is there and can't be read whole.
+    """
     given = _shapes(sources.urdf, sources.changed)
     bodies, missing, bare = [], [], []
     for link, joint, *numbers in sources.placed:
@@ -159,11 +170,17 @@ def link_bodies(sources: LinkSources) -> LinkBodies:
         solids = []
         for shape in shapes:
             try:
-                solids.append(solid(_placed(shape, sources), carrier))
+                placed = _placed(shape, sources)
             except InputError as error:
                 missing.append(f"link {link!r}: {error}")
+                continue
+            try:
+                solids.append(solid(placed, carrier))
+            except InputError as error:
+                error.locate(f"{sources.urdf}: collision shape of link {link!r}")
+                raise
         if solids:
-            bodies.append(Body(link, "link", joint, tuple(solids)))
+            bodies.append(Body(link, "link", joint, tuple(solids), link=link))
     return LinkBodies(tuple(bodies), tuple(missing), tuple(bare))
 
 

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from knotwork.documents import Document
-from knotwork.errors import InputError, UnknownNameError
+from knotwork.errors import InputError
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, Scene, Shape
-from knotwork.scene.alone import robot_alone
-from knotwork.scene.bodies import Body, placed_links
+from knotwork.scene.bodies import Body
 from knotwork.scene.model import TOOL, CollisionModel, NoteKind
 from knotwork.scene.pairing import Pairing
+from knotwork.scene.robot_geometry import robot_geometry
+from knotwork.scene.rules import given_rules
 from knotwork.scene.solids import Solid, solid
 
 FAR_OFF = 20.0
@@ -115,8 +117,8 @@ class _Builder:
         holds: Mapping[str, Hold] | None = None,
     ) -> None:
         self.robot, self.scene, self.document = robot, scene, document
-        self.alone = robot_alone(robot)
-        self.joints, self.links = self.alone.joints, self.alone.links
+        self.geometry = robot_geometry(robot)
+        self.joints, self.links = self.geometry.joints, self.geometry.links
         self.holds = holds or {}
         self.notes: list[tuple[NoteKind, str]] = []
 
@@ -131,8 +133,10 @@ class _Builder:
                 bodies.append(Body(one.name, "object", 0, (self._solid(one.shape, base, place),)))
         for held in scene.held:
             bodies += self._held(held.name, held.shape)
-        self._check_names(bodies)
-        pairing = Pairing(self.robot, scene, self.alone)
+        if scene.tool:
+            bodies = [replace(x, name=x.identity) if x.link == TOOL else x for x in bodies]
+        given = given_rules(scene, self.robot, bodies, self.document)
+        pairing = Pairing(self.robot, scene, self.geometry, given.reasons)
         pairs, ignored = pairing.pairs(bodies)
         return CollisionModel(
             self.joints,
@@ -141,7 +145,7 @@ class _Builder:
             tuple(ignored),
             self.links.missing,
             self.links.bare,
-            tuple(dict.fromkeys([*self.notes, *pairing.notes])),
+            tuple(dict.fromkeys([*self.notes, *given.notes, *pairing.notes])),
         )
 
     def _tool(self, shapes: Sequence[Shape]) -> Body:
@@ -214,39 +218,3 @@ class _Builder:
     def _reach(self) -> float:
         """How far the arm reaches at most, stretched out [m]."""
         return float(np.linalg.norm(self.joints.translation, axis=1).sum()) + 0.1
-
-    def _check_names(self, bodies: Sequence[Body]) -> None:
-        names = list(dict.fromkeys([*(body.name for body in bodies), *self.robot.frame_names]))
-        scene, shaped = self.scene, {TOOL, *(body.name for body in bodies)}
-        links = {link for link, *_ in placed_links(self.robot)}
-        for i, pair in enumerate(scene.rules.ignore):
-            self._known(pair, names, ("collisions", "ignore", i), shaped)
-            if pair[0] == pair[1]:
-                self._wrong(("collisions", "ignore", i), f"names {pair[0]!r} twice", "two names")
-        given: list[tuple[tuple[Any, ...], str, Sequence[str]]] = [
-            *((("scene", "objects", one.name), one.name, one.allow) for one in scene.objects),
-            *((("tool", "holds", held.name), held.name, held.allow) for held in scene.held),
-        ]
-        for place, name, allow in given:
-            if name in links:
-                self._wrong(place, "is the name of a link of the robot", "any other name")
-            self._known(allow, list(dict.fromkeys([*names, TOOL])), (*place, "allow"), shaped)
-            if name in allow:
-                self._wrong((*place, "allow"), f"names {name!r} itself", "what may touch it")
-
-    def _wrong(self, place: tuple[Any, ...], fault: str, accepted: str) -> None:
-        if self.document is not None:
-            raise self.document.error(place, fault, accepted)
-        raise InputError(f"{'.'.join(map(str, place))}: {fault} ({accepted})")
-
-    def _known(
-        self, given: Sequence[str], names: Sequence[str], place: tuple[Any, ...], shaped: set[str]
-    ) -> None:
-        """Refuse names of nothing, and warn of those of frames and links without shapes."""
-        where = self.document.where(place) if self.document is not None else ""
-        for name in given:
-            if name not in names:
-                raise UnknownNameError("link or object", name, names, where=where)
-            if name not in shaped:
-                fault = f"{name!r} has no collision shapes, so that naming it changes nothing"
-                self.notes.append(("warning", f"{where}: {fault}" if where else fault))

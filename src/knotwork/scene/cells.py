@@ -15,7 +15,7 @@ from knotwork.errors import InputError
 from knotwork.waypoints import FloatArray
 
 MOST_CELLS = 100_000
-"""A distance from so many takes some 10 ms."""
+"""A distance from this many cells takes some 10 ms."""
 
 FARTHEST_CELL = 2**15
 """Coal leaves out cells that are as many or more edges from the origin, without a word."""

@@ -11,7 +11,7 @@ import coal
 import numpy as np
 
 from knotwork.scene.bodies import Body, placed_solids
-from knotwork.scene.inside import one_inside_the_other
+from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.solids import Placed, Solid
 from knotwork.waypoints import FloatArray
 
@@ -19,8 +19,8 @@ TOLERANCE = 1e-9
 """Of the search for the nearest points."""
 
 ROUNDING = 1e-6
-"""Distances may be wrong by so much [m]: by the search for the nearest points, which ended no
-farther than 1.4e-7 from the truth in 120 000 random pairs, and by the rounding of corners and
+"""Largest error of distances [m]: from the search for the nearest points, which ended no
+farther than 1.4e-7 from the truth in 120 000 random pairs, and from the rounding of corners and
 placements."""
 
 ON_SURFACE = 1e-7

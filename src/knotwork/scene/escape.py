@@ -23,7 +23,7 @@ PRECISION = 2e-3
 """The way out is found to this [m]."""
 
 BEND = 0.04
-"""A waypoint is proposed so much farther [m], because the motion to it and on from it bends."""
+"""A waypoint is proposed this much farther [m], because the motion to it and on from it bends."""
 
 STEPS = 15
 """Steps that the joints are taken towards a pose in at most."""

@@ -3,7 +3,7 @@
 Coal takes no corner with more than 254 neighbours, as tips of cones have, and Qhull is slow where
 very many points are in one plane. So a hull of many points, or with such a corner, is made a little
 larger: each point is moved away from the middle, by a part of its distance that is different for
-each and larger farther out. That bends what is flat, and each point is still in the hull, because
+each and larger farther out. That bends flat faces, and each point is still in the hull, because
 it lies between the middle and where it is moved to. Around a corner with too many neighbours a
 crown of points is added, which share them.
 """
@@ -27,7 +27,7 @@ FEW = 1000
 """So few points are left where they are, unless a corner has too many neighbours."""
 
 LIFT = 1e-7
-"""Points are moved outwards by so much of their distance from the middle at most."""
+"""Points move outwards by at most this fraction of their distance from the middle."""
 
 NOISE = 1e-2
 """Part of that in which points at one distance differ."""
@@ -36,7 +36,7 @@ UNEVEN = np.array([1.0, 0.7, 0.4])
 """Points go farther along the first axis than along the others: a circle is bent as well."""
 
 CROWN = 1e-5
-"""Points of a crown are so far from their corner, in standard deviations of those outermost."""
+"""Distance of the points of a crown from their corner, in standard deviations of the outermost."""
 
 SMALLER = 0.02
 """Crowns of points of crowns are smaller by this factor."""
@@ -57,7 +57,7 @@ THIN = 1e-6
 """Points that are thinner than this part of their length are taken for a sheet."""
 
 THICKNESS = 1e-4
-"""By so much a sheet is thickened to both sides [m]."""
+"""A sheet is thickened by this to both sides [m]."""
 
 _DIRECTIONS = np.array([w for w in itertools.product((-1, 0, 1), repeat=3) if any(w)])
 
@@ -65,7 +65,7 @@ _DIRECTIONS = np.array([w for w in itertools.product((-1, 0, 1), repeat=3) if an
 def convex_hull(points: FloatArray) -> Any:
     """Convex hull of points [m], shape (n, 3), as Coal has it; larger by `LARGER` at most.
 
-    What is flat is thickened by `THICKNESS` to both sides: a hull needs an inside.
+    Flat bodies are thickened by `THICKNESS` to both sides: a hull needs an inside.
 
     Raises:
         InputError: There is none.

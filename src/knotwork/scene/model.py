@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
 
+from knotwork.robot.joint_tree import JointTree
 from knotwork.scene.bodies import Body
 from knotwork.scene.distances import DistanceMeter
-from knotwork.scene.placements import JointTree
 
 NoteKind = Literal["warning", "information"]
 
@@ -16,10 +16,6 @@ TOOL = "tool"
 
 MOVE_TOGETHER = "they move as one"
 NEITHER_MOVES = "neither moves"
-AT_HOME = "they touch at home"
-
-MOST_NAMED = 6
-"""So many pairs that are not checked for one reason are named; of more, the number."""
 
 
 class IgnoredPair(NamedTuple):
@@ -61,7 +57,7 @@ class CollisionModel:
         ignored: Pairs of bodies that are not checked, with the reason.
         missing: Sentences on links whose shapes can't be had.
         bare: Names of links that have shapes to be seen, but none for collisions.
-        notes: What is plausibly a slip, or is not checked: `"warning"` or `"information"`, and
+        notes: Plausible slips, and pairs that are not checked: `"warning"` or `"information"`, and
             the sentence.
     """
 
@@ -74,31 +70,23 @@ class CollisionModel:
     notes: tuple[tuple[NoteKind, str], ...] = ()
 
     @property
-    def said_of_bare(self) -> str:
+    def bare_links_note(self) -> str:
         """A sentence on the links that have no collision shapes, or nothing if all have."""
         *others, last = self.bare or ("",)
         if not others:
-            said = f"link {last} has no collision shapes and is not checked for collisions"
-            return said if last else ""
+            text = f"link {last} has no collision shapes and is not checked for collisions"
+            return text if last else ""
         listed = f"{', '.join(others)} and {last}"
         return f"links {listed} have no collision shapes and are not checked for collisions"
 
     @property
-    def said_of_ignored(self) -> list[str]:
-        """A sentence for each reason why pairs that move to one another are not checked.
-
-        Links that the tool touches at home are among the notes.
-        """
+    def ignored_pairs_notes(self) -> list[str]:
+        """A sentence for each reason why pairs that move to one another are not checked."""
         pairs: dict[str, list[str]] = {}
         for one in self.ignored:
-            noted = one.reason == AT_HOME and TOOL in (one.first, one.second)
-            if one.reason not in (MOVE_TOGETHER, NEITHER_MOVES) and not noted:
+            if one.reason not in (MOVE_TOGETHER, NEITHER_MOVES):
                 pairs.setdefault(one.reason, []).append(f"{one.first} and {one.second}")
-        return [
-            f"not checked, as {reason}: {'; '.join(named[:MOST_NAMED])}"
-            + (f"; and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else "")
-            for reason, named in pairs.items()
-        ]
+        return [f"not checked, as {reason}: {'; '.join(named)}" for reason, named in pairs.items()]
 
     @cached_property
     def meter(self) -> DistanceMeter:

@@ -1,4 +1,4 @@
-"""Pairs of solids of a collision model, as arrays: what is worked on for many times at once."""
+"""Pairs of solids of a collision model, as arrays, for many times at once."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.robot.joint_tree import place_joints
+from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import ROUNDING, DistanceMeter
-from knotwork.scene.inside import one_inside_the_other
 from knotwork.scene.model import CollisionModel
-from knotwork.scene.placements import place_joints
 from knotwork.scene.solids import Placed
 from knotwork.waypoints import FloatArray
 
@@ -143,14 +143,14 @@ class SolidPairs:
         return bool(self.exact[combo]) and one_inside_the_other(*self.placed(combo, turn, shift))
 
     def clearance(self, q: FloatArray, time: float, most: float = 0.0) -> FloatArray:
-        """The least distance beyond what is to be kept at configurations [m], shape (m,).
+        """The least distance beyond the required margin at configurations [m], shape (m,).
 
         Arguments are those of `clearances`, with one time for all.
         """
         return np.array(list(self.clearances(q, np.full(len(q), time), most)))
 
     def clearances(self, q: FloatArray, time: FloatArray, most: float = 0.0) -> Iterator[float]:
-        """The least distance beyond what is to be kept at one configuration after the other [m].
+        """The least distance beyond the required margin at one configuration after the other [m].
 
         Args:
             q: Joint positions [rad or m], shape (m, d).

@@ -1,8 +1,8 @@
 """Files written into a folder, all of them or none, whatever ends the process.
 
-They are written into a hidden folder beside their places, which is then renamed: that one step
-decides. Whoever reads or writes in the folder next finishes what is decided and removes what is
-not. A folder with other files of the user's own stays that folder, which could not be said of a new
+They are written into a hidden folder next to their places, which is then renamed: that one step
+decides. Whoever reads or writes in the folder next finishes what is decided and removes all that is
+not. A folder with other files of the user's own stays that folder, which is not true of a new
 one that takes its place.
 """
 

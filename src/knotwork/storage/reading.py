@@ -74,7 +74,7 @@ def trajectory_from_dict(data: Document | Mapping[str, Any]) -> JointTrajectory:
     document = data if isinstance(data, Document) else Document(dict(data))
     if isinstance(document.data, dict) and "findings" in document.data:
         raise document.error(
-            (), "is a report of a check, not a trajectory", "the trajectory.json beside it"
+            (), "is a report of a check, not a trajectory", "the trajectory.json next to it"
         )
     content = documents.validate(_TrajectoryFile, document)
     joints, pieces = len(content.joint_names), len(content.breaks) - 1
@@ -205,7 +205,7 @@ def read_trajectory_document(path: Path | str) -> Document:
 def load_trajectory(path: Path | str) -> JointTrajectory:
     """Read a stored trajectory: a file, or a folder with a `trajectory.json`.
 
-    Use `set_disagreement` to see whether it is the one that a `report.json` beside it is about.
+    Use `set_disagreement` to see whether it is the one that a `report.json` next to it is about.
 
     >>> import tempfile, knotwork as kw
     >>> with tempfile.TemporaryDirectory() as folder:

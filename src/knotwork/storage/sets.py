@@ -28,14 +28,14 @@ def _digest(content: bytes) -> str:
 
 
 def set_disagreement(path: Path) -> str | None:
-    """Say that a file is not the one that the report beside it was written with, if it is not.
+    """Say that a file is not the one that the report next to it was written with, if it is not.
 
     >>> paths = kw.plan("paper_case").save("motion")
     >>> set_disagreement(Path("motion")) is None
     True
     >>> characters = Path("motion/trajectory.json").write_text("{}")
     >>> set_disagreement(Path("motion"))
-    'is not the file that report.json beside it was written with: it was changed since'
+    'is not the file that report.json next to it was written with: it was changed since'
 
     Args:
         path: A file, or a folder with a `trajectory.json`.
@@ -48,11 +48,11 @@ def set_disagreement(path: Path) -> str | None:
         return None  # there is no report, or it says nothing of the file
     if stated == found:
         return None
-    return f"is not the file that {REPORT} beside it was written with: it was changed since"
+    return f"is not the file that {REPORT} next to it was written with: it was changed since"
 
 
 def stated_scenario(path: Path) -> str | None:
-    """Name of a shipped scenario or path of a file, as the report beside a plan states it.
+    """Name of a shipped scenario or path of a file, as the report next to a plan states it.
 
     Args:
         path: A trajectory, or a folder with a `trajectory.json`.

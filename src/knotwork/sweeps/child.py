@@ -22,14 +22,14 @@ from typing import Any, TypeVar
 from knotwork.errors import InputError
 
 GRACE = 30.0
-"""So much later than its parent a child ends itself [s]."""
+"""Time after its parent's end at which a child ends itself [s]."""
 START_LIMIT = 120.0
 """Time that a child may take until it answers [s]; importing is not the fault of a row."""
 END_PATIENCE = 5.0
-"""A process that has closed its pipes may take so long to end [s]."""
+"""Longest time that a process takes to end after it has closed its pipes [s]."""
 LONGEST = 1e8
 """Longer limits are this one [s], as clocks have an end."""
-# One process is one thread of work; NumPy's would be in the way of the others.
+# One process is one thread of work; NumPy's would slow down the others.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -74,14 +74,14 @@ def again_if_ended(call: Callable[[], _Answer]) -> _Answer:
 
 
 class Child:
-    """A child process with a `Bench`; started when it is first called, and again after its end."""
+    """A child process with a `RowPlanner`; started at its first call, and again after its end."""
 
     def __init__(self) -> None:
         self._process: Any = None
         self._closed = False
 
     def call(self, method: str, *arguments: Any, limit: float) -> Any:
-        """Call a method of the bench.
+        """Call a method of the planner.
 
         Args:
             method: Its name.
@@ -120,7 +120,7 @@ class Child:
             code = self._ended(END_PATIENCE)
             if late.is_set():
                 raise ChildTimeoutError(f"took longer than {limit:g} s") from error
-            raise ChildCrashedError(_said(code)) from error
+            raise ChildCrashedError(_exit_reason(code)) from error
         finally:
             timer.cancel()
         timer.join()
@@ -168,7 +168,7 @@ class _Process:
         return code
 
 
-def _said(code: int) -> str:
+def _exit_reason(code: int) -> str:
     """How a process ended, in words."""
     if code >= 0:
         return f"the process that planned it ended with code {code}"
@@ -179,7 +179,7 @@ def _said(code: int) -> str:
 
 def main() -> None:
     """Answer calls until there are no more."""
-    from knotwork.sweeps.bench import Bench
+    from knotwork.sweeps.row_planner import RowPlanner
 
     importlib.import_module("knotwork.sweeps.outcome")  # before the first row's time runs
     # Whatever else writes to standard output must not come between the answers.
@@ -189,12 +189,12 @@ def main() -> None:
     os.dup2(nothing, 1)
     # An interrupt from the keyboard goes to the parent, which ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    bench = Bench()
+    planner = RowPlanner()
     _send(sink, (True, None))
     for method, arguments, limit in _calls(source):
         faulthandler.dump_traceback_later(limit + GRACE, exit=True, file=nothing)
         try:
-            answer = True, getattr(bench, method)(*arguments)
+            answer = True, getattr(planner, method)(*arguments)
         except Exception as error:
             answer = False, error
         _send(sink, answer)

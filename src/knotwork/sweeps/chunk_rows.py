@@ -35,11 +35,11 @@ def read_rows(file: Path, schema: Any, most_rows: int, most_bytes: int) -> Any:
             raise InputError("its rows are of another study")
         # Texts are read once each, however many rows have them.
         with parquet.ParquetFile(file, read_dictionary=texts) as opened:
-            said = opened.metadata
-            if said.num_rows > most_rows:
+            metadata = opened.metadata
+            if metadata.num_rows > most_rows:
                 raise InputError("it has more rows than the study")
-            groups = [said.row_group(i).total_byte_size for i in range(said.num_row_groups)]
-            _check_size(max(sum(groups), 8 * said.num_rows * len(schema)), most_bytes)
+            groups = [metadata.row_group(i).total_byte_size for i in range(metadata.num_row_groups)]
+            _check_size(max(sum(groups), 8 * metadata.num_rows * len(schema)), most_bytes)
             rows = opened.read()
         _check_size(sum(_text_size(rows.column(name)) for name in texts), most_bytes)
         return rows.cast(schema)

@@ -28,7 +28,7 @@ from knotwork.sweeps.work import (
 AHEAD = 3
 """Chunks that are handed over for each worker: one is planned, the next ones wait for it."""
 RECOUNT = 5.0
-"""After so long the workers are counted again [s]."""
+"""Time until the workers are counted again [s]."""
 QUIET = {
     "distributed.worker.profile.enabled": False,
     "distributed.worker.memory.monitor-interval": "5s",
@@ -41,11 +41,11 @@ SILENT = 50
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
 LONGEST_ABSENCE = 300.0
-"""Without any worker chunks wait so long for one [s]."""
+"""Longest time that chunks wait for a worker [s]."""
 LONGEST_ANSWER = LONGEST_FETCH = 60.0
-"""The scheduler may take so long for an answer, and a finished chunk until it is here [s]."""
+"""Longest time for an answer of the scheduler, and for a finished chunk to arrive [s]."""
 GLANCE = 0.02
-"""Between looks at what is ready [s]."""
+"""Time between polls for finished chunks [s]."""
 PLANNED_AGAIN = ("lost", "pending")
 """What Dask says of a result that was lost with its worker before it was fetched."""
 LOST = "the connection to the scheduler was lost"

@@ -44,9 +44,9 @@ def location_of(path: str, document: Document) -> Location:
             data = data[here]
         else:
             kind, accepted = _KINDS.get(type(data), ("a single value", "nothing more"))
-            said = f"[{key}]" if in_brackets else f".{key}"
+            key_text = f"[{key}]" if in_brackets else f".{key}"
             raise InputError(
-                f"{path}: {_where(location)} is {kind}, which {said} can't follow; accepted: "
+                f"{path}: {_where(location)} is {kind}, which {key_text} can't follow; accepted: "
                 f"{accepted}"
             )
         location = (*location, here)

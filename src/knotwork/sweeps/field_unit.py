@@ -28,8 +28,8 @@ def unit_of(location: Location, units: Units) -> str:
     found: set[str] = set()
     for key in location:
         parts = [child for part in parts for child in _below(part, key, whole)]
-        said = {unit for part in parts for unit in _UNIT.findall(part.get("description", ""))}
-        found = said or found
+        stated = {unit for part in parts for unit in _UNIT.findall(part.get("description", ""))}
+        found = stated or found
     text = found.pop() if len(found) == 1 else ""
     if " or " in text:
         return ""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from knotwork.errors import UnknownNameError
 from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.metrics import squared_effort
 
 if TYPE_CHECKING:
     from knotwork.pipeline import Plan
@@ -28,6 +29,8 @@ class RowFigure:
         unit: SI unit; empty for a part of a limit and for singular values.
         more_is_better: Whether the best row is the one with the most.
         of: Takes it from a plan.
+        at_rest: Quantity of its findings if an arm that stands has it, too, so that a place where
+            all rows stand can decide it: see `shared_rest`. Empty for others.
     """
 
     name: str
@@ -35,6 +38,7 @@ class RowFigure:
     unit: str
     more_is_better: bool
     of: Callable[[Plan], float | None]
+    at_rest: str = ""
 
 
 # Limits of tool and links by the quantity in findings; those of joints have a table of their own.
@@ -48,10 +52,14 @@ def _use(quantity: str) -> RowFigure:
 
     def of(plan: Plan) -> float | None:
         found = plan.report.select(quantity=quantity, **kind)
+        if any(one.only_sampled for one in found):
+            return None  # how much of it is used is not known
         return _extreme(max, (one.use for one in found))
 
     title = f"part used of limits of {quantity.replace('_', ' ')}"
-    return RowFigure(f"{quantity}_use", title, "", False, of)
+    return RowFigure(
+        f"{quantity}_use", title, "", False, of, "position" if quantity == "position" else ""
+    )
 
 
 def _extreme(pick: Callable[[list[float]], float], values: Iterable[float | None]) -> float | None:
@@ -80,23 +88,42 @@ def _deviation(plan: Plan) -> float | None:
     return _extreme(max, (one.value for one in found))
 
 
+def _squared_effort(plan: Plan) -> float | None:
+    robot = plan.space.robot
+    return None if robot is None else squared_effort(robot, plan.trajectory)
+
+
 FIGURES: dict[str, RowFigure] = {
     one.name: one
     for one in (
         RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
-        RowFigure("smallest_singular_value", "smallest singular value", "", True, _singular_value),
+        RowFigure(
+            "smallest_singular_value",
+            "smallest singular value",
+            "",
+            True,
+            _singular_value,
+            at_rest="smallest_singular_value",
+        ),
         RowFigure(
             "clearance",
             "clearance to what stands around",
             "m",
             True,
             partial(_clearance, around=True),
+            at_rest="clearance",
         ),
         RowFigure(
-            "self_clearance", "clearance to itself", "m", True, partial(_clearance, around=False)
+            "self_clearance",
+            "clearance to itself",
+            "m",
+            True,
+            partial(_clearance, around=False),
+            at_rest="clearance",
         ),
         *(_use(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
         RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
+        RowFigure("squared_effort", "integral of torque squared", "N²m²s", False, _squared_effort),
     )
 }
 """All figures by name, in the order of the columns."""

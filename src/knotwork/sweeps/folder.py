@@ -1,4 +1,4 @@
-"""The folder of a study: what is planned, and the rows that are finished, a file a chunk."""
+"""The folder of a study: its definition, and the rows that are finished, a file a chunk."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class StudyFolder:
 
     Attributes:
         path: Of the folder.
-        spec: What is planned.
+        spec: The study.
         size: Rows in a chunk.
     """
 
@@ -150,10 +150,10 @@ def reopen(path: Path, spec: StudySpec) -> StudyFolder:
         )
     there, here = data.get("study"), json.loads(json.dumps(spec.to_dict()))
     if data.get("digest") != spec.digest or there != here:
-        said = first_difference(there, here) or "study.json was changed by hand"
+        difference = first_difference(there, here) or "study.json was changed by hand"
         raise InputError(
-            f"{path} holds another study: {said}; give the same scenario and values, or another "
-            "folder"
+            f"{path} holds another study: {difference}; give the same scenario and values, or "
+            "another folder"
         )
     folder = _opened(path, data)
     return StudyFolder(path, spec, folder.size)

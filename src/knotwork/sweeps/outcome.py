@@ -9,7 +9,7 @@ from knotwork import errors
 from knotwork.errors import InputError
 from knotwork.pipeline import Plan, plan
 from knotwork.scenario import Scenario
-from knotwork.sweeps.figures import FIGURES
+from knotwork.sweeps.shared_rest import row_figures
 
 PASSED, FAILED, REFUSED, TIME_LIMIT, CRASHED = VERDICTS = (
     "passed",
@@ -42,7 +42,7 @@ class Outcome:
     Attributes:
         verdict: One of `VERDICTS`.
         reason: What fails, in few words; empty if nothing does.
-        message: The same in a sentence.
+        message: The same in a sentence; of a motion that passes, how much of it is sampled only.
         figures: By name; `None` where there is no motion, or the report does not have it.
         plan_time: Time that it took [s].
     """
@@ -68,11 +68,18 @@ def outcome_of(scenario: Scenario) -> Outcome:
 
 def judged(made: Plan, plan_time: float) -> Outcome:
     """The outcome of a motion."""
-    figures = {name: figure.of(made) for name, figure in FIGURES.items()}
+    figures = row_figures(made)
     failures = made.report.failures
     if not failures:
-        return Outcome(PASSED, "", "", figures, plan_time)
+        return Outcome(PASSED, "", _reservation(len(made.report.sampled)), figures, plan_time)
     return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)
+
+
+def _reservation(sampled: int) -> str:
+    """What to know of a row that passes."""
+    if not sampled:
+        return ""
+    return f"{sampled} of its requirements {'is' if sampled == 1 else 'are'} sampled only"
 
 
 def crashed(error: Exception, plan_time: float = 0.0) -> Outcome:

@@ -2,8 +2,8 @@
 
 A row is refused here only where that is certain: a pose is farther away than the arm is long, its
 closed form has no joint positions inside the limits, or, for other arms, the pose is missed by far
-in all of many searches. What is missed by little may be next to a singularity or at the end of the
-arm's reach: planning has better means for that, and decides.
+in all of many searches. A pose that is missed by little may be next to a singularity or at the
+end of the arm's reach: planning has better means for that, and decides.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.interpolation import get_planner
 from knotwork.joint_space import joint_space
-from knotwork.kinematics import solve_many
+from knotwork.kinematics import solve_pose_ik_batch
 from knotwork.kinematics.chain.batch import Targets
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, middle, nearest_turns
 from knotwork.kinematics.geometry.closed_form import closed_form
-from knotwork.kinematics.solutions.inside import EDGE
+from knotwork.kinematics.solutions.all_within_limits import EDGE
 from knotwork.planner_options import planner_options
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
@@ -105,8 +105,8 @@ class ReachTest:
 
 def _robot_key(scenario: Scenario) -> str:
     data: Any = scenario.document.data if scenario.document is not None else {}
-    said = {name: value for name, value in data.items() if name not in _OTHERWISE}
-    return json.dumps(said, sort_keys=True, default=str)
+    kept = {name: value for name, value in data.items() if name not in _OTHERWISE}
+    return json.dumps(kept, sort_keys=True, default=str)
 
 
 def _checked_robot(scenario: Scenario) -> Robot | None:
@@ -124,7 +124,7 @@ def _refused(robot: Robot, targets: list[tuple[int, str, Any]]) -> dict[int, Out
     """Rows with a pose out of reach, and which; targets are row, waypoint and pose."""
     found: dict[int, Outcome] = {}
     unsure: list[tuple[int, str, Any]] = []
-    for target, why in zip(targets, _told(robot, [pose for *_, pose in targets]), strict=True):
+    for target, why in zip(targets, _reasons(robot, [pose for *_, pose in targets]), strict=True):
         row, name, _ = target
         if why:
             found.setdefault(row, _outcome(name, why))
@@ -134,21 +134,21 @@ def _refused(robot: Robot, targets: list[tuple[int, str, Any]]) -> dict[int, Out
     return found | (_searched(robot, left) if left else {})
 
 
-def _told(robot: Robot, poses: list[Any]) -> list[str | None]:
+def _reasons(robot: Robot, poses: list[Any]) -> list[str | None]:
     """Why each pose is out of reach; empty if it may not be, `None` if searches have to tell."""
     if not poses:
         return []
     targets = Targets.of(poses)
     long = joint_axes(robot).certain_miss(targets.position) > FAR
-    told: list[str | None] = [LONG if one else None for one in long]
+    reasons: list[str | None] = [LONG if one else None for one in long]
     near = np.flatnonzero(~long).tolist()
     if near:
         for i, solutions in zip(near, closed_form(robot, targets.take(near)), strict=True):
             if solutions is not None:
-                told[i] = (
+                reasons[i] = (
                     "" if _inside(robot, solutions) else OUTSIDE if len(solutions) else NOTHING
                 )
-    return told
+    return reasons
 
 
 def _inside(robot: Robot, solutions: Any) -> bool:
@@ -185,12 +185,12 @@ def _outcome(waypoint: str, why: str) -> Outcome:
 
 
 def _errors(robot: Robot, poses: list[Any], start: Any, searches: int) -> Any:
-    """What is left of the way to each pose [m + rad], 0 where it is met; equal poses once."""
+    """The remaining error of each pose [m + rad], 0 where it is met; equal poses once."""
     keys = [pose.homogeneous.tobytes() for pose in poses]
     first = {key: i for i, key in reversed(list(enumerate(keys)))}
     once = sorted(first.values())
     place = {keys[i]: k for k, i in enumerate(once)}
-    found = solve_many(
+    found = solve_pose_ik_batch(
         robot, [poses[i] for i in once], start, tolerance=TOLERANCE, max_restarts=searches
     )
     left = np.where(found.converged, 0.0, found.position_error + found.orientation_error)

@@ -104,12 +104,12 @@ def sweep(
 
     Args:
         scenario: As for `knotwork.plan`.
-        vary: What is varied, by its path in the file, such as `frames.block.position[0]` or
+        vary: Values by the path of the field in the file, such as `frames.block.position[0]` or
             `waypoints[pick].after`: a list or array of values in the file's units, or text, such as
             `"-200:200:41"` (a range and its count), `"paper,balanced"` or `"uniform(-50, 50)"`.
         rows: A CSV file with a path at the head of each column; its rows go together.
         together: All values go together, row by row, in place of their product.
-        samples: How many random samples are drawn of what is `uniform`; they go together.
+        samples: Number of random samples of fields that are `uniform`; they go together.
         seed: Of the random numbers.
         out: Folder for the study; by default it is in memory only.
         resume: Go on with the study in the folder.
@@ -117,7 +117,7 @@ def sweep(
             process, 0 for this process, where no time limit is kept and a crash is the end. By
             default as many as there are processors.
         scheduler: Address of a Dask scheduler, in place of `workers`.
-        stop_after: Stop once so many rows pass.
+        stop_after: Stop once this many rows pass.
         time_limit: Of one row [s].
         chunk: Rows that are planned in one go; by default about two seconds of work.
         progress: Called as rows are finished.
@@ -192,7 +192,7 @@ class _Run:
         self.before, self.begin = self.done, 0.0
 
     def chunks(self) -> Iterator[Chunk]:
-        """What is left to be planned; the time runs from when the first is asked for."""
+        """The rows left to be planned; the time runs from when the first is asked for."""
         self.begin = time.monotonic()
         columns = columns_of(self.folder.spec)
         for index in range(self.folder.count):
@@ -200,7 +200,7 @@ class _Run:
                 yield chunk_of(self.folder.spec, columns, index, self.folder.size)
 
     def go(self, workers: int, scheduler: str | None) -> None:
-        """Plan what is left."""
+        """Plan the rows that are left."""
         if self._enough() or len(self.finished) == self.folder.count:
             return
         if scheduler is not None:
@@ -235,7 +235,7 @@ class _Run:
         return self.stop_after is not None and self.passed >= self.stop_after
 
     def study(self) -> Study:
-        """What is finished."""
+        """The finished rows."""
         if not self.in_memory:
             return study_of(self.folder)
         files = [io.BytesIO(content) for _, content in sorted(self.kept.items())]

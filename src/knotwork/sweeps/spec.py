@@ -1,4 +1,4 @@
-"""A study: one scenario, what is varied in it, and so the scenario of each row."""
+"""A study: one scenario, the axes that vary it, and so the scenario of each row."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from knotwork.sweeps.named_files import file_digests
 from knotwork.sweeps.variations import Axis
 from knotwork.verification.checks import own_checks
 
-VERSION = 1
+VERSION = 3
 """Of what a row means; a folder of another version is not gone on with."""
 
 
 @dataclass(frozen=True)
 class StudySpec:
-    """What is planned in a study.
+    """The definition of a study.
 
     Attributes:
         document: The scenario that is varied.
-        axes: What is varied; the rows are their product, the last axis fastest.
+        axes: The varied fields; the rows are their product, the last axis fastest.
         time_limit: Of one row [s].
     """
 
@@ -51,7 +51,7 @@ class StudySpec:
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
-        """What is varied."""
+        """The varied fields."""
         return tuple(path for axis in self.axes for path in axis.paths)
 
     @cached_property
@@ -139,13 +139,13 @@ def first_difference(one: Any, other: Any, location: Location = ()) -> str | Non
             if key not in one or key not in other:
                 place = "there" if key in one else "here"
                 return f"{field_path((*location, key))} is only {place}"
-            if said := first_difference(one[key], other[key], (*location, key)):
-                return said
+            if difference := first_difference(one[key], other[key], (*location, key)):
+                return difference
         return None
     if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         for i, pair in enumerate(zip(one, other, strict=True)):
-            if said := first_difference(*pair, (*location, i)):
-                return said
+            if difference := first_difference(*pair, (*location, i)):
+                return difference
         return None
     if one == other:
         return None

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork import storage
-from knotwork.documents import Document, read
-from knotwork.errors import DocumentError, InputError
+from knotwork.errors import InputError
+from knotwork.pipeline import plan
 from knotwork.scenario import Scenario, scenario_of
 from knotwork.sweeps.chunk_rows import MOST_BYTES, read_rows
 from knotwork.sweeps.field_unit import unit_of
@@ -70,12 +70,12 @@ class Study:
 
     @property
     def columns(self) -> dict[str, str]:
-        """Columns and their types; `row`, what is varied, the verdict, and the figures."""
+        """Columns and their types; `row`, the varied fields, the verdict, and the figures."""
         return columns_of(self.spec)
 
     @property
     def varied(self) -> tuple[str, ...]:
-        """Names of the columns of what is varied, in the order of `StudySpec.paths`."""
+        """Names of the columns of varied fields, in the order of `StudySpec.paths`."""
         return tuple(self.columns)[1 : 1 + len(self.spec.paths)]
 
     @property
@@ -93,7 +93,7 @@ class Study:
 
     @cached_property
     def titles(self) -> dict[str, str]:
-        """What is varied, by its column, with its unit in brackets where it is known."""
+        """The varied fields, by their column, with its unit in brackets where it is known."""
         units = (unit_of(location, self.units) for location in self.spec.locations)
         pairs = zip(self.varied, units, strict=True)
         return {name: f"{name} [{unit}]" if unit else name for name, unit in pairs}
@@ -105,7 +105,7 @@ class Study:
 
     @property
     def figures(self) -> dict[str, RowFigure]:
-        """What is known of the figures, by the name of their column."""
+        """Description of the figures, by the name of their column."""
         return FIGURES
 
     def __len__(self) -> int:
@@ -155,25 +155,28 @@ class Study:
         return scenario_of(self.spec.document_of(row))
 
     def freeze(self, row: int, path: str | Path) -> Path:
-        """Write the scenario of a row, comments kept where its file is still the same.
+        """Write the scenario of a row, comments kept as far as its file still has them.
+
+        Where it leaves times or speeds free it is planned again, and the file has the chosen
+        numbers, as `Plan.freeze` writes them.
 
         Args:
             row: Its number.
             path: The file to write; an existing one is replaced.
 
         Raises:
-            InputError: The study has no such row, or the file can't be written.
+            InputError: The study has no such row, no motion was found whose times could be written,
+                or the file can't be written.
         """
         from knotwork.choosing.freezing import text_anew, text_with
 
-        self._check_row(row)
-        target = Path(path)
-        document, edits = self.spec.document, self.spec.edits(row)
-        if document.file is None or _as_it_was(document):
+        scenario, target = self.scenario(row), Path(path)
+        chosen = plan(scenario).chosen if scenario.free is not None else None
+        document, edits = self.spec.document_of(row), chosen.edits if chosen is not None else {}
+        try:
             text = text_with(document, edits, target.parent)
-        else:
-            why = f"{document.file} has changed since"
-            text = text_anew(document, edits, target.parent, why)
+        except InputError as error:
+            text = text_anew(document, edits, target.parent, str(error))
         return storage.write_file(target, text)
 
     def _check_row(self, row: int) -> None:
@@ -181,7 +184,7 @@ class Study:
             raise InputError(f"there is no row {row}; accepted: 0 to {len(self.spec) - 1}")
 
     def plot(self, figures: Sequence[str] | None = None) -> Figure:
-        """Draw maps of the verdict and of figures over what is varied.
+        """Draw maps of the verdict and of figures over the varied fields.
 
         Args:
             figures: Names of figures; by default some that differ between rows.
@@ -191,23 +194,15 @@ class Study:
         return plot_study(self, figures)
 
 
-def _as_it_was(document: Document) -> bool:
-    """Whether the file of a scenario still says what it said when the study was begun."""
-    try:
-        return document.file is not None and read(document.file).data == document.data
-    except DocumentError:
-        return False
-
-
 def _best(figure: RowFigure, passing: list[dict[str, Any]]) -> dict[str, Any]:
     known = [row for row in passing if row[figure.name] is not None]
     if not known:
-        said = f"none of them has {figure.name}" if passing else "no row passes"
-        raise InputError(f"there is no best row: {said}")
+        why = f"none of them has {figure.name}" if passing else "no row passes"
+        raise InputError(f"there is no best row: {why}")
     sign = -1.0 if figure.more_is_better else 1.0
     return min(known, key=lambda row: sign * row[figure.name])
 
 
 def study_of(folder: StudyFolder) -> Study:
-    """What is finished of the study in a folder."""
+    """The finished rows of the study in a folder."""
     return Study(folder.spec, [folder.file(i) for i in folder.finished()], folder.path)

@@ -1,4 +1,4 @@
-"""What is varied: ranges, lists, random numbers and rows of a CSV file, as axes of a grid."""
+"""Variations: ranges, lists, random numbers and rows of a CSV file, as axes of a grid."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Axis:
     """Values that are varied together.
 
     Attributes:
-        paths: What is varied.
+        paths: The varied fields.
         columns: For each path its values, all of one length.
     """
 
@@ -110,8 +110,8 @@ def _one_axis(
     if not lengths:
         raise InputError("all that is varied is random, and the number of samples is not given")
     if len(set(lengths.values())) > 1:
-        said = ", ".join(f"{path} has {length}" for path, length in lengths.items())
-        raise InputError(f"what is varied together must have as many values each; {said}")
+        counts = ", ".join(f"{path} has {length}" for path, length in lengths.items())
+        raise InputError(f"what is varied together must have as many values each; {counts}")
     count = next(iter(lengths.values()))
     drawn = {path: one.drawn(count, seed, path) for path, one in random_ones.items()}
     return _checked([_axis({**fixed, **drawn})])

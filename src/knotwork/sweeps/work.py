@@ -13,7 +13,6 @@ from typing import Any, Protocol
 
 from knotwork.documents import Document
 from knotwork.documents.edits import flow
-from knotwork.sweeps.bench import Bench, Block
 from knotwork.sweeps.child import (
     Child,
     ChildCrashedError,
@@ -23,6 +22,7 @@ from knotwork.sweeps.child import (
 from knotwork.sweeps.figures import FIGURES
 from knotwork.sweeps.outcome import CRASHED, PASSED, TIME_LIMIT, Outcome
 from knotwork.sweeps.packages import arrow
+from knotwork.sweeps.row_planner import Block, RowPlanner
 from knotwork.sweeps.spec import StudySpec
 
 BLOCK = 8
@@ -81,15 +81,15 @@ class HereWorker:
     """Plans in this process, without a time limit."""
 
     def __init__(self) -> None:
-        self._bench = Bench()
+        self._planner = RowPlanner()
 
     def begin(self, block: Block, limit: float) -> dict[int, Outcome]:
         """Take a block."""
-        return self._bench.begin(block, True)
+        return self._planner.begin(block, True)
 
     def outcome(self, row: int, limit: float) -> Outcome:
         """Plan a row."""
-        return self._bench.outcome(row)
+        return self._planner.outcome(row)
 
 
 class ChildWorker:

@@ -1,11 +1,10 @@
 """A scenario's waypoints at the joints: inverse kinematics, position (eq 3) and velocity (eq 4)."""
 
 from knotwork.task_to_joint.inserted import followed_path, leads_along, way_along
-from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility, TaskSolution
+from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
 from knotwork.task_to_joint.solve import solve_task
 
 __all__ = [
-    "Alternative",
     "Choice",
     "Infeasibility",
     "TaskSolution",

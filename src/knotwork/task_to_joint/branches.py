@@ -45,7 +45,7 @@ def check_branch(scenario: Scenario, robot: Robot) -> None:
         why = (
             "self-motion leads from one solution of a pose to others without moving the tool"
             if robot.dof > 6
-            else "they are told apart for arms of six joints only"
+            else "they are distinguished for arms of six joints only"
         )
         raise BranchError(
             first.name,
@@ -89,8 +89,8 @@ def in_branch(scenario: Scenario, candidates: Candidates) -> NDArray[np.bool_]:
 
 def described(robot: Robot, candidates: Candidates) -> tuple[str, ...]:
     """The branches of candidates in words, each once; empty for an arm without."""
-    said = dict.fromkeys(describe_flags(robot, flags) for flags in candidates.flags)
-    return tuple(name for name in said if name)
+    names = dict.fromkeys(describe_flags(robot, flags) for flags in candidates.flags)
+    return tuple(name for name in names if name)
 
 
 def no_branch(

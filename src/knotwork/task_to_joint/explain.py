@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.sequence.candidates import Candidates
-from knotwork.kinematics.sequence.choice import positions_of
 from knotwork.kinematics.sequence.costs import AT_LIMIT
 from knotwork.task_to_joint.search import Found, Search
-from knotwork.task_to_joint.solution import Alternative, Choice, Infeasibility
+from knotwork.task_to_joint.solution import Choice, Infeasibility
 from knotwork.waypoints import FloatArray
-
-if TYPE_CHECKING:
-    from knotwork.kinematics.sequence.alternatives import AlternativeSequence
 
 
 class Explanation:
-    """Reasons for a choice of solutions, and its alternatives.
+    """Reasons for a choice of solutions.
 
     Args:
         search: The search.
@@ -34,7 +29,6 @@ class Explanation:
 
     def choices(self) -> tuple[Choice, ...]:
         """The solution chosen at each waypoint that is given by a pose."""
-        alternatives = self._alternatives()
         result = []
         signs = configuration_flags(self.robot, self.found.positions)
         for i, candidates in enumerate(self.search.candidates):
@@ -52,7 +46,6 @@ class Explanation:
                     reason="nearest to its near"
                     if i in self.search.space.solutions
                     else self._reason(candidates, (signs[: i + 1] * signs[i] < 0).any()),
-                    alternative=None if candidates.free else alternatives[i],
                 )
             )
         return tuple(result)
@@ -64,7 +57,7 @@ class Explanation:
             faults.setdefault(i, []).append((j, move / float(self.search.durations[i])))
         found = [self._interval(i, speeds) for i, speeds in faults.items()]
         for i, candidates in enumerate(self.search.candidates):
-            if candidates is not None and i not in self.search.unsped:
+            if candidates is not None and i not in self.search.free_velocity:
                 v = np.abs(self.found.velocities[i])
                 fast = np.flatnonzero(v > self.robot.velocity_limit * AT_LIMIT)
                 if fast.size:
@@ -84,7 +77,7 @@ class Explanation:
         longest = duration * max(v / self.robot.velocity_limit[j] for j, v in speeds)
         sentence = (
             f"from {self.names[i]!r} to {self.names[i + 1]!r} {self._needs(speeds)} on average; "
-            f"{self._others}; {longest:.4g} s or more would do for the mean, and they have "
+            f"{self._others}; {longest:.4g} s or more is sufficient for the mean, and they have "
             f"{duration:.4g} s"
         )
         return self._infeasibility(i, i + 1, speeds, sentence)
@@ -156,104 +149,8 @@ class Explanation:
         joints = zip(self.robot.joint_names, turns, self.robot.joint_units, strict=True)
         return tuple((name, int(turn)) for name, turn, unit in joints if turn and unit == "rad")
 
-    def _alternatives(self) -> list[Alternative | None]:
-        """The best other sequence for each waypoint: another branch there, else other turns."""
-        from knotwork.kinematics.sequence.alternatives import find_alternatives
-
-        search, chosen = self.search, self.found.sequence
-        apart = [c is not None and not c.free for c in search.candidates]
-        branches = [
-            c.branch[rows] if c is not None and distinct else np.zeros(len(layer.q), dtype=int)
-            for layer, c, rows, distinct in zip(
-                search.layers, search.candidates, search.rows, apart, strict=True
-            )
-        ]
-        problem = search.layers, search.durations, search.rules, chosen, branches
-        found = find_alternatives(*problem)
-        alone = [
-            one is None and distinct and len(layer.q) > 1
-            for one, distinct, layer in zip(found, apart, search.layers, strict=True)
-        ]
-        if any(alone):
-            turned = find_alternatives(*problem, turns=True)
-            found = [b if use else a for a, b, use in zip(found, turned, alone, strict=True)]
-        return [
-            self._alternative(i, one) if one is not None and apart[i] else None
-            for i, one in enumerate(found)
-        ]
-
-    def _alternative(self, i: int, other: AlternativeSequence) -> Alternative:
-        least, cost = self.found.sequence.cost, other.cost
-        q = self._positions(other)[i]
-        branch = describe_flags(self.robot, configuration_flags(self.robot, q[None])[0])
-        hindrance, extra = "", None
-        if cost.collisions > least.collisions:
-            nearer = " or comes nearer to something" if self.scenario.prefers_clearance else ""
-            hindrance = f"collides{nearer}"
-        elif self.scenario.prefers_clearance and cost.distance > least.distance:
-            hindrance = "comes nearer to something"
-        elif not cost.worse_than(least):
-            same = self.search.near is None
-            extra = cost.travel - least.travel if same else cost.distance - least.distance
-        elif least.infeasible or least.violation:
-            hindrance = "breaks limits by more"
-        elif cost.impossible or cost.infeasible:
-            hindrance = self._infeasible(other)
-        elif cost.violation:
-            hindrance = self._violation(other)
-        else:
-            hindrance = self._change(other)
-        return Alternative(branch, self._turns(q), extra, hindrance)
-
-    def _positions(self, other: AlternativeSequence) -> FloatArray:
-        return positions_of(self.search.layers, other.index, self.search.rules)
-
-    def _change(self, other: AlternativeSequence) -> str:
-        """Find where a sequence changes its branch in an interval that avoids it."""
-        flags = configuration_flags(self.robot, self._positions(other))
-        changed = (flags[1:] * flags[:-1] < 0).any(axis=1) & self.search.rules.avoided
-        if not changed.any():  # of branches that are singular, and pass for either
-            return "changes the branch on the way"
-        i = int(np.argmax(changed))
-        return f"changes the branch from {self.names[i]!r} to {self.names[i + 1]!r}"
-
-    def _violation(self, other: AlternativeSequence) -> str:
-        """The joint that goes farthest beyond its limit in the middle of an interval."""
-        search, q = self.search, self._positions(other)
-        v = np.array(
-            [
-                np.zeros(q.shape[1]) if layer.velocity is None else layer.velocity[k]
-                for layer, k in zip(search.layers, other.index, strict=True)
-            ]
-        )
-        mean = np.diff(q, axis=0) / search.durations[:, None]
-        middle = np.abs(1.5 * mean - 0.25 * (v[1:] + v[:-1]))
-        i, j = divmod(int(np.argmax(middle / self.robot.velocity_limit)), len(v[0]))
-        speed = self._speed(j, float(middle[i, j]))
-        return f"{speed} halfway from {self.names[i]!r} to {self.names[i + 1]!r}"
-
-    def _infeasible(self, other: AlternativeSequence) -> str:
-        """Name the interval or waypoint of a sequence that is farthest beyond a velocity limit."""
-        limit, worst, said = self.robot.velocity_limit, 1.0, "too fast"
-        for i, candidates in enumerate(self.search.candidates):
-            if candidates is None:
-                continue
-            row = self.search.rows[i][other.index[i]]
-            if candidates.lost[row]:
-                return f"singular at {self.names[i]!r}"
-            use = np.abs(candidates.velocity[row]) / limit
-            if use.max() > worst:
-                j, worst = int(np.argmax(use)), float(use.max())
-                said = f"{self._speed(j, worst * limit[j])} at {self.names[i]!r}"
-        for i, j, move in self._too_fast(self._positions(other)):
-            use_there = move / (limit[j] * self.search.durations[i])
-            if use_there > worst:
-                worst, speed = use_there, move / self.search.durations[i]
-                said = f"{self._speed(j, speed)} from {self.names[i]!r} to {self.names[i + 1]!r}"
-        return said
-
     def _speed(self, j: int, speed: float, needs: str = "", form: str = ".3g") -> str:
         units, unit = self.scenario.units, f"{self.robot.joint_units[j]}/s"
         limit = units.shown(float(self.robot.velocity_limit[j]), unit)[0]
-        said = units.text(speed, unit, form)
-        return f"{self.robot.joint_names[j]}{needs} {said} (limit {limit:{form}})"
+        number = units.text(speed, unit, form)
+        return f"{self.robot.joint_names[j]}{needs} {number} (limit {limit:{form}})"

@@ -100,7 +100,7 @@ def followed_path(
 
     `found` is the way from its start, if it is known.
     """
-    from knotwork.kinematics.following.insertion import follow_path
+    from knotwork.kinematics.following.insertion import with_waypoints_inserted
     from knotwork.kinematics.following.joints_on_path import JointsOnPath
     from knotwork.kinematics.following.proof import PathTolerance
 
@@ -109,7 +109,7 @@ def followed_path(
     ends = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
     try:
         joints = JointsOnPath(robot, path.motion, start, scenario.pull_to_middle, found)
-        followed = follow_path(joints, tolerance, times=ends, knots=knots)
+        followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
     except PathError as error:
         error.locate(scenario.waypoints[path.last].where)
         raise

@@ -1,4 +1,4 @@
-"""What stands in the way of solutions: collisions of candidates at waypoints and along paths."""
+"""Collisions of candidate solutions at waypoints and along paths."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from knotwork.scene.bodies import Body
 
 LOOKS = 24
-"""At so many times along a path candidates are looked at; the check proves what is between."""
+"""Number of times along a path at which candidates are tested; the check proves the rest."""
 
 HALVINGS = 20
 """Of the step in which a contact begins."""
@@ -126,7 +126,9 @@ class Obstacles:
             before = k
         return None
 
-    def told(self, found: Continuation, start: int, contact: tuple[int, int]) -> tuple[float, str]:
+    def described(
+        self, found: Continuation, start: int, contact: tuple[int, int]
+    ) -> tuple[float, str]:
         """When a contact begins, and the sentence for it.
 
         Args:
@@ -140,7 +142,7 @@ class Obstacles:
             for i in range(before + 1, k + 1)
             if self.collides(found.position[i, start], float(found.time[i]))
         )
-        return self._begin(found, first, start), self._said(found, first, start)
+        return self._begin(found, first, start), self._description(found, first, start)
 
     def _begin(self, found: Continuation, step: int, start: int) -> float:
         """When the contact begins that is there at a step and not at the one before [s]."""
@@ -161,16 +163,16 @@ class Obstacles:
                 low = middle
         return high
 
-    def _said(self, found: Continuation, step: int, start: int) -> str:
+    def _description(self, found: Continuation, step: int, start: int) -> str:
         """What collides at a step."""
         gaps = self._gaps(found.position[step, start], float(found.time[step]))
         _, first, second = min(gaps, key=lambda gap: gap[0])
         return f"{second.name} comes too near to {first.name}"
 
     def _gaps(self, q: FloatArray, time: float) -> Iterator[tuple[float, Body, Body]]:
-        """Distance beyond what is to be kept of each pair, and the pair."""
+        """Distance of each pair beyond the required margin, and the pair."""
+        from knotwork.robot.joint_tree import place_joints
         from knotwork.scene.distances import nearest_of_bodies
-        from knotwork.scene.placements import place_joints
 
         rotation, origin = (x[0] for x in place_joints(self.model.joints, q[None]))
         for pair in self.model.pairs:

@@ -31,8 +31,8 @@ from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, we
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch
+from knotwork.task_to_joint.dependent_waypoints import DependentWaypoints
 from knotwork.task_to_joint.obstacles import Obstacles
-from knotwork.task_to_joint.tied import Ties
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 HOME = "home"
@@ -75,7 +75,7 @@ class Search:
         samples: Times between two waypoints at which intervals are evaluated for a redundant arm.
         candidates: Found at each waypoint; `None` where joint positions are given.
         layers: The candidates allowed at each waypoint, and what they cost.
-        unsped: Waypoints whose speed is chosen later, by index.
+        free_velocity: Waypoints whose speed is chosen later, by index.
         rows: Which of the candidates those are.
     """
 
@@ -93,11 +93,11 @@ class Search:
         rules = scenario.scene.rules
         checked = rules.itself or scenario.scene.asks()
         self.obstacles = Obstacles(scenario, space, robot) if checked else None
-        self.ties = Ties(scenario, space.waits, self.obstacles)
-        self.groups = {i: group for group in self.ties.groups for i in group}
+        self.dependent = DependentWaypoints(scenario, space.waits, self.obstacles)
+        self.groups = {i: group for group in self.dependent.groups for i in group}
         check_branch(scenario, robot)
         kinds = scenario.free.speed if scenario.free is not None else ()
-        self.unsped = {i for i, kind in enumerate(kinds) if kind != "given"}
+        self.free_velocity = {i for i, kind in enumerate(kinds) if kind != "given"}
         limit = robot.velocity_limit
         self.revolute = joint_axes(robot).revolute
         branch = scenario.branch if isinstance(scenario.branch, str) else "free"
@@ -210,7 +210,7 @@ class Search:
         passes = np.array(
             [
                 isinstance(w, CartesianWaypoint)
-                and bool(i in self.unsped or w.linear.any() or w.angular.any())
+                and bool(i in self.free_velocity or w.linear.any() or w.angular.any())
                 for i, w in enumerate(self.scenario.waypoints)
             ]
         )
@@ -219,7 +219,7 @@ class Search:
     def _candidates(self) -> list[Candidates | None]:
         result: list[Candidates | None] = [None] * len(self.given)
         poses, units = [], self.scenario.units
-        for i in self.ties.free:
+        for i in self.dependent.free:
             target = self.scenario.waypoints[i]
             if isinstance(target, CartesianWaypoint) and i in self.space.solutions:
                 result[i] = nearest_candidate(self.robot, target, self.space.solutions[i], units)
@@ -233,10 +233,10 @@ class Search:
                     excess=np.zeros_like(candidates.excess),
                     velocity=np.zeros_like(candidates.velocity),
                 )
-                if i in self.unsped
+                if i in self.free_velocity
                 else candidates
             )
-        return self.ties.completed(self.robot, result)
+        return self.dependent.completed(self.robot, result)
 
     def _reference(self, index: int) -> FloatArray:
         """The configuration nearest in the sequence that is known beforehand."""
@@ -316,7 +316,7 @@ class Search:
             home(self.space) if self.given[0] is None else None,
             self.samples,
             self.rules.untimed,
-            frozenset(self.unsped),
+            frozenset(self.free_velocity),
         )
         refined = refine_sequence(self.robot, given, chosen.q, np.array(v))
         if self.obstacles is not None:

@@ -4,29 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass, field
-from functools import cached_property
 from typing import Any
 
 from knotwork.waypoints import JointWaypoints
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """The best sequence that passes a waypoint another way than the one chosen.
-
-    Attributes:
-        branch: What its branch is called there; empty where branches have no names.
-        turns: Joint and whole turns away from within half a turn of zero, where there are any.
-        extra: Its cost beyond that of the sequence chosen [s]: travel at the velocity limits,
-            weighted, or with `near` the distance from that. `None` if a limit or a change of
-            branch rules it out; `hindrance` says which.
-        hindrance: The limit it breaks, or where it changes its branch; otherwise empty.
-    """
-
-    branch: str
-    turns: tuple[tuple[str, int], ...]
-    extra: float | None
-    hindrance: str = ""
 
 
 @dataclass(frozen=True)
@@ -42,8 +22,6 @@ class Choice:
         solutions: Solutions inside the limits, turns counted.
         sampled: The arm moves freely at the pose.
         reason: Why this one.
-        alternative: The best of the sequences with another branch here, or where there is one
-            branch only with other turns; `None` if there is none, or the arm moves freely.
     """
 
     waypoint: str
@@ -53,7 +31,6 @@ class Choice:
     solutions: int
     sampled: bool
     reason: str
-    alternative: Alternative | None = None
 
 
 @dataclass(frozen=True)
@@ -71,7 +48,7 @@ class Infeasibility:
         velocity: The speed it needs [rad/s or m/s].
         limit: Its velocity limit [rad/s or m/s].
         unit: `rad/s` or `m/s`.
-        sentence: All of it in words, with every joint beyond its limit and what would be feasible.
+        sentence: All of it in words, with every joint beyond its limit and what is feasible.
     """
 
     waypoint: str
@@ -100,23 +77,19 @@ class TaskSolution:
     Attributes:
         waypoints: Joint positions and velocities.
         infeasibilities: Velocity limits that are exceeded however the solutions are chosen.
+        choices: The solutions chosen at the waypoints given by poses, in order.
     """
 
     waypoints: JointWaypoints
     infeasibilities: tuple[Infeasibility, ...] = ()
-    _explain: Callable[[], tuple[Choice, ...]] | None = field(default=None, repr=False)
+    choices: tuple[Choice, ...] = ()
     _avoid: Callable[[Collection[int]], TaskSolution | None] | None = field(
         default=None, repr=False
     )
 
-    @cached_property
-    def choices(self) -> tuple[Choice, ...]:
-        """For the waypoints given by poses, in order; found when they are asked for."""
-        return self._explain() if self._explain is not None else ()
-
     def __getstate__(self) -> dict[str, Any]:
-        """The state to copy or pickle: the choices, without the search that finds them."""
-        return {**self.__dict__, "choices": self.choices, "_explain": None, "_avoid": None}
+        """The state to copy or pickle: without the search."""
+        return {**self.__dict__, "_avoid": None}
 
     def avoiding(self, intervals: Collection[int]) -> TaskSolution | None:
         """The next best solution, without the steps that this one takes on some intervals.
@@ -127,11 +100,10 @@ class TaskSolution:
             intervals: Indices of the waypoints where they begin.
 
         Returns:
-            It, or `None` if there is no other.
+            It, or `None` if there is no other that may be feasible and clear.
         """
         if self._avoid is None:
             return None
-        _ = self.choices  # they are explained by what counts now
         return self._avoid(intervals)
 
     def to_dict(self) -> dict[str, Any]:
@@ -140,8 +112,6 @@ class TaskSolution:
         for choice in self.choices:
             data = asdict(choice)
             data["turns"] = dict(choice.turns)
-            if choice.alternative is not None:
-                data["alternative"]["turns"] = dict(choice.alternative.turns)
             choices.append(data)
         infeasible = [{**asdict(one), "fraction": one.fraction} for one in self.infeasibilities]
         return {"choices": choices, "infeasibilities": infeasible}

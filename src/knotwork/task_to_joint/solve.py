@@ -96,7 +96,7 @@ def _solution(search: Search, knots: Any) -> TaskSolution:
     found = search.solve()
     explanation = Explanation(search, found)
     values = found.positions, found.velocities
-    waypoints = _completed(search.scenario, search.space, *values, knots, search.ties.way)
+    waypoints = _completed(search.scenario, search.space, *values, knots, search.dependent.way)
 
     def avoid(intervals: Collection[int]) -> TaskSolution | None:
         search.avoid(found, intervals)
@@ -104,7 +104,11 @@ def _solution(search: Search, knots: Any) -> TaskSolution:
         same = np.array_equal(other.waypoints.position, waypoints.position)
         return None if same else other
 
-    return TaskSolution(waypoints, explanation.infeasibilities(), explanation.choices, avoid)
+    infeasibilities = explanation.infeasibilities()
+    # every other sequence is too fast, collides at a waypoint or takes a step that collided
+    hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
+    others = None if hopeless else avoid
+    return TaskSolution(waypoints, infeasibilities, explanation.choices(), others)
 
 
 def _completed(

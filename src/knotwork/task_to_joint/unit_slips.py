@@ -1,4 +1,4 @@
-"""Poses that are out of reach because the file's lengths are in another unit than it says."""
+"""Poses that are out of reach because lengths or angles are in another unit than the file says."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pinocchio as pin
 from knotwork.errors import TaskError
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
+from knotwork.scenario.angle_slips import angle_slips
 from knotwork.waypoints import CartesianWaypoint
 
 # A pose this many times farther than the arm reaches is no pose that was only placed badly, and
@@ -16,7 +17,7 @@ FAR_OFF = 20.0
 
 
 def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
-    """Add the unit of length that would put an unreachable pose in reach to its error.
+    """Add the unit that would put an unreachable pose in reach, or may do so, to its error.
 
     Args:
         error: That the pose of a waypoint can't be reached.
@@ -32,6 +33,10 @@ def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
     elif scenario.units.length == "mm" and distance < reach / FAR_OFF and 1000 * distance <= reach:
         shown, unit = f"{1000 * distance:.4g} mm", "m"
     else:
+        units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
+        slips = angle_slips(scenario.document, units) if scenario.document is not None else []
+        if slips:
+            error.add(slips[0])
         return
     error.add(
         f"it is {shown} from the base of an arm that reaches {reach:.2g} m at most; if the file's "

@@ -96,9 +96,10 @@ def _together(problem: TimingProblem, i: int) -> float:
 def _one_end_free(move: FloatArray, v: FloatArray, V: FloatArray, A: FloatArray) -> FloatArray:
     """Least duration with the velocity given at one end only, shape (d,)."""
     D, v = np.abs(move), np.where(move < 0.0, -v, v)
-    with np.errstate(invalid="ignore", over="ignore"):
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         reach = (V * V - v * v) / (2.0 * A)  # how far it comes until it has reached V
-        rising = 2.0 * D / (v + np.sqrt(v * v + 2.0 * A * D))
+        root = np.sqrt(v * v + 2.0 * A * D)
+        rising = np.where(v < 0.0, (root - v) / A, 2.0 * D / (v + root))  # without cancellation
         cruising = (V - v) / A + (D - reach) / V
     found = np.where(reach < D, cruising, rising)
     return np.where(D == 0.0, 0.0, np.where(np.isinf(A), D / V, found))

@@ -12,7 +12,6 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import (
     MORE_PARTS,
     effort_shares,
-    likely_accelerations,
     proved_efforts,
     proved_tool,
     tool_shares,
@@ -49,14 +48,6 @@ def first_efforts(problem: TimingProblem) -> Care:
     """Care for efforts too, nowhere more than elsewhere."""
     known = problem.velocity_known & problem.acceleration_known
     return Care(effort=_all_allowed(problem, len(problem.limits.effort), known))
-
-
-def without_efforts(problem: TimingProblem) -> TimingProblem:
-    """The problem without limits of effort; all accelerations are limited, roughly."""
-    limits = problem.limits
-    most = np.minimum(limits.acceleration, likely_accelerations(problem, held=False))
-    loose = replace(limits, acceleration=most, effort=np.full_like(most, np.inf))
-    return replace(problem, limits=loose)
 
 
 def _all_allowed(problem: TimingProblem, width: int, known: BoolArray) -> FloatArray:

@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree
 from knotwork.waypoints import FloatArray
 
 
@@ -197,30 +198,20 @@ def _turned(turn: FloatArray, angle: Any) -> Any:
 
 
 def _links(model: Any) -> tuple[Link, ...]:
-    data = model.createData()
-    pin.computeJointJacobians(model, data, pin.neutral(model))
-    found = []
-    for i in range(1, model.njoints):
-        joint = model.joints[i]
-        if joint.nv != 1 or joint.nq != 1:
-            raise InputError(
-                f"joint {model.names[i]!r} has {joint.nv} degrees of freedom; efforts are "
-                "limited for joints that have one"
-            )
-        axis = pin.getJointJacobian(model, data, i, pin.LOCAL).reshape(6, -1)[:, joint.idx_v]
-        placement, body = model.jointPlacements[i], model.inertias[i]
-        found.append(
-            Link(
-                int(model.parents[i]) - 1,
-                int(joint.idx_v),
-                np.array(placement.rotation),
-                np.array(placement.translation),
-                np.array(axis[3:]),
-                np.array(axis[:3]),
-                float(body.mass),
-                np.array(body.lever),
-                np.array(body.inertia),
-                float(model.armature[joint.idx_v]),
-            )
+    joints = joint_tree(model)
+    return tuple(
+        Link(
+            parent=joints.parent[i] - 1,
+            column=joints.column[i],
+            rotation=joints.rotation[i],
+            offset=joints.translation[i],
+            turn=joints.turns[i] * joints.axis[i],
+            slide=joints.slides[i] * joints.axis[i],
+            mass=float(body.mass),
+            lever=np.array(body.lever),
+            inertia=np.array(body.inertia),
+            armature=float(model.armature[joints.column[i]]),
         )
-    return tuple(found)
+        for i, body in enumerate(model.inertias)
+        if i
+    )

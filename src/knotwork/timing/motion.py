@@ -10,12 +10,12 @@ from typing import Literal
 from knotwork.trajectory import JointTrajectory
 from knotwork.waypoints import FloatArray, ReadOnlyArrays
 
-Status = Literal["optimal", "stopped", "stretched"]
+Status = Literal["optimal", "resting", "stopped"]
 
 
 def status_of(parts: Iterable[Status]) -> Status:
     """The status of a motion made of parts: the least that any of them has."""
-    return max(parts, key=("optimal", "stretched", "stopped").index, default="optimal")
+    return max(parts, key=("optimal", "resting", "stopped").index, default="optimal")
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ class TimedMotion(ReadOnlyArrays):
         acceleration: Joint accelerations at the waypoints, shape (n, d).
         lower_bound: No motion through these waypoints that keeps the limits is shorter [s].
         status: `"optimal"`, or `"stopped"` where the budget ended first: the motion keeps every
-            limit, but a better one may exist; or `"stretched"` where the fastest motion was slowed
-            to a total hardly longer, because no smoother one was found.
+            limit, but a better one may exist; or `"resting"` where no start led to a solution and
+            the arm comes to rest in each interval.
         binding: Where which limit is met, by interval, the longest first.
         objective: Value of each term, by name, before it is weighted: `"time"` [s], and the
             integrals that have a weight.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, WaypointDataError
 from knotwork.least_durations import feasible_durations
-from knotwork.timing.safe_numbers import with_margin
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, ReadOnlyArrays, checked_joints, read_only
 
@@ -296,6 +295,17 @@ class TimingProblem(ReadOnlyArrays):
     def acceleration_known(self) -> BoolArray:
         """At which waypoints the acceleration is given, shape (n,)."""
         return np.asarray(~np.isnan(self.acceleration).any(axis=1))
+
+
+def with_margin(text: Callable[[float], str], limit: float, margin: float) -> str:
+    """A limit in words, with what it is before the margin that it has already.
+
+    >>> with_margin("{:g} m/s".format, 1.8, 0.9)
+    '1.8 m/s, 0.9 of 2 m/s (margin)'
+    """
+    if margin == 1.0:
+        return text(limit)
+    return f"{text(limit)}, {margin:g} of {text(limit / margin)} (margin)"
 
 
 def _numbers(values: ArrayLike | None, shape: tuple[int, ...], what: str, default: float) -> Any:

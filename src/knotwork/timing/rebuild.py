@@ -55,16 +55,6 @@ def rebuilt(knots: Knots) -> PiecewisePolynomial:
     return PiecewisePolynomial(c.reshape(4, count * span.shape[0], -1), breaks)
 
 
-def slower_knots(knots: Knots, times: float) -> Knots:
-    """The same motion so many times slower, velocities at the waypoints too."""
-    return replace(
-        knots,
-        time=times * knots.time,
-        velocity=knots.velocity / times,
-        acceleration=knots.acceleration / times**2,
-    )
-
-
 def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
     """Parts of a motion one after another, the first one from time 0 on."""
     durations = np.concatenate([np.diff(one.time) for one in parts])

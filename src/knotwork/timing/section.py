@@ -162,7 +162,6 @@ class Care:
             turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
         parts: Where inside the pieces that is.
         tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
-        still: Which joints have no acceleration at which waypoints, shape (n, d), or `None`.
     """
 
     margin: float = MARGIN
@@ -170,7 +169,6 @@ class Care:
     effort: FloatArray | None = None
     parts: tuple[float, ...] = EFFORT_PARTS
     tool: FloatArray | None = None
-    still: BoolArray | None = None
 
 
 def _even(intervals: int) -> FloatArray:
@@ -184,48 +182,36 @@ def near_guess(found: Found) -> Guess:
     return Guess(np.diff(knots.time), knots.share, found.curve, knots.velocity, near=True)
 
 
-def stretched_guess(found: Found, problem: TimingProblem) -> Guess:
+def stretched_guess(guess: Guess, problem: TimingProblem) -> Guess:
     """Start from a motion whose intervals, or all together, take as long as is given."""
-    curve, knots = found.curve, found.knots
-    before = np.diff(knots.time)
+    before = guess.duration
     duration = np.where(problem.free, before, problem.duration)
     if problem.total is not None:
         free = problem.free
         duration[free] *= (problem.total - duration[~free].sum()) / duration[free].sum()
-    times = np.repeat(duration / before, knots.share.shape[1])
-    slowed = curve.c / times[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
-    breaks = np.concatenate(([0.0], np.cumsum(times * np.diff(curve.x))))
-    stretched = PiecewisePolynomial(slowed, breaks)
-    return Guess(duration, knots.share, stretched, knots.velocity, near=True)
+    return _stretched(guess, duration / before)
 
 
-def slower_guess(found: Found, times: float) -> Guess:
-    """Start from a motion that is so many times slower; durations that are given become as long."""
-    curve, knots = found.curve, found.knots
-    slowed = curve.c / times ** np.arange(3.0, -1.0, -1.0)[:, None, None]
-    return Guess(
-        times * np.diff(knots.time),
-        knots.share,
-        PiecewisePolynomial(slowed, times * curve.x),
-        knots.velocity / times,
+def slower_guess(guess: Guess, times: float) -> Guess:
+    """Start from a motion slowed by a factor, velocities at the waypoints too."""
+    slowed = _stretched(guess, np.full(guess.duration.size, times))
+    return replace(slowed, velocity=guess.velocity / times, near=False)
+
+
+def _stretched(guess: Guess, times: FloatArray) -> Guess:
+    """The same with the duration of each interval times a factor."""
+    curve, each = guess.curve, np.repeat(times, guess.share.shape[1])
+    slowed = curve.c / each[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
+    breaks = np.concatenate(([0.0], np.cumsum(each * np.diff(curve.x))))
+    return replace(
+        guess, duration=times * guess.duration, curve=PiecewisePolynomial(slowed, breaks)
     )
 
 
 def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
     """Start from a part of a motion that was found before."""
-    return _part(motion.trajectory.polynomial, motion.time, motion.velocity, first, last)
-
-
-def part_guess(found: Found, first: int, last: int) -> Guess:
-    """Start from a part of the solution of a longer section."""
-    return _part(found.curve, found.knots.time, found.knots.velocity, first, last)
-
-
-def _part(
-    curve: PiecewisePolynomial, times: FloatArray, velocity: FloatArray, first: int, last: int
-) -> Guess:
-    each = pieces_each(last - first)
-    time = times[first : last + 1]
+    curve, each = motion.trajectory.polynomial, pieces_each(last - first)
+    time = motion.time[first : last + 1]
     here = (curve.x >= time[0]) & (curve.x <= time[-1])
     spans = np.diff(curve.x[here])
     duration = np.diff(time)
@@ -234,7 +220,7 @@ def _part(
     else:
         share = _even(duration.size)
     part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
-    return Guess(duration, share, part, velocity[first : last + 1], near=True)
+    return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
 
 
 class Section:
@@ -461,10 +447,13 @@ class Section:
 
     def _steady(self) -> BoolArray:
         """Which joints have no acceleration at which waypoints, beside those where it is known."""
+        problem = self.problem
+        stands = problem.velocity_known[:, None] & (problem.velocity == 0.0)
+        idle = stands[:-1] & stands[1:] & (np.diff(problem.position, axis=0) == 0.0)
         steady = self._cruising()
-        if self.care.still is not None:
-            steady = steady | self.care.still
-        return steady & ~self.problem.acceleration_known[:, None]
+        steady[:-1] |= idle  # or it would swing out between them
+        steady[1:] |= idle
+        return steady & ~problem.acceleration_known[:, None]
 
     def rebuild(self, x: FloatArray) -> Found:
         """Make the exact curve of the variables; it starts at time 0."""

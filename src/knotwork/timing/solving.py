@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -15,13 +14,11 @@ from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
 from knotwork.timing.costs import terms, weighted
-from knotwork.timing.explain import explained
+from knotwork.timing.infeasible import impossible, unsolved
 from knotwork.timing.motion import Progress, TimedMotion, status_of
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import in_a_row, rebuilt_row
 from knotwork.timing.section import Guess, guess_from
-from knotwork.timing.slower import wrongly_given
-from knotwork.timing.stops import better_parts
 from knotwork.timing.watch import Watch
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
@@ -41,9 +38,8 @@ def solve(
 
     Sections between waypoints where velocity and acceleration are both known do not depend on each
     other, and each is solved alone; one of more than 24 intervals is solved in windows of 8, each
-    with 4 intervals ahead of it. Where limits of effort bind, parts between stops are solved alone
-    too, and taken if they are faster. The optimum is a local one: the solver (IPOPT) starts from
-    plain cubics.
+    with 4 intervals ahead of it. The optimum is a local one: the solver (IPOPT) starts from plain
+    cubics, at most three. If none leads to a solution the arm comes to rest in each interval.
 
     Args:
         problem: What is known, and the limits.
@@ -57,7 +53,7 @@ def solve(
         A motion that keeps every limit, by the exact extrema of its polynomials.
 
     Raises:
-        TimingError: No motion was found that keeps the limits; it says where, and what would do.
+        TimingError: No motion was found that keeps the limits; it says where, and what suffices.
 
     >>> from knotwork.timing import TimingLimits
     >>> limits = TimingLimits(velocity=[1.0], acceleration=[4.0], jerk=[100.0])
@@ -74,18 +70,13 @@ def solve(
 class NoMotionError(Exception):
     """No motion was found that keeps the limits.
 
-    Args:
-        tell: Looks for what may be the cause, which takes time.
+    Attributes:
+        causes: What may be the cause, each with its place; at least one.
     """
 
-    def __init__(self, tell: Callable[[], list[TimingError]]) -> None:
+    def __init__(self, causes: Sequence[TimingError]) -> None:
         super().__init__()
-        self._tell = tell
-
-    @cached_property
-    def causes(self) -> list[TimingError]:
-        """What may be the cause, each with its place; at least one."""
-        return self._tell()
+        self.causes = list(causes)
 
 
 def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = None) -> TimedMotion:
@@ -100,11 +91,12 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
         NoMotionError: No motion was found that keeps the limits.
     """
     begun, iterations = watch.now(), watch.iterations
-    wrong = wrongly_given(problem).errors
+    wrong = impossible(problem)
     if wrong:
-        raise NoMotionError(lambda: wrong)
+        raise NoMotionError(wrong)
     motion = _solved_from(problem, watch, start)
-    if start is not None and _gap(motion) > WORSE * _gap(start) and not watch.late(found=True):
+    poor = start is not None and problem.total is None and _gap(motion) > WORSE * _gap(start)
+    if poor and not watch.late(found=True):
         cold = _solved_from(problem, watch, None)
         motion = min(motion, cold, key=lambda one: weighted(problem, one.objective))
     return replace(motion, iterations=watch.iterations - iterations, seconds=watch.now() - begun)
@@ -125,13 +117,13 @@ def _solved_from(problem: TimingProblem, watch: Watch, start: TimedMotion | None
 
         attempt = solved_windows(part, watch, guess)
         if attempt is not None:
-            found += better_parts(part, watch, attempt)
+            found.append(attempt)
         elif watch.late(found=False):
-            raise NoMotionError(lambda: [_out_of_time(watch)])
+            raise NoMotionError([_out_of_time(watch)])
         else:
             failed.append((part, first))
     if failed:
-        raise NoMotionError(lambda: [one for part in failed for one in explained(*part)])
+        raise NoMotionError([one for part in failed for one in unsolved(*part)])
     return _motion(problem, found)
 
 

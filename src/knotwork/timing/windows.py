@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from knotwork.timing.attempts import Attempt, solved_section, stopping
+from knotwork.timing.attempts import Attempt, resting, solved_section
 from knotwork.timing.motion import status_of
 from knotwork.timing.problem import TimingProblem, part_of
 from knotwork.timing.rebuild import Knots, joined, rebuilt
@@ -38,7 +38,7 @@ def solved_windows(
 
     Args:
         problem: The section.
-        watch: What the steps are told to.
+        watch: Follows the steps and holds the budget.
         guess: Where to start between two waypoints.
 
     Returns:
@@ -73,9 +73,9 @@ def solved_windows(
     cost = sum(one.cost for one in kept)
     status = status_of(one.status for one in kept)
     found = Attempt(Found(knots, curve), cost, status, kept[-1].care)
-    # where the budget ended, parts that stop may be far slower than one motion that stops
-    stops = stopping(problem) if status == "stopped" else None
-    return found if stops is None or found.cost <= stops.cost else stops
+    # parts that rest may be far slower than one motion that does
+    rests = resting(problem, status) if status != "optimal" else None
+    return found if rests is None or found.cost <= rests.cost else rests
 
 
 def _first_part(found: Found, count: int) -> Found:

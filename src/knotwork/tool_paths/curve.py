@@ -117,7 +117,7 @@ def unplaced(text: str, **values: float | FloatArray) -> PathError:
         values: Points [m], shape (3,), and lengths [m].
     """
     error = PathError(text=text, values=values)
-    error.args = (error.told(lambda length: f"{length:.9g} m", shown),)
+    error.args = (error.in_units(lambda length: f"{length:.9g} m", shown),)
     return error
 
 

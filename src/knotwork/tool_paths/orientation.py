@@ -54,7 +54,7 @@ APART = 1e-6
 class OrientationCurve:
     """Rotation of the tool as a function of arc length.
 
-    Beside the constructor there are `constant`, `even_turning`, `turning`, `through` and `joined`.
+    Besides the constructor there are `constant`, `even_turning`, `turning`, `through` and `joined`.
 
     Args:
         s: Arc lengths at which rotations are given [m], shape (m,), m >= 2, increasing from 0.

@@ -225,27 +225,21 @@ class ToolPath:
         return best
 
     def gaps(
-        self,
-        places: FloatArray,
-        rotations: FloatArray,
-        guess: ArrayLike,
-        within: tuple[float, float] | None = None,
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """How far poses are from the points of the path that are nearest to their places.
+        self, places: FloatArray, rotations: FloatArray, s: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """How far poses are off those of the path.
 
         Args:
             places: [m], shape (k, 3).
             rotations: Shape (k, 3, 3).
-            guess: Arc lengths from which the nearest points are searched [m], shape (k,).
-            within: From where to where they may be [m]; by default anywhere on the path.
+            s: Arc lengths of the points that they are compared with [m], shape (k,).
 
         Returns:
-            Arc lengths of the nearest points [m], distances from them [m] and Frobenius norms of
-            the difference of the rotations, see `rotations.angle_of`; shape (k,) each.
+            Distances [m] and Frobenius norms of the difference of the rotations, see
+            `rotations.angle_of`; shape (k,) each.
         """
-        s = np.clip(self.nearest(places, guess), *(within or (0.0, self.length)))
         distance = np.linalg.norm(places - self.position(s), axis=1)
-        return s, distance, np.linalg.norm(rotations - self.rotation(s), axis=(1, 2))
+        return distance, np.linalg.norm(rotations - self.rotation(s), axis=(1, 2))
 
     def bend(self, s0: ArrayLike, s1: ArrayLike) -> FloatArray:
         """Upper bounds of the norm of d²P/dτ²; arc length goes evenly from s0 to s1, τ from 0 to 1.

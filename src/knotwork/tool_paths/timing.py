@@ -130,7 +130,7 @@ def speed_profile(
     Raises:
         WaypointDataError: Arrays are not finite or of another shape.
         PathError: A length, a speed or the acceleration is not greater than zero.
-        RampError: A stretch is too short for its ramps; its data say what would do.
+        RampError: A stretch is too short for its ramps; its data give a feasible one.
 
     >>> timing = kw.tool_paths.speed_profile(
     ...     [0.1], [0.05], start_speed=0.0, end_speed=0.0, acceleration=0.5)
@@ -177,7 +177,7 @@ def _stretch(
     s: FloatArray, v: float, ends: tuple[_End, _End], acceleration: float
 ) -> list[tuple[float, list[float]]]:
     """Duration and coefficients of arc length, of ramp, even speed and ramp from s[0] to s[1]."""
-    # Speeds that differ by rounding alone need no ramp, which would be too short to be told.
+    # Speeds that differ by rounding alone need no ramp, which would be too short to report.
     v0, v1 = (
         v if math.isclose(v, end.met_by(v), rel_tol=ROUNDING) else end.met_by(v) for end in ends
     )
@@ -301,7 +301,7 @@ def _fit(
     if needed <= length * (1.0 + ROUNDING):
         return length / needed
     highest, least = _highest_speed(length, ends, acceleration), part / length
-    if highest is not None and highest >= v:  # the ends are faster: no lower speed would do
+    if highest is not None and highest >= v:  # the ends are faster: no lower speed is sufficient
         highest = None
     slower = f"a speed of at most {highest:.6g} m/s, " if highest else ""
     raise RampError(

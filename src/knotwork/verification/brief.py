@@ -9,14 +9,14 @@ from typing import NamedTuple, Protocol
 
 from knotwork.plain_text import one_line
 from knotwork.units import Units, readable
-from knotwork.verification.finding import PASSES, Finding
+from knotwork.verification.finding import Finding
 
 WIDTH = 80
 MOST_LINES = 14
-"""A report has no more lines; what is told of failures may need more."""
+"""Largest number of lines of a report; failures may need more."""
 MOST_FAILURE_LINES = 8
 MOST_WARNING_LINES = 4
-"""The first failure or warning is told whole; others while there is room in so many lines."""
+"""The first failure or warning is printed whole; others while this many lines have room."""
 NOTABLE = 0.01
 """A use of a limit below this part of it is worth no row of its own."""
 INDENT = "  "
@@ -25,8 +25,8 @@ _SPACE_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|mm|m|s|deg|rad|N)(?![\w'-]))|(
 """A number stays in a line with its unit."""
 
 
-class Told(Protocol):
-    """What is told of a report."""
+class ReportContent(Protocol):
+    """The parts of a report that are printed."""
 
     @property
     def scenario(self) -> str:
@@ -57,6 +57,10 @@ class Told(Protocol):
         """Findings that are plausibly slips."""
 
     @property
+    def sampled(self) -> Sequence[Finding]:
+        """Findings that count as met because of samples alone."""
+
+    @property
     def tried(self) -> Sequence[Finding]:
         """Findings on what was tried because something fails."""
 
@@ -77,7 +81,8 @@ class BriefLine(NamedTuple):
     """A line of a short report.
 
     Attributes:
-        kind: `"passed"`, `"failed"`, `"failure"`, `"tried"`, `"warning"`, `"group"` or `"more"`.
+        kind: `"passed"`, `"failed"`, `"failure"`, `"tried"`, `"sampled"`, `"warning"`, `"group"`
+            or `"more"`.
         text: Without a line feed.
     """
 
@@ -85,7 +90,7 @@ class BriefLine(NamedTuple):
     text: str
 
 
-def brief(report: Told, width: int = WIDTH) -> list[BriefLine]:
+def brief(report: ReportContent, width: int = WIDTH) -> list[BriefLine]:
     """Write a report in at most some 15 lines.
 
     Args:
@@ -93,10 +98,11 @@ def brief(report: Told, width: int = WIDTH) -> list[BriefLine]:
         width: Of the lines, in characters; only longer words are longer.
     """
     lines = _wrapped("passed" if report.ok else "failed", _verdict(report), width)
-    lines += _told("failure", "FAIL ", report, report.failures, MOST_FAILURE_LINES, width)
+    lines += _printed("failure", "FAIL ", report, report.failures, MOST_FAILURE_LINES, width)
     for found in report.tried:
         lines += _wrapped("tried", str(found), width)
-    lines += _told("warning", "warning: ", report, report.warnings, MOST_WARNING_LINES, width)
+    lines += _printed("sampled", "not proved: ", report, report.sampled, MOST_WARNING_LINES, width)
+    lines += _printed("warning", "warning: ", report, report.warnings, MOST_WARNING_LINES, width)
     groups = {name: found for name, found in report.groups.items() if _has_numbers(found)}
     if report.ok:
         plain = {name: found for name, found in groups.items() if _far_from_limits(found)}
@@ -105,61 +111,62 @@ def brief(report: Told, width: int = WIDTH) -> list[BriefLine]:
         room = MOST_LINES - len(lines) - len(rest)
         return [*lines, *_rows(rows, report.units, room, width), *rest]
     met = _listed("met", {name: found for name, found in groups.items() if _met(found)}, width)
-    # what is required nowhere may tell why the rest fails
-    others = {name: found for name, found in groups.items() if _only_told(found)}
+    # a group without requirements may explain why the rest fails
+    others = {name: found for name, found in groups.items() if _without_requirements(found)}
     room = MOST_LINES - len(lines) - len(met)
     return [*lines, *_rows(others, report.units, room, width), *met]
 
 
-def summary(report: Told) -> str:
+def summary(report: ReportContent) -> str:
     """Say in a line how much is met; where all is, what uses most of its limit.
 
     >>> from knotwork.verification.brief import summary
     >>> summary(kw.plan("ur5_deburring").report)
-    '86 of 86 met; tightest 81 %: ...'
+    '90 of 90 met; tightest 81 %: ...'
     """
     met, required = report.counts
     tight = [one for one in report.tightest if (one.use or 0.0) >= NOTABLE]
     tightest = f"; tightest {_used(tight[0], report.units)}" if tight and report.ok else ""
-    return f"{met} of {required} met{_undecided(report)}{tightest}"
+    return f"{met} of {required} met{reservations(report)}{tightest}"
 
 
-def _verdict(report: Told) -> str:
+def _verdict(report: ReportContent) -> str:
     met, required = report.counts
     failed = f", {required - met} failed" if required > met else ""
     word = "PASSED" if report.ok else "FAILED"
     duration = f"{report.end_time - report.start_time:.5g} s"
-    failed += _undecided(report)
+    failed += reservations(report)
     return f"{word} {report.scenario}: {met} of {required} requirements met{failed}; {duration}"
 
 
-def _undecided(report: Told) -> str:
+def reservations(report: ReportContent) -> str:
+    """Say how much is undecided, and how much is met because of samples alone, if anything is."""
     findings = (one for found in report.groups.values() for one in found)
-    count = sum(one.verdict == "undecided" for one in findings)
-    return f", {count} undecided" if count else ""
+    undecided = sum(one.verdict == "undecided" for one in findings)
+    counted = {"undecided": undecided, "sampled only": len(report.sampled)}
+    return "".join(f", {count} {what}" for what, count in counted.items() if count)
 
 
 def _listed(what: str, groups: Mapping[str, Sequence[Finding]], width: int) -> list[BriefLine]:
-    """Groups of which no more is told, by their names."""
+    """Groups of which only the names are printed."""
     if not groups:
         return []
     names = ", ".join(_counted(name, found) for name, found in groups.items())
     return _wrapped("group", f"{INDENT}{what}: {names}", width, 2 * INDENT)
 
 
-def _told(
-    kind: str, mark: str, report: Told, findings: Sequence[Finding], most: int, width: int
+def _printed(
+    kind: str, mark: str, report: ReportContent, findings: Sequence[Finding], most: int, width: int
 ) -> list[BriefLine]:
-    """Tell findings in their own words: the worst of those alike, and how many more there are.
+    """Print findings in their own words: the worst of those alike, and how many more there are.
 
-    The first is told whole, but without what would help it if a change is known that helps all.
-    Others are told in short as far as this makes room for those after them.
+    The first is printed whole. Others are shortened as far as this makes room for those after
+    them.
     """
-    helped = any(one.quantity == PASSES for one in report.tried)
     kinds = alike(findings)
     forms = [
         [_wrapped(kind, f"{mark}{text}", width, " " * len(mark)) for text in texts]
-        for texts in (_forms(several, report.units, whole=not helped) for several in kinds)
+        for texts in (_forms(several, report.units) for several in kinds)
     ]
     shortest = [len(some[-1]) for some in forms]
     lines: list[BriefLine] = []
@@ -174,14 +181,13 @@ def _told(
     return lines
 
 
-def _forms(several: Sequence[Finding], units: Units, *, whole: bool) -> list[str]:
-    """What may be told of findings that are alike, from all of it to little."""
+def _forms(several: Sequence[Finding], units: Units) -> list[str]:
+    """Texts of findings that are alike, from the longest to the shortest."""
     worst, *others = several
-    words = [worst.message] if whole else []
-    words.append(worst.fact)
+    words = [worst.message, worst.fact]
     if worst.value is not None:
-        words.append(_told_of(worst, units))
-    return [f"{said}{and_more(len(others))}" for said in words]
+        words.append(_described(worst, units))
+    return [f"{text}{and_more(len(others))}" for text in words]
 
 
 def and_more(count: int) -> str:
@@ -194,12 +200,12 @@ def told_failures(findings: Sequence[Finding], most: int | None = None) -> list[
 
     Args:
         findings: The findings.
-        most: So many kinds are told at most; then a line says how many findings are left.
+        most: Number of kinds to print; then a line says how many findings are left.
     """
     kinds = alike(findings)
-    told = [f"{worst}{and_more(len(others))}" for worst, *others in kinds[:most]]
-    left = sum(map(len, kinds[len(told) :]))
-    return [*told, f"and {left} more"] if left else told
+    lines = [f"{worst}{and_more(len(others))}" for worst, *others in kinds[:most]]
+    left = sum(map(len, kinds[len(lines) :]))
+    return [*lines, f"and {left} more"] if left else lines
 
 
 def worst_failures(findings: Sequence[Finding]) -> list[Finding]:
@@ -226,16 +232,18 @@ def _rows(groups: dict[str, list[Finding]], units: Units, room: int, width: int)
     """One row a group, and what findings say in short of themselves as long as there is room."""
     heads = {name: f"{INDENT}{_counted(name, found)}" for name, found in groups.items()}
     indent = max((len(head) for head in heads.values()), default=0) + 2
-    told = {
+    printed = {
         name: [_own_words(one) for one in found if one.brief] or _tightest(found, units)
         for name, found in groups.items()
     }
     # a line for how many more there are is kept free where there are any
-    needed = (len(_lines(said[0], width - indent)) + (len(said) > 1) for said in told.values())
+    needed = (
+        len(_lines(texts[0], width - indent)) + (len(texts) > 1) for texts in printed.values()
+    )
     spare = max(0, room - sum(needed))
     lines: list[BriefLine] = []
-    for name, said in told.items():
-        kept, spare = _fitting(said, spare, width - indent)
+    for name, texts in printed.items():
+        kept, spare = _fitting(texts, spare, width - indent)
         head = heads[name]
         for text in kept:
             for line in _lines(text, width - indent):
@@ -244,17 +252,17 @@ def _rows(groups: dict[str, list[Finding]], units: Units, room: int, width: int)
     return lines
 
 
-def _fitting(said: Sequence[str], spare: int, width: int) -> tuple[list[str], int]:
+def _fitting(texts: Sequence[str], spare: int, width: int) -> tuple[list[str], int]:
     """The first text, others as long as there is room, and the lines that are left after them."""
-    sizes = [len(_lines(text, width)) for text in said]
-    room = spare + (len(said) > 1)
+    sizes = [len(_lines(text, width)) for text in texts]
+    room = spare + (len(texts) > 1)
     if sum(sizes[1:]) <= room:
-        return list(said), room - sum(sizes[1:])
+        return list(texts), room - sum(sizes[1:])
     kept, used = 1, 0
     while used + sizes[kept] < room:
         used += sizes[kept]
         kept += 1
-    return [*said[:kept], f"and {len(said) - kept} more"], room - used - 1
+    return [*texts[:kept], f"and {len(texts) - kept} more"], room - used - 1
 
 
 def _own_words(found: Finding) -> str:
@@ -270,24 +278,24 @@ def _tightest(findings: Sequence[Finding], units: Units) -> list[str]:
     undecided = [one for one in numbers if one.verdict == "undecided"]
     if undecided:
         worst = max(undecided, key=lambda one: one.use or 0.0)
-        return [f"{len(undecided)} undecided: {_told_of(worst, units)}"]
+        return [f"{len(undecided)} undecided: {_described(worst, units)}"]
     apart = told_apart(findings)
     if apart:
-        return [_told_of(one, units) for one in apart]
-    limited = [one for one in numbers if one.required and one.limit is not None]
+        return [_described(one, units) for one in apart]
+    limited = _limited(numbers)
     if not limited:
-        return ["not judged"]
+        return ["sampled only" if any(one.only_sampled for one in numbers) else "not judged"]
     return [_used(max(limited, key=lambda one: one.use or 0.0), units)]
 
 
 def told_apart(findings: Sequence[Finding]) -> list[Finding]:
-    """What is worth telling of a group of which no part of a limit tells how tight it is.
+    """The findings to print of a group whose tightness is no part of a limit.
 
     Where a limit is zero, it is the finding nearest its limit; where nothing has a limit, the
     largest of each quantity; else nothing.
     """
     numbers = [one for one in findings if one.value is not None]
-    limited = [one for one in numbers if one.required and one.limit is not None]
+    limited = _limited(numbers)
     if any(one.use is None for one in limited):
         return [min(limited, key=lambda one: one.margin if one.margin is not None else 0.0)]
     if any(one.limit is not None for one in numbers):
@@ -299,12 +307,19 @@ def told_apart(findings: Sequence[Finding]) -> list[Finding]:
     return list(largest.values())
 
 
+def _limited(numbers: Sequence[Finding]) -> list[Finding]:
+    """Those with a limit that they are known to keep, or to break."""
+    return [
+        one for one in numbers if one.required and one.limit is not None and not one.only_sampled
+    ]
+
+
 def _used(found: Finding, units: Units) -> str:
     """What part of its limit a finding uses, and what it is about."""
-    return f"{100.0 * (found.use or 0.0):.0f} %: {_told_of(found, units)}"
+    return f"{100.0 * (found.use or 0.0):.0f} %: {_described(found, units)}"
 
 
-def _told_of(found: Finding, units: Units) -> str:
+def _described(found: Finding, units: Units) -> str:
     """What a finding is about, its value, its limit and when."""
     number = units.text(found.value or 0.0, found.unit, ".4g")
     if found.limit:
@@ -337,7 +352,7 @@ def _has_numbers(findings: Sequence[Finding]) -> bool:
     return any(one.value is not None or one.brief for one in findings)
 
 
-def _only_told(findings: Sequence[Finding]) -> bool:
+def _without_requirements(findings: Sequence[Finding]) -> bool:
     return any(one.brief for one in findings) and not any(one.required for one in findings)
 
 

@@ -1,4 +1,4 @@
-"""The registry of checks: what is looked at, in the order of the report."""
+"""The registry of checks: in the order of the report."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from knotwork.verification.motion import Motion
 from knotwork.verification.paths import tool_paths
 from knotwork.verification.plausibility import plausibility
 from knotwork.verification.tool_motion import singularity, tool_limits
+from knotwork.verification.unlimited import missing_limits, spikes
 from knotwork.verification.waits import waits
 from knotwork.verification.waypoints import joints_at_waypoints, time_span, tool_at_waypoints
 
@@ -29,9 +30,11 @@ CHECKS: dict[str, Check] = {
     "waits": waits,
     "joint_limits": joint_limits,
     "effort_limits": effort_limits,
+    "missing_limits": missing_limits,
     "tool_limits": tool_limits,
     "collisions": collisions,
     "continuity": continuity,
+    "spikes": spikes,
     "resolution": resolution,
     "singularity": singularity,
     "plausibility": plausibility,

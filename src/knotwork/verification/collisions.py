@@ -11,6 +11,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.finding import Finding
+from knotwork.verification.limits import absurdity
 from knotwork.verification.motion import AT_WAYPOINT, Motion, between
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -23,15 +24,15 @@ GROUP = "Collisions"
 QUANTITY = "clearance"
 
 MOST_CONTACTS = 5
-"""So many contacts of a pair are told with their times; of more, the number."""
+"""Number of contacts of a pair that are reported with their times; of more, the number."""
 
 APART = "another solution, or a waypoint between that keeps them apart, would help"
 
 MOST_PLACES = 3
-"""For so many contacts of a pair a way out is looked for."""
+"""Number of contacts of a pair for which an escape is searched."""
 
 ROOM_PRECISION = 2e-4
-"""The least clearance of a motion is found to this [m], so that motions can be told apart by it."""
+"""The least clearance of a motion is found to this [m], so that motions can be ranked by it."""
 
 LEADS_PAST = "can lead past"
 FARTHER = "where the motion beside it still collides, put it farther that way"
@@ -41,6 +42,9 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
     """Prove over all time that no two bodies that may collide come too near one another."""
     robot, scene = space.robot, scenario.scene
     if robot is None or not (scene.rules.itself or scene.asks()):
+        return
+    if absurd := absurdity(motion.curve, space):
+        yield motion_finding("clearances", f"collisions are not examined: {absurd}", "failed")
         return
     from knotwork.verification.bounds.clearance import clearances
 
@@ -56,17 +60,17 @@ def collisions(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
 def room(
     trajectory: JointTrajectory, scenario: Scenario, space: JointSpace
 ) -> tuple[float, float] | None:
-    """The least clearance over a motion, beyond what is to be kept [m], and when [s].
+    """The least clearance over a motion, beyond the required margin [m], and when [s].
 
     Returns:
-        Both, or `None` where no pair is checked.
+        Both, or `None` where no pair is checked, or the motion is absurd.
     """
     robot, scene = space.robot, scenario.scene
-    if robot is None or not (scene.rules.itself or scene.asks()):
+    motion = Motion(trajectory, space)
+    if robot is None or not (scene.rules.itself or scene.asks()) or absurdity(motion.curve, space):
         return None
     from knotwork.verification.bounds.clearance import least_clearance
 
-    motion = Motion(trajectory, space)
     model = motion_model(motion, scenario, robot)
     found = least_clearance(model, motion.curve, scene.rules.resolution, ROOM_PRECISION)
     return None if found is None else (found.distance - found.margin, found.time)
@@ -93,9 +97,9 @@ def motion_model(motion: Motion, scenario: Scenario, robot: Robot) -> CollisionM
 
 
 def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterator[Finding]:
-    """Say what can't be checked for want of shapes, what is not, and what may be a slip."""
-    said = [f"{one}; it is not checked for collisions" for one in model.missing]
-    notes = [*(("warning", one) for one in said), *model.notes]
+    """Report bodies without shapes, pairs that are not checked, and plausible slips."""
+    missing = [f"{one}; it is not checked for collisions" for one in model.missing]
+    notes = [*(("warning", one) for one in missing), *model.notes]
     asks = scenario.scene.asks()
     if asks and not any(body.kind == "link" for body in model.bodies):
         notes.append(
@@ -106,23 +110,23 @@ def _missing(model: CollisionModel, scenario: Scenario, robot: Robot) -> Iterato
             )
         )
     elif model.bare:
-        notes.append(("warning" if asks else "information", model.said_of_bare))
+        notes.append(("warning" if asks else "information", model.bare_links_note))
     for verdict, message in notes:
-        yield said_of_motion("collision_shapes", message, verdict)
-    for message in model.said_of_ignored:
-        yield said_of_motion("pairs_not_checked", message)
+        yield motion_finding("collision_shapes", message, verdict)
+    for message in model.ignored_pairs_notes:
+        yield motion_finding("pairs_not_checked", message)
 
 
-def said_of_motion(quantity: str, message: str, verdict: Any = "information") -> Finding:
+def motion_finding(quantity: str, message: str, verdict: Any = "information") -> Finding:
     """A finding on the collisions of a whole motion, which has no value."""
     return Finding(GROUP, "motion", "", quantity, verdict, message)
 
 
 def _nearest_of_each(found: Sequence[Clearance]) -> list[Clearance]:
     """The nearest pair of each object, and of the robot with itself: those that tables show."""
-    nearest: dict[str, Clearance] = {}
+    nearest: dict[str | None, Clearance] = {}
     for one in found:
-        key = "itself" if not one.around else one.first.name
+        key = one.first.name if one.around else None
         if key not in nearest or one.distance < nearest[key].distance:
             nearest[key] = one
     return list(nearest.values())
@@ -151,12 +155,11 @@ def _finding(
         proof="bounded",
         excess=max(found.distance - found.bound, 0.0) if np.isfinite(found.bound) else 0.0,
         points=tuple(tuple(float(x) for x in point) for point in points),
-        label=("undecided: " if found.verdict == "undecided" else "")
-        + _said_of_pair(found, scenario),
+        label=("undecided: " if found.verdict == "undecided" else "") + _pair_text(found, scenario),
         detail=detail and clear,
     )
     collides = found.verdict not in ("clear", "undecided")
-    return found_so.with_remedy(ways.said(found)) if collides else found_so
+    return found_so.with_remedy(ways.text(found)) if collides else found_so
 
 
 def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario) -> str:
@@ -181,12 +184,12 @@ def _message(found: Clearance, points: Sequence[FloatArray], scenario: Scenario)
         )
     both = " and ".join(_shown(scale * point) for point in points)
     return (
-        f"{_said_of_pair(found, scenario)} {where} (too near {_when(found)}; nearest points {both} "
+        f"{_pair_text(found, scenario)} {where} (too near {_when(found)}; nearest points {both} "
         f"{unit})"
     )
 
 
-def _said_of_pair(found: Clearance, scenario: Scenario) -> str:
+def _pair_text(found: Clearance, scenario: Scenario) -> str:
     """How near two bodies come, or how deep one is in the other."""
     scale, unit = scenario.shown_length
     how = f"comes within {scale * found.distance:.4g} {unit} of"
@@ -197,11 +200,11 @@ def _said_of_pair(found: Clearance, scenario: Scenario) -> str:
 
 def _when(found: Clearance) -> str:
     """From when to when two bodies are too near, each time."""
-    said = [f"from {start:.3f} s to {end:.3f} s" for start, end in found.contacts]
-    if len(said) > MOST_CONTACTS:
-        more = len(said) - MOST_CONTACTS
-        said = [*said[:MOST_CONTACTS], f"{more} more {'times' if more > 1 else 'time'}"]
-    return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
+    times = [f"from {start:.3f} s to {end:.3f} s" for start, end in found.contacts]
+    if len(times) > MOST_CONTACTS:
+        more = len(times) - MOST_CONTACTS
+        times = [*times[:MOST_CONTACTS], f"{more} more {'times' if more > 1 else 'time'}"]
+    return " and ".join([", ".join(times[:-1]), times[-1]] if len(times) > 1 else times)
 
 
 class _WaysOut:
@@ -213,7 +216,7 @@ class _WaysOut:
         self.model, self.motion, self.scenario, self.robot = model, motion, scenario, robot
         self.known: list[tuple[float, str]] = []
 
-    def said(self, found: Clearance) -> str:
+    def text(self, found: Clearance) -> str:
         """Which side is free, and where a waypoint in between would have to be."""
         worst = found.interval or (found.time, found.time)
         if not found.around or self.robot.tcp_frame_id is None:
@@ -221,13 +224,13 @@ class _WaysOut:
             if fixed:
                 return f"waypoint {fixed[0].name!r} is in it: its joint values have to change"
             return APART
-        said = {between(self.scenario, found.time): self._way(worst, found.time)}
+        texts = {between(self.scenario, found.time): self._way(worst, found.time)}
         for start, end in found.contacts:
             middle = (start + end) / 2
             where = between(self.scenario, middle)
-            if where not in said and len(said) < MOST_PLACES:
-                said[where] = f"{where} {self._way((start, end), middle)}"
-        ways = "; ".join(said.values())
+            if where not in texts and len(texts) < MOST_PLACES:
+                texts[where] = f"{where} {self._way((start, end), middle)}"
+        ways = "; ".join(texts.values())
         return f"{ways}; {FARTHER}" if LEADS_PAST in ways else ways
 
     def _inside(self, contact: tuple[float, float]) -> list[Any]:
@@ -237,14 +240,14 @@ class _WaysOut:
 
     def _way(self, contact: tuple[float, float], time: float) -> str:
         """The way out of one contact, looked for at a time unless a waypoint is in it."""
-        for at, said in self.known:
+        for at, text in self.known:
             if contact[0] <= at <= contact[1]:
-                return said
+                return text
         inside = self._inside(contact)
         time = inside[0].time if inside else time
-        said = self._searched(time, inside[0].name if inside else None)
-        self.known.append((time, said))
-        return said
+        text = self._searched(time, inside[0].name if inside else None)
+        self.known.append((time, text))
+        return text
 
     def _searched(self, time: float, waypoint: str | None) -> str:
         from knotwork.scene.escape import way_out

@@ -90,7 +90,7 @@ def _finding(
     limit: float,
     unit: str,
     time: float | None,
-    said: str,
+    text: str,
     *,
     required: bool = True,
 ) -> Finding:
@@ -100,7 +100,7 @@ def _finding(
         name=joint,
         quantity=quantity,
         verdict=judged(value <= limit, required=required),
-        message=f"joint {joint!r}: {said}",
+        message=f"joint {joint!r}: {text}",
         value=value,
         limit=limit,
         margin=limit - value,

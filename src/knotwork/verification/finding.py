@@ -14,8 +14,6 @@ Proof = Literal["exact", "bounded", "sampled"]
 
 TRIED = "tried"
 """Quantity of findings on what was tried because something fails."""
-PASSES = "passes_with"
-"""Quantity of findings on changes with which all is met that fails."""
 UNSAID = ("brief", "label", "remedy")
 """The message says more than they do, so that data leave them out."""
 
@@ -39,27 +37,27 @@ class Finding:
         name: Which one, for example the name of the joint; empty where there is only one.
         quantity: What was looked at, for example `"velocity"`.
         verdict: `"met"` or `"failed"` for what is required; `"undecided"` for what is required and
-            a log is too noisy to tell; `"warning"` for what is plausibly a slip; `"information"`
+            a log is too noisy to tell; `"warning"` for a plausible slip; `"information"`
             for what nothing is required of. Only `"failed"` fails a report.
         message: All of it in one sentence.
         value: What was found, or the error where something was requested; infinite at a jump,
             `None` where there is no number.
         limit: The limit or tolerance, with the sign that it has on that side; `None` without one.
         margin: Distance left to the limit, for a bounded value that is proved; negative beyond the
-            limit, `None` without one.
+            limit, `None` without one and where samples alone keep it.
         unit: SI unit of value, limit and margin.
         time: When it is worst [s], or `None`.
         interval: From when to when [s] it holds, or `None` where one time or all time is meant.
         intervals: Each such interval where there are several; `interval` is the worst.
         proof: `"exact"` holds for all time; so does `"bounded"`, with value and excess together;
-            `"sampled"` holds at the times looked at.
+            `"sampled"` holds at the times looked at, so it shows no margin to a limit.
         excess: By how much the true worst value may lie beyond the one found.
         requested: What was asked for, where that is a vector; an orientation as a quaternion
             x, y, z, w.
         achieved: What the motion does, in the same form.
         points: Places that it is about, in the base frame [m].
         label: Words for it in a picture, where quantity, value and limit don't say it well.
-        remedy: What would help where it fails, if that is known; the message ends with it.
+        remedy: How to make it pass, if that is known; the message ends with it.
         brief: What short reports say of it even where all is well, if anything.
         detail: Tables leave it out, because another finding says more; reports as data have it.
         form: Unit of requested and achieved where it is not that of the value.
@@ -90,11 +88,13 @@ class Finding:
     detail: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse a value that is no number, of which nothing could be judged.
+        """Refuse a value that is no number, and forget a margin that is not proved.
 
         Raises:
-            InputError: It is NaN.
+            InputError: The value is NaN, of which nothing could be judged.
         """
+        if self.proof == "sampled" and (self.margin or 0.0) >= 0.0:
+            object.__setattr__(self, "margin", None)
         if self.value is not None and math.isnan(self.value):
             raise InputError(
                 f"a finding on {self.quantity!r} of {self.subject} {self.name!r} has the value "
@@ -110,6 +110,11 @@ class Finding:
     def required(self) -> bool:
         """Whether something is required here, so that it can fail."""
         return self.verdict in ("met", "failed")
+
+    @property
+    def only_sampled(self) -> bool:
+        """Whether it counts as met because of samples alone."""
+        return self.verdict == "met" and self.proof == "sampled"
 
     @property
     def title(self) -> str:
@@ -137,9 +142,12 @@ class Finding:
     def use(self) -> float | None:
         """Part of the limit that is used; `None` without a limit that can be used in part.
 
-        It is infinite at a jump, and where a limit from below is left by a value beyond zero.
+        Where samples alone keep a limit the part is not known: `None`, too. It is infinite at a
+        jump, and where a limit from below is left by a value beyond zero.
         """
         if self.value is None or not self.limit:
+            return None
+        if self.proof == "sampled" and self.margin is None:
             return None
         if self.value * self.limit < 0.0 and self.margin is not None and self.margin < 0.0:
             return math.inf
@@ -147,13 +155,13 @@ class Finding:
         from_below = self.margin is not None and (share - 1.0) * self.margin > 0.0
         return 1.0 / share if from_below and share else share
 
-    def with_remedy(self, said: str) -> Finding:
-        """The same finding, whose message ends with what would help, if anything is said."""
-        return replace(self, message=f"{self.message}; {said}", remedy=said) if said else self
+    def with_remedy(self, text: str) -> Finding:
+        """The same finding, whose message ends with a remedy, unless that is empty."""
+        return replace(self, message=f"{self.message}; {text}", remedy=text) if text else self
 
     @property
     def fact(self) -> str:
-        """What was found, without what would help."""
+        """What was found, without the remedy."""
         return self.message.removesuffix(f"; {self.remedy}") if self.remedy else self.message
 
     def to_dict(self) -> dict[str, Any]:

@@ -26,6 +26,10 @@ JOINT_LIMITS, TOOL_LIMITS, SINGULARITY = LIMITS = ("Joint limits", "Tool and lin
 # A limit counts as kept if the excess is within rounding, relative to the limit (or to 1 in SI).
 LIMIT_SLACK = 1e-9
 
+ABSURD = 10.0
+"""A motion is absurd with a joint velocity of more than this times its limit, or with a joint that
+leaves its range by more than the range is wide, and by more than this [rad or m]."""
+
 
 def joint_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Check position, velocity, acceleration and jerk of each joint against their limits."""
@@ -58,6 +62,27 @@ def derivative_limits(space: JointSpace, curve: PiecewisePolynomial) -> Iterator
                 time, sign = jumps[i]
                 value, limit, margin = sign * np.inf, sign * float(upper[i]), -np.inf
             yield limit_finding(space, i, quantity, Reached(value, time), limit, margin)
+
+
+def absurdity(curve: PiecewisePolynomial, space: JointSpace) -> str:
+    """Say which joint is so far beyond a limit that nothing else about a motion is worth a proof.
+
+    Args:
+        curve: Joint positions, trailing shape (d,), joints in the order of `space`.
+        space: The joints and their limits.
+
+    Returns:
+        The limit that is broken; empty for other motions.
+    """
+    lower, upper = space.bounds("position")
+    position, velocity = curve.extrema(0), curve.extrema(1)
+    beyond = np.maximum(lower - position.minimum, position.maximum - upper)
+    out = beyond > np.maximum(upper - lower, ABSURD)
+    fast = ~(velocity.peak <= ABSURD * space.bounds("velocity")[1])
+    for quantity, broken in (("velocity", fast), ("position", out)):
+        for i in np.flatnonzero(broken).tolist():
+            return f"the {quantity} of joint {space.joint_names[i]!r} is far beyond its limit"
+    return ""
 
 
 class Reached(NamedTuple):
@@ -108,14 +133,14 @@ def in_words(reached: Reached, limit: float, unit: str, units: Units) -> str:
         percent = 100.0 * reached.value / limit
         allowed += f" ({percent:.0f} %)" if percent >= 101.0 else ""
     if np.isinf(reached.value):
-        said = f"is infinite at the jump at {reached.time:.6g} s, {allowed}"
+        text = f"is infinite at the jump at {reached.time:.6g} s, {allowed}"
     else:
-        said = f"reaches {units.text(reached.value, unit)} at {reached.time:.6g} s, {allowed}"
+        text = f"reaches {units.text(reached.value, unit)} at {reached.time:.6g} s, {allowed}"
     if reached.proof != "sampled":
-        return said
+        return text
     from knotwork.verification.bounds.adaptive import BUDGET
 
-    return f"{said}; sampled only: a proof takes more than {BUDGET} evaluations"
+    return f"{text}; sampled only: a proof takes more than {BUDGET} evaluations"
 
 
 def limit_finding(
@@ -134,14 +159,14 @@ def limit_finding(
     joint = space.joint_names[i]
     unit = JOINT_QUANTITIES[quantity].units[space.joint_units[i]]
     given = bool(np.isfinite(limit))
-    said = in_words(reached, limit, unit, space.shown_in) if given else "has no limit given"
+    text = in_words(reached, limit, unit, space.shown_in) if given else "has no limit given"
     return Finding(
         group=JOINT_LIMITS,
         subject="joint",
         name=joint,
         quantity=quantity,
         verdict=judged(kept(margin, limit), required=given),
-        message=f"joint {joint!r}: {quantity} {said}",
+        message=f"joint {joint!r}: {quantity} {text}",
         value=reached.value,
         limit=limit if given else None,
         margin=margin if given else None,
@@ -165,7 +190,7 @@ def _jumps_below(curve: PiecewisePolynomial, order: int) -> dict[int, tuple[floa
     found = {}
     for i in np.flatnonzero((excess > 0).any(axis=0)):
         k = int(excess[:, i].argmax())
-        found[int(i)] = float(curve.x[k + 1]), float(np.sign(signed[k, i]))
+        found[int(i)] = float(curve.x[k + 1]), float(np.copysign(1.0, signed[k, i]))
     return found
 
 

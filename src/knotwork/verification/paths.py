@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
@@ -12,6 +12,7 @@ from knotwork.verification.motion import Motion
 
 if TYPE_CHECKING:
     from knotwork.robot import Robot
+    from knotwork.verification.bounds.path import PathBound, PathLimits, Progress, StretchBounds
 
 GROUP = "Tool paths"
 
@@ -26,6 +27,17 @@ def tool_paths(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterato
                 yield from _stretch(motion, scenario, space.robot, path, k, stretch)
 
 
+class _Row(NamedTuple):
+    """One thing that is judged on a stretch."""
+
+    quantity: str
+    bound: PathBound | None
+    limit: float
+    unit: str
+    interval: tuple[float, float]
+    text: str
+
+
 def _stretch(
     motion: Motion,
     scenario: Scenario,
@@ -38,60 +50,123 @@ def _stretch(
 
     allowed = scenario.tolerances
     limits = PathLimits(allowed.path, allowed.path_orientation, allowed.path_speed * stretch.speed)
-    interval = stretch.start, stretch.end
-    found = path_bounds(
-        robot, motion.curve, path.motion, interval, stretch.full_speed, stretch.speed, limits
-    )
+    interval, full = (stretch.start, stretch.end), stretch.full_speed
+    found = path_bounds(robot, motion.curve, path.motion, interval, full, stretch.speed, limits)
     begin, end = (scenario.waypoints[path.first + k + j].name for j in (0, 1))
-    units = scenario.units
-    scale, length = scenario.shown_length
-    angle, place = found.orientation.value, scale * found.position.value
-    full = stretch.full_speed
-    rows = [
-        ("path_deviation", found.position, limits.position, "m", interval,
-         f"the tool leaves the {stretch.kind} by {place:.3g} {length}, tolerance "
-         f"{scale * limits.position:.3g} {length}"),
-        ("path_orientation", found.orientation, limits.orientation, "rad", interval,
-         f"the tool is turned off by {units.text(angle, 'rad', '.3g')}, tolerance "
-         f"{units.text(limits.orientation, 'rad', '.3g')}"),
-        ("path_speed", found.speed, limits.speed, "m/s", full,
-         f"the speed is {scale * found.slowest:.5g} to {scale * found.fastest:.5g} {length}/s, "
-         f"asked for {scale * stretch.speed:.5g} from {full[0]:.3f} s to {full[1]:.3f} s, "
-         f"tolerance {100 * allowed.path_speed:.3g} %"),
-    ]  # fmt: skip
-    brief = f"{begin} to {end}: {place:.3g} of {scale * limits.position:.3g} {length} off"
-    if found.speed is not None:
-        brief += f", {scale * found.slowest:.4g} to {scale * found.fastest:.4g} {length}/s"
-    for quantity, bound, limit, unit, when, said in rows:
+    name = f"{begin} to {end}"
+    for row in _rows(found, limits, scenario, stretch):
+        bound, text = row.bound, row.text
         if bound is None:
             continue
+        if not bound.proved:
+            text += _not_proved(bound, row.unit, scenario)
         yield Finding(
             group=GROUP,
             subject="path",
-            name=f"{begin} to {end}",
-            quantity=quantity,
-            verdict=judged(bound.value <= limit),
-            message=f"from {begin!r} to {end!r} {said}",
+            name=name,
+            quantity=row.quantity,
+            verdict=judged(bound.proved and bound.value <= row.limit),
+            message=f"from {begin!r} to {end!r} {text}",
             value=bound.value,
-            limit=limit,
-            margin=limit - (bound.bound if bound.proved else bound.value),
-            unit=unit,
+            limit=row.limit,
+            margin=row.limit - (bound.value if bound.value > row.limit else bound.bound),
+            unit=row.unit,
             time=bound.time,
-            interval=when,
+            interval=row.interval,
             proof="bounded" if bound.proved else "sampled",
             excess=max(bound.bound - bound.value, 0.0),
-            brief=brief if quantity == "path_deviation" else "",
+            brief=f"{name}: {_brief(found, limits, scenario)}"
+            if row.quantity == "path_deviation"
+            else "",
         )
     if found.speed is not None:
+        scale, length = scenario.shown_length
         yield Finding(
             group=GROUP,
             subject="path",
-            name=f"{begin} to {end}",
+            name=name,
             quantity="full_speed",
             verdict="information",
-            message=f"{begin!r} to {end!r}: at {scale * found.slowest:.5g} to "
-            f"{scale * found.fastest:.5g} {length}/s from {full[0]:.3f} s to {full[1]:.3f} s, "
-            f"where the full speed is {scale * stretch.speed:.5g} {length}/s",
+            message=f"{begin!r} to {end!r}: at {_speeds(found, scenario, 5)} from {full[0]:.3f} s "
+            f"to {full[1]:.3f} s, where the full speed is {scale * stretch.speed:.5g} {length}/s",
             interval=full,
             proof="bounded" if found.speed.proved else "sampled",
         )
+
+
+def _rows(
+    found: StretchBounds, limits: PathLimits, scenario: Scenario, stretch: Stretch
+) -> Iterator[_Row]:
+    """What is judged on a stretch, and the text about it."""
+    allowed, units = scenario.tolerances, scenario.units
+    scale, length = scenario.shown_length
+    whole, full, kind = (stretch.start, stretch.end), stretch.full_speed, stretch.kind
+    yield _Row(
+        "path_deviation", found.position, limits.position, "m", whole,
+        f"the tool leaves the {kind} by {scale * found.position.value:.3g} {length}, tolerance "
+        f"{scale * limits.position:.3g} {length}",
+    )  # fmt: skip
+    yield _Row(
+        "path_orientation", found.orientation, limits.orientation, "rad", whole,
+        f"the tool is turned off by {units.text(found.orientation.value, 'rad', '.3g')}, tolerance "
+        f"{units.text(limits.orientation, 'rad', '.3g')}",
+    )  # fmt: skip
+    yield _Row(
+        "path_progress", _progress_bound(found), max(allowed.path, allowed.position), "m", whole,
+        _progress_text(found.progress, scenario, kind),
+    )  # fmt: skip
+    asked, within = f"{scale * stretch.speed:.5g}", f"tolerance {100 * allowed.path_speed:.3g} %"
+    yield _Row(
+        "path_speed", found.speed, limits.speed, "m/s", full,
+        f"the speed is {_speeds(found, scenario, 5)}, asked for {asked} from {full[0]:.3f} s to "
+        f"{full[1]:.3f} s, {within}",
+    )  # fmt: skip
+    slowest = round(scale * found.ramp_slowest, 9) + 0.0
+    yield _Row(
+        "path_ramp", found.ramp, limits.speed, "m/s", whole,
+        f"where the speed changes it is {slowest:.5g} to {scale * found.ramp_fastest:.5g} "
+        f"{length}/s along the {kind}, accepted 0 to {asked}, {within}",
+    )  # fmt: skip
+
+
+def _brief(found: StretchBounds, limits: PathLimits, scenario: Scenario) -> str:
+    scale, length = scenario.shown_length
+    off = f"{scale * found.position.value:.3g} of {scale * limits.position:.3g} {length} off"
+    return off if found.speed is None else f"{off}, {_speeds(found, scenario, 4)}"
+
+
+def _speeds(found: StretchBounds, scenario: Scenario, digits: int) -> str:
+    """The proved speeds where it is asked for in full."""
+    scale, length = scenario.shown_length
+    slowest, fastest = (f"{scale * one:.{digits}g}" for one in (found.slowest, found.fastest))
+    return f"{slowest} to {fastest} {length}/s"
+
+
+def _progress_bound(found: StretchBounds) -> PathBound:
+    """Progress as a row: it is as sure as it is that the tool is where it is compared with."""
+    progress, position = found.progress, found.position
+    value = progress.worst
+    return position._replace(value=value, time=progress.time, bound=value)
+
+
+def _progress_text(progress: Progress, scenario: Scenario, kind: str) -> str:
+    """Say from where to where on the path the tool gets."""
+    scale, length = scenario.shown_length
+    start, end, whole, back = (
+        f"{round(scale * value, 6) + 0.0:.6g}"
+        for value in (progress.start, progress.end, progress.length, progress.back)
+    )
+    most = max(scenario.tolerances.path, scenario.tolerances.position)
+    return (
+        f"the tool gets from {start} {length} to {end} {length} of the {kind}'s {whole} "
+        f"{length} and goes back by {back} {length} at most, tolerance {scale * most:.3g} {length}"
+    )
+
+
+def _not_proved(bound: PathBound, unit: str, scenario: Scenario) -> str:
+    """Say that samples alone do not prove a row, and where it is open."""
+    start, end = bound.where
+    return (
+        f"; this is not proved: from {start:.6g} s to {end:.6g} s it may be "
+        f"{scenario.units.text(bound.bound, unit, '.3g')}"
+    )

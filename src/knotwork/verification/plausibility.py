@@ -1,59 +1,67 @@
-"""Warnings of plausible slips in a scenario; they never fail."""
+"""What was plausibly not meant as it is written in a scenario; it never fails."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from knotwork.documents import Location
 from knotwork.joint_space import JointSpace, JointState
 from knotwork.scenario import Scenario, ScenarioWaypoint
+from knotwork.scenario.angle_slips import angle_slips
 from knotwork.verification.finding import Finding
 from knotwork.verification.lines import line_not_held
 from knotwork.verification.motion import Motion
 from knotwork.waypoints import CartesianWaypoint
 
+if TYPE_CHECKING:
+    from knotwork.tool_paths import ThroughPoints
+
 SAME_PLACE = 1e-9
 """Poses nearer than this [m, rad] are one place."""
-WHOLE_TURN = 2.0 * np.pi * 1.001
-"""Angles above this [rad], a whole turn with what files round, are probably degrees."""
 HEAVY = 100.0
 """Gravity above this [m/s²] is probably in mm/s²."""
 ROUNDED = 0.1
 """A right angle may be off by this much [degrees]."""
+BULGE = 0.2
+"""A curve that leaves the chord between two points by more than this part of it, as one of a circle
+through five points does not, is plausibly none that they mean."""
 UNEVEN = 20.0
-"""Balanced knots beside an interval so many times its neighbour make a large jerk."""
-
-# Keys of a scenario file that hold angles of an orientation.
-_ANGLES = ("rpy", "angles", "rotation_vector")
+"""Largest ratio of neighbouring intervals with which balanced knots keep the jerk small."""
 
 
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Name what was plausibly not meant as it is written."""
-    yield from _angles_in_degrees(scenario, space)
+    if scenario.document is not None:
+        units = dict(zip(space.joint_names, space.joint_units, strict=True))
+        for message in angle_slips(scenario.document, units):
+            yield _warning("angle_unit", message)
+    yield from _not_from_home(motion, scenario, space)
     gravity = 0.0 if scenario.gravity is None else float(np.linalg.norm(scenario.gravity))
     if gravity > HEAVY:
         yield _warning(
             "gravity_unit",
             f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
         )
+    chosen = {name for run in scenario.chosen for name in run.velocities}
     on_path = {i for path in scenario.paths for i in range(path.first, path.last)}
     for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
         if i in on_path:
             continue
         if isinstance(first, CartesianWaypoint) and isinstance(second, CartesianWaypoint):
-            yield from _one_place(first, second)
-            yield from _pointing_away(first, second)
+            yield from _one_place(first, second, chosen)
+            if first.name not in chosen:
+                yield from _pointing_away(first, second)
             if space.robot is not None:
                 message = line_not_held(motion, scenario, space.robot, first, second)
                 if message:
                     yield _warning("no_path", message, first)
         here, there = space.targets[i : i + 2]
-        if here is not None and there is not None:
+        if here is not None and there is not None and first.name not in chosen:
             yield from _joints_away(first, second, here, there, space)
+    yield from _far_from_points(scenario)
     yield from _balanced_and_uneven(scenario, space.waits)
 
 
@@ -69,46 +77,37 @@ def _warning(quantity: str, message: str, waypoint: ScenarioWaypoint | None = No
     )
 
 
-def _angles_in_degrees(scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Angles above a whole turn in a file in radians are probably degrees."""
+def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
+    """A motion without a start begins at its first waypoint, wherever the arm stands before."""
     document = scenario.document
-    if document is None or (document.data.get("units") or {}).get("angle", "rad") != "rad":
+    if space.robot is None or document is None or document.data.get("start") is not None:
         return
-    units = dict(zip(space.joint_names, space.joint_units, strict=True))
-    for location, key, value in _numbers(document.data, ()):
-        angular = (
-            units.get(key) == "rad"
-            if location[0] == "start" or location[2:3] == ("joints",)
-            else key in _ANGLES
-        )
-        if angular and abs(value) > WHOLE_TURN:
-            yield _warning(
-                "angle_unit",
-                f"{document.where(location)} is {value:g} rad, more than a whole turn; if it is in "
-                "degrees, say `units: {angle: deg}`",
-            )
-
-
-def _numbers(data: Any, location: Location, key: str = "") -> Iterator[tuple[Location, str, float]]:
-    """All numbers of a file: where they are, the last name on the way there, and the value."""
-    if isinstance(data, bool):
+    home = space.robot.configurations.get("home")
+    if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_PLACE):
         return
-    if isinstance(data, int | float):
-        yield location, key, float(data)
-    elif isinstance(data, Mapping):
-        for name, value in data.items():
-            yield from _numbers(value, (*location, name), str(name))
-    elif isinstance(data, list):
-        for i, value in enumerate(data):
-            yield from _numbers(value, (*location, i), key)
+    yield Finding(
+        "Motion",
+        "motion",
+        "",
+        "no_start",
+        "information",
+        f"the way to {scenario.waypoints[0].name!r}, from home or wherever the arm stands, is not "
+        "planned nor checked: the file has no `start`",
+    )
 
 
-def _one_place(first: CartesianWaypoint, second: CartesianWaypoint) -> Iterator[Finding]:
-    """Two waypoints at one place of which one moves: the tool must leave and come back."""
+def _one_place(
+    first: CartesianWaypoint, second: CartesianWaypoint, chosen: Container[str]
+) -> Iterator[Finding]:
+    """Two waypoints at one place of which one moves: the tool must leave and come back.
+
+    Of waypoints in `chosen` nobody gave the velocity.
+    """
     import pinocchio as pin
 
     apart = pin.log6(first.pose.actInv(second.pose)).vector
-    moving = [one for one in (first, second) if np.linalg.norm(one.twist.vector) > 0]
+    given = [one for one in (first, second) if one.name not in chosen]
+    moving = [one for one in given if np.linalg.norm(one.twist.vector) > 0]
     if np.linalg.norm(apart) < SAME_PLACE and moving:
         yield _warning(
             "one_place",
@@ -158,8 +157,36 @@ def _joints_away(
         yield _warning("pointing_away", message, first)
 
 
+def _far_from_points(scenario: Scenario) -> Iterator[Finding]:
+    """A curve that swings far out between two of its points: these are few, or uneven."""
+    scale, unit = scenario.shown_length
+    for path in scenario.paths:
+        for any_curve in path.motion.path.curves:
+            if not hasattr(any_curve, "arc_lengths"):  # its class is not loaded for lines and arcs
+                continue
+            curve = cast("ThroughPoints", any_curve)
+            lengths, parts = np.diff(curve.arc_lengths), np.linspace(0.0, 1.0, 17)
+            s = curve.arc_lengths[:-1, None] + lengths[:, None] * parts
+            start, chord = curve.points[:-1, None], np.diff(curve.points, axis=0)[:, None]
+            way = curve.position(s.ravel()).reshape(*s.shape, 3) - start
+            size = np.linalg.norm(chord, axis=2)
+            along = np.clip((way * chord).sum(axis=2) / size**2, 0.0, 1.0)
+            off = np.linalg.norm(way - along[:, :, None] * chord, axis=2).max(axis=1)
+            i = int((off / size[:, 0]).argmax())
+            if off[i] > BULGE * size[i, 0]:
+                last, apart = scenario.waypoints[path.last], scale * size[i, 0]
+                yield _warning(
+                    "curve_between_points",
+                    f"the curve through points to {last.name!r} leaves the straight line between "
+                    f"points {i} and {i + 1}, {apart:.4g} {unit} apart, by {scale * off[i]:.4g} "
+                    f"{unit}: add points there, or leave out points that are much nearer to one "
+                    "another",
+                    last,
+                )
+
+
 def _balanced_and_uneven(scenario: Scenario, waits: Sequence[int]) -> Iterator[Finding]:
-    """Balanced knots close to a short interval leave the long one beside it to one cubic."""
+    """Balanced knots close to a short interval leave the long one next to it to one cubic."""
     planner, _, rule = scenario.planner.partition(":")
     given = scenario.knots
     balanced = isinstance(given, int | float) or (isinstance(given, str) and given == "balanced")
@@ -169,7 +196,7 @@ def _balanced_and_uneven(scenario: Scenario, waits: Sequence[int]) -> Iterator[F
     known = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
     known.update(end for i in waits for end in (i, i + 1))
     for i, (before, after) in enumerate(pairwise(lengths), start=1):
-        if i in known:  # a path's sections don't depend on what is beside them
+        if i in known:  # a path's sections don't depend on their neighbours
             continue
         ratio = max(before, after) / min(before, after)
         if ratio > UNEVEN:

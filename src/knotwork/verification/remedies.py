@@ -1,4 +1,4 @@
-"""What would help where a limit of a joint or of the tool is broken, as far as that is certain."""
+"""Remedies where a limit of a joint or of the tool is broken, as far as that is certain."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from knotwork.verification.finding import Finding
 from knotwork.verification.motion import Motion, between
 
 NOTABLE = 1.001
-"""A move that needs more than so many times its duration is said to need more time."""
+"""A move that needs more than this many times its duration is reported to need more time."""
 
 
 def slower(use: float, order: int, scenario: Scenario) -> str:
@@ -34,7 +34,7 @@ def slower(use: float, order: int, scenario: Scenario) -> str:
 
 
 def rounded_up(value: float, digits: int) -> float:
-    """A positive number with so many digits, no less than it.
+    """A positive number rounded up to a number of digits.
 
     >>> from knotwork.verification.remedies import rounded_up
     >>> rounded_up(1.231, 2)
@@ -45,7 +45,7 @@ def rounded_up(value: float, digits: int) -> float:
 
 
 def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: JointSpace) -> str:
-    """What would help a joint that breaks a limit; empty where nothing is certain.
+    """Remedy for a joint that breaks a limit; empty where nothing is certain.
 
     Args:
         found: The finding that says so.
@@ -58,8 +58,8 @@ def joint_remedy(found: Finding, motion: Motion, scenario: Scenario, space: Join
         return ""
     j = space.joint_names.index(found.name)
     if found.quantity == "effort":
-        said = _weight(found, motion, space, j), rounded_corner(found.time, scenario)
-        return "; ".join(filter(None, said))
+        remedies = _weight(found, motion, space, j), rounded_corner(found.time, scenario)
+        return "; ".join(filter(None, remedies))
     order = DERIVATIVES.index(found.quantity)
     if not order:
         return ""
@@ -83,7 +83,7 @@ def rounded_corner(time: float, scenario: Scenario) -> str:
             continue
         along, speed = float(timed.arc_length(time)), float(timed.speed(time))
         for start, curve in zip(timed.path.starts, timed.path.curves, strict=True):
-            # the joints follow it from knots that may lie just beside it
+            # the joints follow it from knots that may lie just next to it
             beyond = abs(along - float(start) - 0.5 * curve.length) / curve.length
             if isinstance(curve, Blend) and beyond < 1.0:
                 corner = float(start) + 0.5 * curve.length
@@ -126,7 +126,7 @@ def _weight(found: Finding, motion: Motion, space: JointSpace, j: int) -> str:
         return ""
     q, still = motion.curve(found.time), np.zeros(len(space.joint_names))
     weight = float(space.robot.torque(q, still, still)[j])
-    said = f"{weight:.4g} {found.unit} of it is weight"
+    text = f"{weight:.4g} {found.unit} of it is weight"
     if abs(weight) > abs(found.limit) and weight * found.value > 0.0:
-        return f"{said}, so slower motion does not help: a lighter load or another posture would"
-    return f"{said}, the rest falls with the square of the speed"
+        return f"{text}, so slower motion does not help: a lighter load or another posture would"
+    return f"{text}, the rest falls with the square of the speed"

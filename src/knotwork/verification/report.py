@@ -8,7 +8,7 @@ from typing import Any
 from knotwork.errors import CheckFailedError
 from knotwork.units import Units
 from knotwork.verification.brief import brief
-from knotwork.verification.finding import PASSES, TRIED, Finding
+from knotwork.verification.finding import TRIED, Finding
 
 VERSION = 2
 """Of `report.json`. Version 1 had no number, and a list for each kind of check."""
@@ -16,7 +16,7 @@ VERSION = 2
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """The verdict on a trajectory, finding by finding; printed, it is told in a few lines.
+    """The verdict on a trajectory, finding by finding; printed, it is a few lines.
 
     >>> import knotwork as kw
     >>> report = kw.plan("paper_case").report
@@ -70,10 +70,14 @@ class Report:
         return tuple(found for found in self.findings if found.verdict == "warning")
 
     @property
+    def sampled(self) -> tuple[Finding, ...]:
+        """Findings that count as met because of samples alone."""
+        return tuple(found for found in self.findings if found.only_sampled)
+
+    @property
     def tried(self) -> tuple[Finding, ...]:
-        """Findings on what was tried because something fails; what helps comes first."""
-        helps = [found for found in self.findings if found.quantity == PASSES]
-        return (*helps, *(found for found in self.findings if found.quantity == TRIED))
+        """Findings on what was tried because something fails."""
+        return tuple(found for found in self.findings if found.quantity == TRIED)
 
     @property
     def groups(self) -> dict[str, list[Finding]]:
@@ -126,6 +130,7 @@ class Report:
             "ok": self.ok,
             "failures": [str(found) for found in self.failures],
             "warnings": [str(found) for found in self.warnings],
+            "sampled": [str(found) for found in self.sampled],
             "tried": [str(found) for found in self.tried],
             "scenario": self.scenario,
             "robot": self.robot,

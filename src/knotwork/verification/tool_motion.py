@@ -76,12 +76,12 @@ def _of_frame(
 
     Args:
         bound: Bounds the quantity.
-        motion: What is checked.
+        motion: The motion to check.
         robot: The arm.
         limit: In SI.
         quantity: Its name.
         order: Of its derivative of position.
-        scenario: The task, in whose units it is said.
+        scenario: The task; messages are in its units.
         frame: Name of the link; by default the tool.
         jump: When it is infinite [s], if it is.
     """

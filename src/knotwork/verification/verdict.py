@@ -39,7 +39,7 @@ def check(
 
     Args:
         trajectory: The motion; its joints in any order.
-        scenario: What is asked for.
+        scenario: The task.
         space: The scenario's joints and robot, if they have been loaded already.
         defects: Faults of the trajectory known beforehand, in words; each fails the report.
         known: Findings made beforehand, which the report is to have too.

@@ -62,12 +62,15 @@ def tool_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> 
 
 
 def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Compare joint values with those asked for, at waypoints and at the two ends."""
-    asked = [one for one in _reached(motion, scenario, space) if one[2] is not None]
-    times = np.array([time for _, time, _ in asked])
+    """Compare joint values with those asked for, at waypoints and at the two ends.
+
+    Where the tool is to stand, so is the arm: joints may move and leave a tool where it is.
+    """
+    passed = list(_reached(motion, scenario, space))
+    times = np.array([time for _, time, _ in passed])
     achieved = [motion.curve(times, order) for order in (0, 1)]  # of all at once: that is faster
-    for i, (waypoint, at, state) in enumerate(asked):
-        for order, requested in enumerate((state.position, state.velocity) if state else ()):
+    for i, (waypoint, at, state) in enumerate(passed):
+        for order, requested in _asked_of_joints(waypoint, state, space):
             found = achieved[order][i]
             yield _joint_finding(waypoint.name, at, order, requested, found, scenario, space)
     if space.end_acceleration is not None:
@@ -76,6 +79,16 @@ def joints_at_waypoints(motion: Motion, scenario: Scenario, space: JointSpace) -
         for end, time, requested in zip(ends, both, space.end_acceleration, strict=True):
             reached = motion.curve(time, 2)
             yield _joint_finding(end.name, time, 2, requested, reached, scenario, space)
+
+
+def _asked_of_joints(
+    waypoint: ScenarioWaypoint, state: JointState | None, space: JointSpace
+) -> Iterator[tuple[int, FloatArray]]:
+    """Orders of derivatives, and what a waypoint asks of them, shape (d,)."""
+    if state is not None:
+        yield from enumerate((state.position, state.velocity))
+    elif isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
+        yield 1, np.zeros(len(space.joint_names))
 
 
 def _time_slack(motion: Motion) -> float:

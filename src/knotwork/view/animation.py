@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree
 from knotwork.sampling import sample_times
 from knotwork.waypoints import FloatArray
 
@@ -39,30 +39,22 @@ def frame_times(curve: PiecewisePolynomial) -> FloatArray:
     return sample_times(start, end, rate)
 
 
-def joint_tree(robot: Robot) -> list[dict[str, Any]]:
+def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
     """Describe the joints of a chain: what carries each, where, and how it moves.
 
     The n-th entry is of the n-th joint; `parent` counts from 1, and 0 is what does not move.
     Joint position q turns it about `axis` by q, or shifts it by q along it, after `quaternion`
     (x, y, z, w) and `origin` [m] have placed it in its parent's axes.
     """
-    model = robot.model
-    data = model.createData()
-    pin.forwardKinematics(model, data, np.ones(model.nq))
-    joints = []
-    for i in range(1, model.njoints):
-        placement = model.jointPlacements[i]
-        moved = placement.inverse() * data.liMi[i]
-        slides = robot.joint_units[i - 1] == "m"
-        axis = moved.translation if slides else pin.log3(moved.rotation)
-        joints.append(
-            {
-                "name": str(model.names[i]),
-                "parent": int(model.parents[i]),
-                "origin": placement.translation.tolist(),
-                "quaternion": pin.Quaternion(placement.rotation).coeffs().tolist(),
-                "axis": axis.tolist(),
-                "slides": slides,
-            }
-        )
-    return joints
+    model, joints = robot.model, joint_tree(robot.model)
+    return [
+        {
+            "name": str(model.names[i]),
+            "parent": joints.parent[i],
+            "origin": joints.translation[i].tolist(),
+            "quaternion": pin.Quaternion(joints.rotation[i]).coeffs().tolist(),
+            "axis": joints.axis[i].tolist(),
+            "slides": not joints.turns[i],
+        }
+        for i in range(1, model.njoints)
+    ]

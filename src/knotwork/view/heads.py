@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,21 +79,12 @@ def picture_title(motions: Sequence[Motion], default: str) -> str:
     return " · ".join(parts) or default
 
 
-def curve_legend(figure: Figure, curves: Mapping[str, tuple[int, int]], title: str) -> None:
-    """Put the title above the panels and below it which curve is which.
-
-    Args:
-        figure: Where.
-        curves: Number of the colour and of the line style of each, by name.
-        title: Title of the picture.
-    """
+def curve_legend(figure: Figure, curves: Sequence[str], title: str) -> None:
+    """Put the title above the panels, and below it names of curves, in the order of colours."""
     from matplotlib.lines import Line2D
 
-    handles = [
-        Line2D([], [], color=colour(shade), ls=dashes(style), lw=2.0)
-        for shade, style in curves.values()
-    ]
-    add_legend(figure, handles, shortened(list(curves), MOST_LEGEND_LETTERS), "upper", title)
+    handles = [Line2D([], [], color=colour(i), ls=dashes(i), lw=2.0) for i in range(len(curves))]
+    add_legend(figure, handles, shortened(curves, MOST_LEGEND_LETTERS), "upper", title)
 
 
 def name_waypoints(axis: Axes, marks: Marks) -> None:

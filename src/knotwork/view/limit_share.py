@@ -1,33 +1,114 @@
-"""How much of its limits a quantity uses, over time."""
+"""How much a motion uses of each limit that the check judges it by, over time."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike
+from collections.abc import Iterable, Iterator
 
+import numpy as np
+
+from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.joint_space import JointSpace
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.verification import Finding
+from knotwork.verification.bounds.tool import frame_quantity
+from knotwork.verification.limits import LIMIT_SLACK, LIMITS
 from knotwork.waypoints import FloatArray
 
+FRAME_ORDERS = {"tool_speed": 1, "tool_acceleration": 2, "frame_speed": 1}
+"""Order of the derivative of a place that is limited, by the quantity of its finding."""
+LEAST_SINGULAR_VALUE = "smallest_singular_value"
 
-def limit_share(values: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> FloatArray:
-    """Part of the limit on its side that each value uses; NaN where there is none.
 
-    As in findings, a value between two limits of one sign uses the more of them.
+def limit_shares(
+    robot: Robot,
+    curve: PiecewisePolynomial,
+    space: JointSpace,
+    findings: Iterable[Finding],
+    time: FloatArray,
+) -> Iterator[tuple[Finding, FloatArray]]:
+    """Sample the use of each limit. The most is the finding's own, at the time nearest to its.
 
     Args:
-        values: In the limits' unit, shape (n,) or (n, d).
-        lower: Lower limits, shape () or (d,); infinite where there are none.
-        upper: Upper limits, likewise.
+        robot: The arm.
+        curve: Its motion, joints in the order of robot and space.
+        space: The limits of its joints.
+        findings: What the check found; those on no limit are passed over.
+        time: Where to sample, ascending [s], shape (n,).
 
-    Returns:
-        Signed as the values are, of their shape; beyond ±1 a limit is broken.
-
-    >>> limit_share([-1.0, 0.5, 2.0], -2.0, 1.0)
-    array([-0.5,  0.5,  2. ])
+    Yields:
+        A finding, and the part of its limit that is used at each time, shape (n,); beyond 1 the
+        limit is broken, and it is infinite at jumps and where a limit of 0 is.
     """
-    q, low, high = np.broadcast_arrays(np.asarray(values, float), lower, upper)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        outer = np.where(q >= 0.0, q / np.abs(high), q / np.abs(low))
-        inner = np.where(low > 0.0, low / q, np.where(high < 0.0, -high / q, 0.0))
-        share = np.where(np.abs(inner) > np.abs(outer), inner, outer)
-    limit = np.where(q >= 0.0, high, low)
-    return np.asarray(np.where(np.isfinite(limit), share, np.nan))
+    joints: dict[str, FloatArray] = {}
+    for found in findings:
+        most = np.inf if found.use is None and not found.ok else found.use
+        if found.group not in LIMITS or found.limit is None or most is None:
+            continue
+        quantity = found.quantity
+        if found.subject == "joint" and quantity in JOINT_QUANTITIES:
+            i = space.joint_names.index(found.name)
+            if quantity not in joints:
+                joints[quantity] = _joint_values(quantity, robot, curve, time)
+            values, sides = joints[quantity][:, i], _judged_sides(found, i, space)
+        elif quantity in FRAME_ORDERS:
+            states = (curve(time, k) for k in range(3))
+            values = frame_values(robot, found.name, FRAME_ORDERS[quantity], *states)
+            sides = (-np.inf, found.limit)
+        elif quantity == LEAST_SINGULAR_VALUE:
+            values, sides = singular_values(robot, curve(time)), (found.limit, np.inf)
+        else:  # of a check of someone's own: at its time alone
+            values, sides = np.zeros(time.shape), (-np.inf, np.inf)
+        share = np.minimum(np.maximum(_part(values, sides[1]), _part(-values, -sides[0])), most)
+        share[... if found.time is None else np.abs(time - found.time).argmin()] = most
+        yield found, share
+
+
+def frame_values(
+    robot: Robot, frame: str, order: int, q: FloatArray, v: FloatArray, a: FloatArray
+) -> FloatArray:
+    """Speed [m/s] or acceleration [m/s²] of a link's origin, or of the tool (""), shape (n,).
+
+    Args:
+        robot: The arm.
+        frame: Name of the link.
+        order: 1 for speeds, 2 for accelerations.
+        q: Joint positions, shape (n, d).
+        v: Their velocities.
+        a: Their accelerations.
+    """
+    index = robot.frame_index(frame) if frame else robot.require_tool()
+    return np.asarray(frame_quantity(robot.model, index, order).values(q, v, a)[:, 0])
+
+
+def singular_values(robot: Robot, q: FloatArray) -> FloatArray:
+    """The smallest singular value of the tool Jacobian, shape (n,), from q of shape (n, d)."""
+    return np.array([np.linalg.svd(robot.jacobian(row), compute_uv=False)[-1] for row in q])
+
+
+def _joint_values(
+    quantity: str, robot: Robot, curve: PiecewisePolynomial, time: FloatArray
+) -> FloatArray:
+    order = JOINT_QUANTITIES[quantity].order
+    if order is not None:
+        return curve(time, order)
+    states = zip(curve(time), curve(time, 1), curve(time, 2), strict=True)
+    return np.array([robot.torque(*state) for state in states])
+
+
+def _judged_sides(found: Finding, joint: int, space: JointSpace) -> tuple[float, float]:
+    """Lower and upper limit; of a range that is kept, the one that the finding is about alone."""
+    lower, upper = (float(bounds[joint]) for bounds in space.bounds(found.quantity))
+    if JOINT_QUANTITIES[found.quantity].limit != "range" or not found.ok:
+        return lower, upper
+    return (lower, np.inf) if found.limit == lower else (-np.inf, upper)
+
+
+def _part(values: FloatArray, upper: float) -> FloatArray:
+    """Part of an upper limit that each value uses, as in findings."""
+    if not np.isfinite(upper):
+        return np.zeros(values.shape)
+    if upper > 0.0:
+        return np.maximum(values / upper, 0.0)
+    beyond = np.where(values > upper + LIMIT_SLACK, np.inf, 0.0)
+    return np.divide(upper, values, out=beyond, where=(values < 0.0) & (upper < 0.0))

@@ -16,7 +16,7 @@ from knotwork.meshes.reading import read_mesh
 from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape, UrdfShapes
 from knotwork.view.mesh import GREY, Mesh, drawable, merged
-from knotwork.view.solids import box, capsule, cylinder, rod, sphere
+from knotwork.view.solids import rod, solid, sphere
 from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012
@@ -147,7 +147,7 @@ class _Drawn:
                     if shape.colour is None:
                         faults |= dict.fromkeys(file.faults)
                 else:
-                    meshes = [_solid(shape)]
+                    meshes = [solid(shape.kind, shape.size, shape.colour or GREY)]
                     self._count(meshes)
                 shown = [mesh for mesh in meshes if len(mesh.faces)]
                 found += [mesh.moved(shape.rotation, shape.translation) for mesh in shown]
@@ -202,13 +202,3 @@ def _changed(meshes: list[Mesh], shape: Shape) -> list[Mesh]:
         meshes = [mesh.scaled(shape.scale) for mesh in meshes]
     colour = shape.colour
     return [mesh.painted(colour) for mesh in meshes] if colour is not None else meshes
-
-
-def _solid(shape: Shape) -> Mesh:
-    colour = shape.colour or GREY
-    if shape.kind == "box":
-        return box(shape.size, colour)
-    if shape.kind == "sphere":
-        return sphere(shape.size[0], colour)
-    make = capsule if shape.kind == "capsule" else cylinder
-    return make(shape.size[0], shape.size[1], colour)

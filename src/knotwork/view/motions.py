@@ -16,7 +16,8 @@ from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Finding, Report
-from knotwork.verification.limits import derivative_limits
+from knotwork.verification.limits import LIMITS, derivative_limits
+from knotwork.view.style import DASHES
 from knotwork.waypoints import FloatArray, JointWaypoints
 
 
@@ -75,6 +76,7 @@ class Motion:
         scenario: What was asked for, or `None`.
         ok: What the check said, or `None` if it was not asked.
         uses: Use of each limit given, by joint and quantity.
+        judged: What the check found on limits of tool and links.
         knots: Breaks of the motion [s], without the ends of a window.
         window: From when to when [s] it is shown.
     """
@@ -86,6 +88,7 @@ class Motion:
     scenario: Scenario | None
     ok: bool | None
     uses: dict[tuple[str, str], Finding]
+    judged: tuple[Finding, ...]
     knots: FloatArray
     window: tuple[float, float] = (-np.inf, np.inf)
 
@@ -139,6 +142,19 @@ def motions_of(
     return [replace(motion, label=name) for motion, name in zip(motions, names, strict=True)]
 
 
+def check_distinct(motions: Sequence[Motion]) -> None:
+    """Refuse more motions in one panel than there are line styles.
+
+    Raises:
+        InputError: There are more.
+    """
+    if len(motions) > len(DASHES):
+        raise InputError(
+            f"{len(motions)} motions are too many to tell apart in one picture; choose at most "
+            f"{len(DASHES)}"
+        )
+
+
 def limit_uses(found: Iterable[Finding]) -> dict[tuple[str, str], Finding]:
     """Use of the limits of joints, by joint and quantity."""
     return {
@@ -166,12 +182,13 @@ def _motion(thing: Any, scenario: Scenario | None, space: JointSpace | None) -> 
         scenario, space, found = plan.scenario, plan.space, plan.report.findings
     if space is not None:
         trajectory = trajectory.reordered(space.joint_names, space.joint_units)
-        found = found or derivative_limits(space, trajectory.polynomial)
+        found = found or tuple(derivative_limits(space, trajectory.polynomial))
     marks = _marks(trajectory, scenario, space, plan.joint_waypoints if plan else None)
     label = trajectory.planner or "trajectory"
     ok = bool(plan.report.ok) if plan else None
-    knots = trajectory.polynomial.x
-    return Motion(label, trajectory, space, marks, scenario, ok, limit_uses(found), knots)
+    uses, knots = limit_uses(found), trajectory.polynomial.x
+    judged = tuple(one for one in found if one.group in LIMITS and one.subject != "joint")
+    return Motion(label, trajectory, space, marks, scenario, ok, uses, judged, knots)
 
 
 def _marks(

@@ -46,6 +46,9 @@ def limit_note(
         if np.isinf(worst):
             value = f"a jump, infinite {quantity},"
         return f"{name}{value} at {rounded(use.time or 0.0)} s breaks {limits}{more}", True
+    if use.only_sampled:
+        value = rounded(factor * (use.value or 0.0))
+        return f"{name}{value} at {rounded(use.time or 0.0)} s, sampled only: {limits}", False
     if quantity == "position":
         margin = use.margin if use.margin is not None else np.inf
         return f"{name}{rounded(factor * margin)} {unit} inside {limits}", False
@@ -100,7 +103,7 @@ def _use(one: Series, quantity: str) -> Finding:
 
 def _room(use: Finding, bounds: tuple[float, float]) -> float:
     """Margin in parts of what there is: negative beyond the limit."""
-    margin = use.margin if use.margin is not None else np.inf
+    margin = use.margin if use.margin is not None else 0.0  # none is known where it is sampled
     half = 0.5 * (bounds[1] - bounds[0])
     return float(margin / half) if np.isfinite(half) else float(margin)
 

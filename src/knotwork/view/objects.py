@@ -17,7 +17,7 @@ from knotwork.verification import Report
 from knotwork.view.cloud import cloud_mesh
 from knotwork.view.mesh import Mesh, drawable, from_triangles, merged
 from knotwork.view.packing import packed
-from knotwork.view.solids import box, capsule, cylinder, frame_along, rod, sphere, turned
+from knotwork.view.solids import box, frame_along, rod, solid, sphere, turned
 from knotwork.waypoints import FloatArray
 
 OBJECT = (0.76, 0.70, 0.58, 1.0)
@@ -74,13 +74,8 @@ def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
     elif shape.kind == "cone":
         radius, half = shape.size[0], shape.size[1] / 2
         made = turned([[0, -half], [radius, -half], [0, half]], colour)
-    elif shape.kind == "box":
-        made = box(shape.size, colour)
-    elif shape.kind == "sphere":
-        made = sphere(shape.size[0], colour)
     else:
-        make = capsule if shape.kind == "capsule" else cylinder
-        made = make(shape.size[0], shape.size[1], colour)
+        made = solid(shape.kind, shape.size, colour)
     return made.moved(shape.placement.rotation, shape.placement.translation)
 
 
@@ -170,14 +165,14 @@ def _hulls(robot: Robot) -> list[dict[str, Any]]:
     model = robot_collision_model(robot)
     by_joint: dict[int, list[Mesh]] = {}
     for body in model.bodies:
-        for solid in body.solids:
-            hull = solid.hull
-            if hull is not None:
-                mesh = from_triangles(hull, HULL)
-            else:
-                plain = replace(solid.shape, placement=pin.SE3.Identity())
-                mesh = shape_mesh(plain, HULL, 0.0)
-            mesh = mesh.moved(solid.rotation, solid.translation)
+        for part in body.solids:
+            plain = replace(part.shape, placement=pin.SE3.Identity())
+            mesh = (
+                shape_mesh(plain, HULL, 0.0)
+                if part.hull is None
+                else from_triangles(part.hull, HULL)
+            )
+            mesh = mesh.moved(part.rotation, part.translation)
             by_joint.setdefault(body.joint, []).append(mesh)
     return [
         _thing(COLLISION_SHAPES, merged(meshes), carrier=joint or None, hidden=True)

@@ -22,15 +22,13 @@ class Series:
     Attributes:
         motion: The motion.
         joint: Its joint.
-        index: Which colour.
-        dashed: Which line style.
+        index: Which colour and line style.
         who: What tells it from others in the panel.
     """
 
     motion: Motion
     joint: str
     index: int
-    dashed: int
     who: str
 
     @property

@@ -61,7 +61,7 @@ def _curve(panel: Panel, one: Series) -> None:
         time,
         value,
         color=look,
-        linestyle=dashes(one.dashed),
+        linestyle=dashes(one.index),
         linewidth=2.0,
         gid=panel.gid("curve", one),
         zorder=3,

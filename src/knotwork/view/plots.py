@@ -10,6 +10,7 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
+from knotwork.units import Units
 from knotwork.view.heads import (
     MOST_LEGEND_LETTERS,
     curve_legend,
@@ -18,11 +19,17 @@ from knotwork.view.heads import (
     picture_title,
     settle,
 )
-from knotwork.view.motions import Drawable, Motion, chosen, chosen_quantities, motions_of
+from knotwork.view.motions import (
+    Drawable,
+    Motion,
+    check_distinct,
+    chosen,
+    chosen_quantities,
+    motions_of,
+)
 from knotwork.view.panel import Panel, Series
 from knotwork.view.panels import draw_panel, finish_panel
 from knotwork.view.style import (
-    DASHES,
     SMALL,
     checked_size,
     new_figure,
@@ -100,54 +107,38 @@ def plot_joints(
     names = chosen("joint", joints, found[0].trajectory.joint_names)
     kinds = chosen_quantities(quantities)
     page = checked_size(size)
+    together = not split and (len(found) == 1 or len(names) > MOST_JOINT_COLUMNS)
+    if together:
+        cells = _joints_together(found, names, kinds)
+    else:
+        check_distinct(found)
+        cells = [[(kind, _overlay(found, joint)) for kind in kinds] for joint in names]
+        cells = cells if split else list(map(list, zip(*cells, strict=True)))
+    owners = [one.label for one in found]
+    overlaid = not together and len(found) > 1
+    head = picture_title(found, "joint motions") if title is None else title
     with settings():
-        rows = _layout(found, names, kinds) if not split else _split(found, names, kinds)
-        columns, units = len(rows[0]), found[0].units(degrees)
-        figure = new_figure(len(rows), columns, page)
-        axes = figure.subplots(len(rows), columns, sharex=True, squeeze=False)
-        panels = [
-            [Panel(axis, *cell, units) for axis, cell in zip(line, cells, strict=True)]
-            for line, cells in zip(axes, rows, strict=True)
-        ]
-        for line in panels:
-            _draw_row(line, len(panels), shared=not split and not _overlaid(panels))
-            if split:
-                _name_row(line)
-        _legends(figure, panels, found, title, joints=not split)
-        _frame(figure, panels, found, kinds if split else names, grows=page is None)
+        figure, panels = _draw(cells, found[0].units(degrees), page, shared=together, split=split)
+        curve_legend(figure, owners if overlaid else () if split else names, head)
+        explain_marks(figure, len(found) if overlaid else 1)
+        heads = owners if together else kinds if split else names
+        tops, bottoms = ([panel.axis for panel in panels[i]] for i in (0, -1))
+        frame_times(tops, bottoms, found, heads if len(tops) > 1 or overlaid else ())
+        settle(figure, len(panels), grows=page is None)
     return figure
 
 
-_Cell = tuple[str, list[Series]]
-_Row = list[_Cell]
+_Row = list[tuple[str, list[Series]]]
 """Quantity and curves of each panel."""
-
-
-def _split(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
-    """A row a joint and a column a quantity.
-
-    Raises:
-        InputError: It is too much for one picture.
-    """
-    _check_overlaid(motions)
-    return [[(kind, _overlay(motions, joint)) for kind in kinds] for joint in names]
 
 
 def _overlay(motions: list[Motion], joint: str) -> list[Series]:
     """One joint of all motions."""
     alone = len(motions) == 1
     return [
-        Series(one, joint, i, i, "" if alone else printable(one.label))
+        Series(one, joint, i, "" if alone else printable(one.label))
         for i, one in enumerate(motions)
     ]
-
-
-def _check_overlaid(motions: list[Motion]) -> None:
-    if len(motions) > len(DASHES):
-        raise InputError(
-            f"{len(motions)} motions are too many to tell apart in one picture; choose at most "
-            f"{len(DASHES)}"
-        )
 
 
 def _name_row(line: list[Panel]) -> None:
@@ -160,49 +151,54 @@ def _name_row(line: list[Panel]) -> None:
     line[0].axis.set_ylabel(f"{words}\n[{line[0].unit}]", fontsize=SMALL)
 
 
-def _layout(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
-    """Quantity and curves of each panel, row by row.
+def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
+    """A column a motion; where both angles and lengths occur, they have rows of their own.
 
     Raises:
         InputError: It is too much for one picture.
     """
-    if len(motions) == 1 or len(names) > MOST_JOINT_COLUMNS:
-        if len(motions) > MOST_MOTION_COLUMNS:
-            raise InputError(
-                f"{len(motions)} motions of {len(names)} joints are too much for one picture; "
-                f"choose at most {MOST_MOTION_COLUMNS} motions, or at most {MOST_JOINT_COLUMNS} "
-                "joints"
-            )
-        return _joints_together(motions, names, kinds)
-    _check_overlaid(motions)
-    return [[(kind, _overlay(motions, joint)) for joint in names] for kind in kinds]
-
-
-def _joints_together(motions: list[Motion], names: list[str], kinds: list[str]) -> list[_Row]:
-    """A column a motion; where both angles and lengths occur, they have rows of their own."""
+    if len(motions) > MOST_MOTION_COLUMNS:
+        raise InputError(
+            f"{len(motions)} motions of {len(names)} joints are too much for one picture; "
+            f"choose at most {MOST_MOTION_COLUMNS} motions, or at most {MOST_JOINT_COLUMNS} "
+            "joints"
+        )
     first = motions[0].trajectory
     units = dict(zip(first.joint_names, first.joint_units, strict=True))
-    groups = [[name for name in names if units[name] == unit] for unit in ("rad", "m")]
-    short = dict(zip(names, shortened(names, MOST_LEGEND_LETTERS), strict=True))
-    alone = len(names) == 1
-    rows: list[_Row] = []
-    for kind in kinds:
-        for group in filter(None, groups):
-            rows.append(
-                [
-                    (kind, [_together(motion, name, names, short, alone) for name in group])
-                    for motion in motions
-                ]
-            )
-    return rows
+    short = shortened(names, MOST_LEGEND_LETTERS) if len(names) > 1 else [""]
+    of_unit = [[i for i, name in enumerate(names) if units[name] == unit] for unit in ("rad", "m")]
+    return [
+        [(kind, [Series(motion, names[i], i, short[i]) for i in group]) for motion in motions]
+        for kind in kinds
+        for group in filter(None, of_unit)
+    ]
 
 
-def _together(
-    motion: Motion, name: str, names: list[str], short: dict[str, str], alone: bool
-) -> Series:
-    """One of the joints of a panel."""
-    i = names.index(name)
-    return Series(motion, name, i, i, "" if alone else short[name])
+def _draw(
+    cells: list[_Row],
+    units: Units,
+    page: tuple[float, float] | None,
+    *,
+    shared: bool,
+    split: bool,
+) -> tuple[Figure, list[list[Panel]]]:
+    """Draw panels with their curves, limits and labels; `shared` as for a row."""
+    rows, columns = len(cells), len(cells[0])
+    figure = new_figure(rows, columns, page)
+    axes = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    panels = [
+        [Panel(axis, *cell, units) for axis, cell in zip(line, row, strict=True)]
+        for line, row in zip(axes, cells, strict=True)
+    ]
+    for line in panels:
+        _draw_row(line, rows, shared=shared)
+        if split:
+            _name_row(line)
+        if figure.get_size_inches()[1] / rows < LOW:
+            first = line[0].axis
+            first.set_ylabel(first.get_ylabel().replace(" [", "\n["))
+    figure.align_ylabels()
+    return figure, panels
 
 
 def _draw_row(line: list[Panel], rows: int, *, shared: bool) -> None:
@@ -218,58 +214,3 @@ def _draw_row(line: list[Panel], rows: int, *, shared: bool) -> None:
             panel.axis.set_ylim(limits.min(), limits.max())
         for panel in line[1:]:
             panel.axis.set_ylabel("")
-
-
-def _frame(
-    figure: Figure,
-    panels: list[list[Panel]],
-    motions: list[Motion],
-    names: list[str],
-    *,
-    grows: bool,
-) -> None:
-    """Times below, and the names of waypoints and columns above."""
-    titles: list[str] = []
-    if len(panels[0]) > 1:
-        shared = _overlaid(panels) or len(motions) == 1
-        titles = list(names) if shared else [motion.label for motion in motions]
-    elif _overlaid(panels):
-        titles = list(names)
-    tops, bottoms = ([panel.axis for panel in panels[i]] for i in (0, -1))
-    if figure.get_size_inches()[1] / len(panels) < LOW:
-        for panel in (line[0] for line in panels):
-            panel.axis.set_ylabel(panel.axis.get_ylabel().replace(" [", "\n["))
-    figure.align_ylabels()
-    frame_times(tops, bottoms, motions, titles)
-    settle(figure, len(panels), grows=grows)
-
-
-def _legends(
-    figure: Figure,
-    panels: list[list[Panel]],
-    motions: list[Motion],
-    title: str | None,
-    *,
-    joints: bool,
-) -> None:
-    """Which curve is which, unless rows say it, and what marks mean."""
-    overlaid = _overlaid(panels)
-    series = sorted(
-        (one for line in panels for panel in line for one in panel.series),
-        key=lambda one: one.index,
-    )
-    curve_legend(
-        figure,
-        {
-            one.motion.label if overlaid else one.joint: (one.index, one.dashed)
-            for one in series
-            if overlaid or joints
-        },
-        title if title is not None else picture_title(motions, "joint motions"),
-    )
-    explain_marks(figure, len(motions) if overlaid else 1)
-
-
-def _overlaid(panels: list[list[Panel]]) -> bool:
-    """Whether several motions share a panel."""
-    return len({one.motion.label for one in panels[0][0].series}) > 1

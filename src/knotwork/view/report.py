@@ -70,12 +70,12 @@ def report_page(plan: PlanLike) -> Page:
             summary=summary(report),
             failures=alike(report.failures),
             most_use=MOST_USE,
-            tightest=_in_units(_tightest(report), report.units),
+            tightest=[_shown(one, report.units) for one in _tightest(report)],
             verdicts=_VERDICTS,
             number=_number,
             vector=_vector,
             groups=[
-                _group(title, _in_units(found, report.units))
+                _group(title, [_shown(one, report.units) for one in found])
                 for title, found in _details(report).items()
             ],
             plots=[(name, _picture(figure)) for name, figure in plots],
@@ -109,24 +109,17 @@ def _details(report: Report) -> dict[str, list[Finding]]:
     return {title: found for title, found in left.items() if found}
 
 
-def _in_units(findings: Sequence[Finding], units: Units) -> list[Finding]:
-    """Findings with their numbers in the units that are shown, and so with those units' names."""
-    return [_shown(found, units) for found in findings]
-
-
 def _shown(found: Finding, units: Units) -> Finding:
+    """A finding with its numbers in the units that are shown, and so with those units' names."""
     factor, unit = units.shown(1.0, found.unit)
-    scaled: dict[str, Any] = {
-        name: factor * value
-        for name in ("value", "limit", "margin", "excess")
-        if (value := getattr(found, name)) is not None
-    }
-    vectors: dict[str, Any] = {
-        name: tuple(factor * value for value in values)
-        for name in ("requested", "achieved")
-        if not found.form and (values := getattr(found, name)) is not None
-    }
-    return replace(found, unit=unit, **scaled, **vectors)
+    changed: dict[str, Any] = {"unit": unit}
+    for name in ("value", "limit", "margin", "excess"):
+        value = getattr(found, name)
+        changed[name] = None if value is None else factor * value
+    for name in () if found.form else ("requested", "achieved"):
+        values = getattr(found, name)
+        changed[name] = None if values is None else tuple(factor * value for value in values)
+    return replace(found, **changed)
 
 
 def _picture(figure: Figure) -> dict[str, str]:

@@ -19,7 +19,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
 from knotwork.verification.brief import summary, told_failures
-from knotwork.view.animation import frame_times, joint_tree
+from knotwork.view.animation import drawn_joints, frame_times
 from knotwork.view.asked_path import (
     DEVIATION_COLOURS,
     asked_path_mesh,
@@ -123,7 +123,7 @@ def make_scene(
     points = shown.points()
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
     still: dict[str, Any] = {
-        "joints": joint_tree(robot),
+        "joints": drawn_joints(robot),
         "shapes": [[packed(mesh, images) for mesh in parts] for parts in shown.shapes.parts],
         "images": addresses,
     }

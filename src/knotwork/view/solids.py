@@ -67,6 +67,16 @@ def capsule(radius: float, length: float, colour: Sequence[float], sides: int = 
     return turned(profile, colour, sides)
 
 
+def solid(kind: str, size: Sequence[float], colour: Sequence[float]) -> Mesh:
+    """Make a `"box"`, `"sphere"`, `"capsule"` or `"cylinder"` of the size [m] that each takes."""
+    if kind == "box":
+        return box(size, colour)
+    if kind == "sphere":
+        return sphere(size[0], colour)
+    make = capsule if kind == "capsule" else cylinder
+    return make(size[0], size[1], colour)
+
+
 def rod(start: ArrayLike, end: ArrayLike, radius: float, colour: Sequence[float]) -> Mesh:
     """Make a rod between two points; all in m."""
     return _along(start, end, [[0, 0], [radius, 0], [radius, 1], [0, 1]], colour)

@@ -6,17 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.units import Units
 from knotwork.verification import Report
-from knotwork.view.limit_share import limit_share
+from knotwork.view.limit_share import limit_shares
 from knotwork.view.packing import packed_numbers
 from knotwork.view.tool_curves import stretches
-from knotwork.waypoints import FloatArray
 
 SAMPLES = 800
 # A break at one time is shown this wide, in parts of the motion.
@@ -37,7 +35,7 @@ def strip(
         curve: Its motion, joints in the robot's order.
         scenario: The task.
         space: Its limits.
-        report: What the check found.
+        report: What the check found: the limits that it judged are those whose use is shown.
 
     Returns:
         Times from the start of the motion [s].
@@ -54,26 +52,14 @@ def strip(
         [max(part.full_speed[0], low) - start, min(part.full_speed[1], high) - start, part.speed]
         for _, part, low, high in stretches(scenario, curve)
     ]
-    use = _use(robot, curve, space, np.linspace(start, end, SAMPLES))
+    time = np.linspace(start, end, SAMPLES)
+    shares = (
+        [share for _, share in limit_shares(robot, curve, space, report.findings, time)]
+        if report is not None and space is not None
+        else []
+    )
+    use = np.max([np.zeros(SAMPLES), *shares], axis=0)
     return {"use": packed_numbers(use.astype("<f4")), "asked": asked, "broken": broken}
-
-
-def _use(
-    robot: Robot, curve: PiecewisePolynomial, space: JointSpace | None, time: FloatArray
-) -> FloatArray:
-    """The most that any joint uses of any limit, shape of the time; 0 where there are none."""
-    shares = [np.zeros((len(time), 1))]
-    for quantity, kind in JOINT_QUANTITIES.items() if space is not None else ():
-        lower, upper = space.bounds(quantity)  # type: ignore[union-attr]
-        if not (np.isfinite(lower) | np.isfinite(upper)).any():
-            continue
-        if kind.order is None:
-            states = zip(curve(time), curve(time, 1), curve(time, 2), strict=True)
-            values = np.array([robot.torque(*state) for state in states])
-        else:
-            values = curve(time, kind.order)
-        shares.append(np.nan_to_num(np.abs(limit_share(values, lower, upper))))
-    return np.asarray(np.concatenate(shares, axis=1).max(axis=1))
 
 
 def joint_panel(robot: Robot, units: Units) -> list[dict[str, Any]]:

@@ -1,35 +1,49 @@
-"""Pictures of a study: which kind shows what is varied, and which figures are drawn."""
+"""Pictures of a study: verdict and figures over what is varied, as maps or as columns."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.view.study_curves import draw_curves
-from knotwork.view.study_maps import draw_maps
-from knotwork.view.study_parallel import draw_parallel
-from knotwork.view.study_rows import DrawnStudy, Places, Rows, differ
-from knotwork.view.style import settings
+from knotwork.view.study_rows import PASSED, DrawnStudy, Places, combinations, differ, wrapped
+from knotwork.view.style import (
+    DARK,
+    GRID,
+    NORMAL,
+    SMALL,
+    WIDTH,
+    dress,
+    new_figure,
+    number,
+    settings,
+)
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_PANELS = 24
-"""Of small multiples; more combinations than these have room for are parallel coordinates."""
+MOST_PANELS = 12
+"""Maps below each other; of more combinations each varied value has a column."""
+MOST_SHAPES = 5000
+"""Cells or dots that are drawn one by one in a file of lines."""
+STRIP = 0.35
+"""Height of the verdict above a curve, as a part of that of a figure's panel."""
+COLUMN = 2.8
+"""Width of one of several columns [in]."""
 UNASKED = ("clearance", "smallest_singular_value", "duration", "velocity_use", "path_deviation")
 """Figures of which the first that differs between rows is drawn unasked."""
 
 
-def plot_study(study: Rows, figures: Sequence[str] | None = None) -> Figure:
+def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
     """Draw the verdict, and figures of the rows that pass, over what is varied.
 
     One varied value makes curves. Two make a map of cells, or of dots where they go together, as
     random samples do. More make a map for each combination of the others. Three or more that go
-    together, and combinations that are too many, make parallel coordinates.
+    together, and combinations that are too many, have a column for each value, a dot a row.
 
     >>> lift = [{"joints": {"lift": 0}}, {"joints": {"lift": 1}, "after": 1}]
     >>> study = kw.sweep({"waypoints": lift}, {"waypoints[1].after": "1:2:3"}, workers=0)
@@ -46,38 +60,22 @@ def plot_study(study: Rows, figures: Sequence[str] | None = None) -> Figure:
     drawn = DrawnStudy(study)
     if not len(drawn.kinds):
         raise InputError("there are no rows to draw yet")
-    names = _chosen(study, drawn, figures)
-    with settings():
-        figure = _drawn(drawn, names)
-        drawn.write_heading(figure)
-    return figure
-
-
-def _chosen(study: Rows, drawn: DrawnStudy, figures: Sequence[str] | None) -> list[str]:
     for name in figures or ():
         if name not in study.figures:
-            known = ", ".join(study.figures)
-            raise InputError(f"unknown figure {name!r}; accepted: {known}")
+            raise InputError(f"unknown figure {name!r}; accepted: {', '.join(study.figures)}")
         if not np.isfinite(drawn.values(name)).any():
             raise InputError(f"no row that passes has the figure {name!r}")
-    if figures is not None:
-        return list(figures)
-    return [name for name in UNASKED if differ(drawn.values(name))][:1]
-
-
-def _drawn(study: DrawnStudy, names: list[str]) -> Figure:
-    across, rest = _split(study.axes)
+    if figures is None:
+        figures = [name for name in UNASKED if differ(drawn.values(name))][:1]
+    across, rest = _split(drawn.axes)
     panels = math.prod(len(set(zip(*(one.at for one in axis), strict=True))) for axis in rest)
-    if len(across) > 2 or panels > MOST_PANELS:
-        return draw_parallel(study, names)
-    others = [one for axis in rest for one in axis]
-    if len(across) == 1:
-        return draw_curves(study, across[0], names)
-    x, y = across
-    if x.names is not None and y.names is None:  # names have more room upright
-        x, y = y, x
-    dots = any(len(axis) == 2 for axis in study.axes if x in axis)
-    return draw_maps(study, x, y, others, names, dots)
+    with settings():
+        if len(across) == 2 and panels <= MOST_PANELS:
+            figure = _draw_maps(drawn, across, [one for axis in rest for one in axis], figures)
+        else:
+            figure = _draw_columns(drawn, [one for axis in drawn.axes for one in axis], figures)
+        drawn.write_heading(figure)
+    return figure
 
 
 def _split(axes: list[list[Places]]) -> tuple[list[Places], list[list[Places]]]:
@@ -92,3 +90,106 @@ def _split(axes: list[list[Places]]) -> tuple[list[Places], list[list[Places]]]:
     order = sorted(axes, key=lambda axis: (axis[0].names is not None, -len(axis[0].values)))
     across = [axis for axis in axes if any(axis is one for one in order[:2])]
     return [axis[0] for axis in across], [axis for axis in axes if axis not in across]
+
+
+def _draw_columns(study: DrawnStudy, columns: list[Places], names: Sequence[str]) -> Figure:
+    """Draw a column for each value: the verdict, and below it a panel for each figure.
+
+    The verdict is a strip of cells over the only value; over several it is dots, those of the rows
+    that pass above the others.
+    """
+    rows = 1 + len(names)
+    alone = len(columns) == 1
+    figure = new_figure(rows, len(columns))
+    figure.set_figwidth(max(WIDTH, COLUMN * len(columns)))
+    below = 1.5 if any(x.names is not None for x in columns) else 0.0
+    figure.set_figheight(below + (figure.get_figheight() if names or not alone else 2.2))
+    ratios = [STRIP if alone else 1.0, *[1.0] * len(names)]
+    axes = figure.subplots(
+        rows, len(columns), sharex="col", sharey="row", squeeze=False, height_ratios=ratios
+    )
+    # at random, so that how dense dots are says how many rows pass there
+    random = np.random.default_rng(0).random(len(study.kinds))
+    rank = np.argsort(np.lexsort((random, study.kinds == PASSED)))
+    high = Places("", np.zeros(len(rank)) if alone else rank.astype(float), None)
+    room = 0.6 * figure.get_figheight() / rows
+    width = 0.8 * figure.get_figwidth() / len(columns)
+    for column, x in zip(axes.T, columns, strict=True):
+        first, *others = column
+        _draw(first, x, high, study.codes, dots=not alone, **study.verdict_look)
+        first.set_yticks([])
+        order = np.argsort(x.at, kind="stable")
+        # only numbers of one value have an order in which to join them
+        style = ".-" if alone and x.names is None else "o"
+        for axis, name in zip(others, names, strict=True):
+            axis.plot(x.at[order], study.values(name)[order], style, color=DARK, markersize=4.0)
+            dress(axis)
+        x.dress(column[-1].xaxis, width)
+        column[-1].set_xlabel(wrapped(x.title, width))
+    for axis, name in zip(axes[1:, 0], names, strict=True):
+        axis.set_ylabel(wrapped(study.label(name), room))
+    study.write_legend(figure)
+    return figure
+
+
+def _draw_maps(
+    study: DrawnStudy, across: list[Places], rest: Sequence[Places], names: Sequence[str]
+) -> Figure:
+    """Draw verdict and figures side by side over two values, for each combination of the others."""
+    x, y = across
+    if x.names is not None and y.names is None:  # names have more room upright
+        x, y = y, x
+    dots = any(len(axis) == 2 for axis in study.axes if x in axis)
+    # a verdict that is everywhere the same is said in the heading
+    shown = ["", *names] if not names or len(set(study.kinds)) > 1 else list(names)
+    figure = new_figure(1, len(shown))
+    panels = list(combinations(rest, len(x.at), 0.6 * figure.get_figwidth()))
+    figure.set_figheight(figure.get_figheight() + 2.4 * (len(panels) - 1))
+    axes = figure.subplots(len(panels), len(shown), squeeze=False, sharex=True, sharey=True)
+    width, height = figure.get_size_inches() / axes.shape[::-1] - (0.9, 0.8)
+    for column, name in zip(axes.T, shown, strict=True):
+        values = study.values(name) if name else study.codes
+        look: dict[str, Any] = {
+            "vmin": np.nanmin(values),
+            "vmax": np.nanmax(values),
+            "cmap": "viridis",
+        }
+        if dots:
+            look |= {"edgecolors": DARK, "linewidths": 0.5}  # seen in the dark, too
+        for axis, (_, rows) in zip(column, panels, strict=True):
+            more = look if name else study.verdict_look
+            drawn = _draw(axis, x, y, np.where(rows, values, np.nan), dots=dots, **more)
+            x.dress(axis.xaxis, width)
+            y.dress(axis.yaxis, height)
+        column[-1].set_xlabel(wrapped(x.title, width))
+        if name:
+            ticks = None if differ(values) else [look["vmin"]]
+            bar = figure.colorbar(
+                drawn, ax=list(column), pad=0.02, ticks=ticks, format=lambda at, _: number(at)
+            )
+            bar.set_label(wrapped(study.label(name), 0.55 * figure.get_figheight()))
+    for axis, (title, _) in zip(axes[:, 0], panels, strict=True):
+        axis.set_title(title, fontsize=SMALL)
+    figure.supylabel(wrapped(y.title, 0.6 * figure.get_figheight()), fontsize=NORMAL)
+    if "" in shown:
+        study.write_legend(figure)
+    return figure
+
+
+def _draw(axis: Axes, x: Places, y: Places, values: Any, *, dots: bool, **look: Any) -> Any:
+    """Draw a value for each row in colours; rows whose value is NaN are left out."""
+    here = np.isfinite(values)
+    if not here.any():
+        middle: dict[str, Any] = {"transform": axis.transAxes, "ha": "center", "va": "center"}
+        axis.text(0.5, 0.5, "no row passes", color=DARK, fontsize=SMALL, zorder=3, **middle)
+    if dots:
+        size = min(max(4000 / len(here), 6.0), 36.0)
+        look["rasterized"] = len(here) > MOST_SHAPES
+        return axis.scatter(x.at[here], y.at[here], c=values[here], s=size, **look)
+    axis.set_facecolor(GRID)
+    grid = np.full((len(y.values), len(x.values)), np.nan)
+    grid[np.searchsorted(y.values, y.at[here]), np.searchsorted(x.values, x.at[here])] = values[
+        here
+    ]
+    look["rasterized"] = grid.size > MOST_SHAPES
+    return axis.pcolormesh(x.edges, y.edges, np.ma.masked_invalid(grid), **look)

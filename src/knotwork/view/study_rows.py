@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.units import Units
 from knotwork.view.style import LARGE, NORMAL, SMALL, number, printable, shortened
 
 if TYPE_CHECKING:
@@ -32,45 +31,6 @@ LEAST_SPREAD = 1e-3
 """Part of a figure by which rows must differ for it not to be the same."""
 LETTER = 0.092
 """Width of a letter of normal size [in]."""
-
-
-class FigureColumn(Protocol):
-    """What a column of figures is: `knotwork.sweeps.RowFigure`."""
-
-    @property
-    def title(self) -> str:
-        """In words."""
-
-    @property
-    def unit(self) -> str:
-        """SI unit."""
-
-
-class Rows(Protocol):
-    """What is drawn: `knotwork.Study`."""
-
-    @property
-    def name(self) -> str:
-        """Name of the scenario."""
-
-    @property
-    def together(self) -> tuple[tuple[str, ...], ...]:
-        """Columns of what is varied; those that go together are one axis of the study."""
-
-    @property
-    def titles(self) -> Mapping[str, str]:
-        """Of the columns of what is varied, with units."""
-
-    @property
-    def units(self) -> Units:
-        """Those of the scenario; figures are in SI."""
-
-    @property
-    def figures(self) -> Mapping[str, FigureColumn]:
-        """What is known of each figure."""
-
-    def __getitem__(self, column: str) -> list[Any]:
-        """Values of a column."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +98,7 @@ class Places:
 class DrawnStudy:
     """A study as its pictures need it."""
 
-    def __init__(self, study: Rows) -> None:
+    def __init__(self, study: Any) -> None:
         self._study = study
         pairs = zip(study["verdict"], study["reason"], strict=True)
         kinds = [verdict if verdict == PASSED else reason for verdict, reason in pairs]
@@ -149,6 +109,8 @@ class DrawnStudy:
         colours |= dict(zip(reasons[:MOST_REASONS], REASON_COLOURS, strict=False))
         self.palette = {PASSED: PASSED_COLOUR, **colours}
         """A colour for rows that pass, and for each of the reasons, most frequent first."""
+        self.codes = np.array([list(self.palette).index(kind) for kind in kinds], float)
+        """For each row which of these colours it has, shape (n,)."""
         self.axes = [
             [self._places(column, len(axis) == 1) for column in axis] for axis in study.together
         ]
@@ -164,6 +126,14 @@ class DrawnStudy:
         order = {name: i for i, name in enumerate(names)}
         at = np.array([order[name] for name in said], float)
         return Places(printable(column), at, shortened(names, 24))
+
+    @property
+    def verdict_look(self) -> dict[str, Any]:
+        """Colours of the codes, as Matplotlib takes them."""
+        from matplotlib.colors import ListedColormap
+
+        colours = list(self.palette.values())
+        return {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
 
     def label(self, figure: str) -> str:
         """What a figure is, with its unit."""
@@ -222,14 +192,7 @@ def combinations(rest: Sequence[Places], count: int, room: float) -> Iterator[tu
     keys = np.stack([one.at for one in rest], axis=1)
     for key in np.unique(keys, axis=0):
         parts = [f"{one.title} = {one.said(v)}" for one, v in zip(rest, key, strict=True)]
-        yield _lines(parts, room), (keys == key).all(axis=1)
-
-
-def _lines(parts: list[str], room: float) -> str:
-    """On one line if there is room, else a line for each, or more."""
-    whole = ", ".join(parts)
-    lines = wrapped(whole, room, SMALL)
-    return "\n".join(wrapped(one, room, SMALL) for one in parts) if "\n" in lines else whole
+        yield wrapped(", ".join(parts), room, SMALL), (keys == key).all(axis=1)
 
 
 def differ(values: Any) -> bool:

@@ -66,7 +66,6 @@ LOOKS: dict[str, dict[str, Any]] = {
     "knot-dots": {"linestyle": "none", "marker": "D", "color": DARK, "markersize": 4.0},
     "limit": {"color": DARK, "linestyle": (0, (7, 4)), "linewidth": 1.3},
     "band": {"color": "#009E73", "alpha": 0.35, "linewidth": 7.0, "zorder": 1.5},
-    "tolerance": {"color": DARK, "linestyle": (0, (7, 4)), "linewidth": 1.3},
     "jump": {
         "color": DARK,
         "linestyle": (0, (1, 1.5)),
@@ -76,7 +75,6 @@ LOOKS: dict[str, dict[str, Any]] = {
         "markerfacecolor": "white",
     },
     "broken": {"color": WRONG, "linewidth": 8.0, "alpha": 0.6, "solid_capstyle": "butt"},
-    "beyond": {"color": WRONG, "linewidth": 8.0, "alpha": 0.6, "solid_capstyle": "butt"},
     "worst": {
         "linestyle": "none",
         "marker": "X",
@@ -85,6 +83,8 @@ LOOKS: dict[str, dict[str, Any]] = {
         "markeredgecolor": "white",
     },
 }
+
+LOOKS |= {"tolerance": LOOKS["limit"], "beyond": LOOKS["broken"]}
 
 # More upright lines than this would hide the curves.
 MOST_WAYPOINT_LINES = 400

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from knotwork.deviation import deviation_from_line, deviation_from_path, straight_legs
+from knotwork.deviation import (
+    deviation_from_line,
+    deviation_from_path,
+    speed_along_path,
+    straight_legs,
+)
 from knotwork.errors import InputError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.jumps import measured_jumps
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, ScenarioPath, Stretch
 from knotwork.view.curves import piecewise_values
+from knotwork.view.limit_share import frame_values, singular_values
 from knotwork.view.motions import Motion
 from knotwork.waypoints import FloatArray
 
@@ -53,38 +59,82 @@ def stretches(
                 yield path, stretch, float(low), float(high)
 
 
-def full_speeds(motion: Motion) -> Iterator[tuple[Stretch, float, float]]:
+def full_speeds(motion: Motion) -> Iterator[tuple[ScenarioPath, Stretch, float, float]]:
     """Stretches that ask for a constant speed, and from when to when that is shown [s]."""
-    for _, stretch, start, end in stretches(motion.scenario, motion.curve):
+    for path, stretch, start, end in stretches(motion.scenario, motion.curve):
         low, high = max(stretch.full_speed[0], start), min(stretch.full_speed[1], end)
         if low < high:
-            yield stretch, low, high
+            yield path, stretch, low, high
 
 
 def speeds(motion: Motion) -> Curve:
     """Linear [m/s] and angular [rad/s] speed of the tool."""
-    curve, robot = motion.curve, robot_of(motion)
+    robot = robot_of(motion)
+
+    def measured(q: FloatArray, v: FloatArray, _: FloatArray) -> FloatArray:
+        twists = [robot.twist(*state) for state in zip(q, v, strict=True)]
+        return np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
+
+    return _over_time(motion, measured, (0, 1))
+
+
+def place_rates(motion: Motion, frame: str, order: int) -> Curve:
+    """Speed [m/s] or acceleration [m/s²] of a link's origin, or of the tool; the second is NaN."""
+    robot = robot_of(motion)
+
+    def measured(*states: FloatArray) -> FloatArray:
+        return _alone(frame_values(robot, frame, order, *states))
+
+    return _over_time(motion, measured, range(order + 1))
+
+
+def least_singular_values(motion: Motion) -> Curve:
+    """The smallest singular value of the tool Jacobian; the second is NaN."""
+    robot = robot_of(motion)
+
+    def measured(q: FloatArray, *_: FloatArray) -> FloatArray:
+        return _alone(singular_values(robot, q))
+
+    return _over_time(motion, measured, (0,))
+
+
+def _over_time(motion: Motion, measured: Callable[..., FloatArray], orders: Iterable[int]) -> Curve:
+    """Sample a quantity, at the times at which limits are judged, too.
+
+    Args:
+        motion: Whose.
+        measured: Its values, shape (n, 2), from position, velocity and acceleration of the joints.
+        orders: At jumps of these derivatives the curve is parted.
+    """
+    curve = motion.curve
     count = min(max(POINTS // (len(curve.x) - 1), LEAST_POINTS), MOST_POINTS)
-    time, q = piecewise_values(curve, 0, count)
-    _, v = piecewise_values(curve, 1, count)
-    twists = [robot.twist(*state) for state in zip(q, v, strict=True)]
-    values = np.array([[np.linalg.norm(t.linear), np.linalg.norm(t.angular)] for t in twists])
-    jumps = [measured_jumps(curve, order) for order in (0, 1)]
+    (time, q), (_, v), (_, a) = (piecewise_values(curve, order, count) for order in range(3))
+    jumps = [measured_jumps(curve, order) for order in orders]
     places = np.flatnonzero(sum((sizes > allowed).any(axis=1) for sizes, allowed in jumps)) + 1
+    values = np.insert(measured(q, v, a), places * count, np.nan, axis=0)
     time = np.insert(time, places * count, curve.x[places])
-    return time, np.insert(values, places * count, np.nan, axis=0)
+    at = [one.time for one in motion.judged if one.time is not None and motion.shows(one.time)]
+    if not at:
+        return time, values
+    also = np.sort(at)
+    index = np.searchsorted(time, also, side="right")
+    found = measured(*(curve(also, order) for order in range(3)))
+    return np.insert(time, index, also), np.insert(values, index, found, axis=0)
+
+
+def _alone(values: FloatArray) -> FloatArray:
+    """Values as the first of two."""
+    return np.stack((values, np.full(values.shape, np.nan)), axis=1)
 
 
 def speed_errors(motion: Motion) -> Curve:
-    """Speed beyond that asked for, as a part of it, where it is asked for; the second is NaN."""
+    """Velocity along the path beyond the speed asked for, as a part of it; the second is NaN."""
     robot, parts = robot_of(motion), []
-    for stretch, start, end in full_speeds(motion):
+    for path, stretch, start, end in full_speeds(motion):
         time = times_along(motion.curve, start, end)
-        states = zip(motion.curve(time), motion.curve(time, 1), strict=True)
-        speed = np.array([np.linalg.norm(robot.twist(q, v).linear) for q, v in states])
-        parts.append(
-            (time, np.stack((speed / stretch.speed - 1.0, np.full(time.shape, np.nan)), 1))
-        )
+        q, v = motion.curve(time), motion.curve(time, 1)
+        speed = speed_along_path(robot, q, v, path, stretch, time)
+        parts.append((time, _alone(speed / stretch.speed - 1.0)))
     return _joined(parts)
 
 

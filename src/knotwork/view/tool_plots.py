@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knotwork.errors import InputError
-from knotwork.scenario import Scenario, ToleranceSet
+from knotwork.scenario import Scenario
+from knotwork.verification.limits import LIMIT_SLACK
 from knotwork.view.heads import curve_legend, explain_marks, frame_times, picture_title, settle
-from knotwork.view.motions import Drawable, Motion, motions_of
+from knotwork.view.limits import NEAR
+from knotwork.view.motions import Drawable, Motion, check_distinct, motions_of
 from knotwork.view.style import (
-    DASHES,
     LOOKS,
     checked_size,
     colour,
@@ -28,13 +29,10 @@ from knotwork.view.style import (
 from knotwork.view.tool_curves import (
     Curve,
     full_speeds,
-    path_deviations,
-    robot_of,
     speed_errors,
-    speeds,
-    straight_deviations,
     stretches,
 )
+from knotwork.view.tool_rows import Row, tool_rows
 from knotwork.view.window import WHOLE, Window, windowed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -42,36 +40,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PERCENT = 1e2
 # Room above and below the curves, and above them where words are, in parts of their range.
 ROOM, NOTE_ROOM = 0.07, 0.3
 # With more rows the units are below their titles.
 MANY = 5
+# Longer titles are wrapped.
+LONG = 17
 # Less than this, in parts of the tolerance, is as good as nothing.
 NOTHING = 1e-3
-
-
-@dataclass(frozen=True)
-class _Row:
-    """A row of panels: what it shows.
-
-    Attributes:
-        title: What is measured.
-        unit: Unit that it is shown in.
-        factor: From SI to that unit.
-        curve: Function that measures a motion.
-        component: Which of its values is shown.
-        asked: What of a waypoint's velocity is marked, `"linear"` or `"angular"`, or nothing.
-        tolerance: What deviations are allowed, in SI, or `None`.
-    """
-
-    title: str
-    unit: str
-    factor: float
-    curve: Callable[[Motion], Curve]
-    component: int
-    asked: str = ""
-    tolerance: float | None = None
 
 
 def plot_tool(
@@ -87,8 +63,9 @@ def plot_tool(
     """Draw the tool over time: its speed, and its deviation from what it should follow.
 
     What waypoints ask for is marked. Along tool paths the deviation in place, orientation and speed
-    is shown against its tolerance. Elsewhere, where two poses follow each other, deviation is that
-    from the straight way from one to the next, turning evenly. Everything is sampled.
+    is shown against its tolerance, and what the scenario limits of tool and links against its
+    limit. Elsewhere, where two poses follow each other, deviation is that from the straight way
+    from one to the next, turning evenly. Everything is sampled.
 
     Args:
         motions: A `Plan`, a `JointTrajectory`, or several of them, of a robot with a tool.
@@ -111,65 +88,37 @@ def plot_tool(
             are not of the scenario's joints, or there is nothing in the window.
     """
     found = windowed(motions_of(motions, scenario=scenario, labels=labels), window)
-    if len(found) > len(DASHES):
-        raise InputError(
-            f"{len(found)} motions are too many to tell apart in one picture; choose at most "
-            f"{len(DASHES)}"
-        )
+    check_distinct(found)
     page = checked_size(size)
-    measured: dict[Callable[[Motion], Curve], list[Curve]] = {}
+    measured: Callable[..., list[Curve]] = cache(lambda curve: [curve(one) for one in found])
     rows = [
         row
-        for row in _rows(found, degrees)
-        if any(
-            len(time)
-            for time, _ in measured.setdefault(row.curve, [row.curve(one) for one in found])
-        )
+        for row in tool_rows(found, degrees)
+        if any(len(time) for time, _ in measured(row.curve))
     ]
     with settings():
         figure = new_figure(len(rows), 1, page)
         axes: list[Axes] = list(figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0])
         for axis, row in zip(axes, rows, strict=True):
-            _draw_row(axis, row, found, measured[row.curve])
-            axis.set_ylabel(row.title + ("\n" if len(rows) > MANY else " ") + f"[{row.unit}]")
+            _draw_row(axis, row, found, measured(row.curve))
+            axis.set_ylabel(_axis_label(row, low=len(rows) > MANY))
         figure.align_ylabels()
         heading = title if title is not None else f"{picture_title(found, 'motion')} · tool"
-        several = enumerate(found) if len(found) > 1 else ()
-        curve_legend(figure, {motion.label: (i, i) for i, motion in several}, heading)
+        curve_legend(figure, [one.label for one in found] if len(found) > 1 else [], heading)
         explain_marks(figure)
         frame_times([axes[0]], axes[-1:], found)
         settle(figure, len(rows), grows=page is None)
     return figure
 
 
-def _rows(motions: list[Motion], degrees: bool | None) -> list[_Row]:
-    """What may be shown; a row without any value is left out."""
-    for motion in motions:
-        robot_of(motion)  # that there is one is said before anything is drawn
-    scenario = motions[0].scenario
-    allowed = scenario.tolerances if scenario is not None else ToleranceSet()
-    units = motions[0].units(degrees)
-    factor, angle = units.shown(1.0, "rad")
-    metres, length = units.shown(1.0, "m")
-    return [
-        _Row("tool speed", f"{length}/s", metres, speeds, 0, "linear"),
-        _Row("turning speed", f"{angle}/s", factor, speeds, 1, "angular"),
-        _Row("speed error", "%", PERCENT, speed_errors, 0, tolerance=allowed.path_speed),
-        _Row("off tool path", length, metres, path_deviations, 0, tolerance=allowed.path),
-        _Row(
-            "turned from it",
-            angle,
-            factor,
-            path_deviations,
-            1,
-            tolerance=allowed.path_orientation,
-        ),
-        _Row("off straight path", length, metres, straight_deviations, 0),
-        _Row("turned from it", angle, factor, straight_deviations, 1),
-    ]
+def _axis_label(row: Row, *, low: bool) -> str:
+    """What a row shows, in which unit; long names are wrapped, and units are below in low rows."""
+    words = textwrap.fill(row.title, LONG) if len(row.title) > LONG else row.title
+    gap = "\n" if low else " "
+    return f"{words}{gap}[{row.unit}]" if row.unit else words
 
 
-def _draw_row(axis: Axes, row: _Row, motions: list[Motion], curves: list[Curve]) -> None:
+def _draw_row(axis: Axes, row: Row, motions: list[Motion], curves: list[Curve]) -> None:
     dress(axis)
     for index, (motion, (time, values)) in enumerate(zip(motions, curves, strict=True)):
         axis.plot(
@@ -185,12 +134,12 @@ def _draw_row(axis: Axes, row: _Row, motions: list[Motion], curves: list[Curve])
     mark_waypoints(axis, np.array([time for time in times if first.shows(time)]))
     if row.asked:
         _mark_asked(axis, row, first)
-    if row.tolerance is not None:
-        _mark_tolerance(axis, row, motions, curves)
+    if row.limit is not None:
+        _mark_limit(axis, row, row.factor * row.limit, motions, curves)
     _set_range(axis, row)
 
 
-def _mark_asked(axis: Axes, row: _Row, motion: Motion) -> None:
+def _mark_asked(axis: Axes, row: Row, motion: Motion) -> None:
     """What waypoints ask for, and paths."""
     waypoints = motion.scenario.waypoints if motion.scenario is not None else ()
     poses = [one for one in waypoints if isinstance(one, CartesianWaypoint)]
@@ -201,45 +150,67 @@ def _mark_asked(axis: Axes, row: _Row, motion: Motion) -> None:
         axis.plot(times, asked, gid=f"asked:{row.asked}", zorder=4, **LOOKS["asked"])
     if row.asked == "linear" and motion.scenario is not None:
         part = motion.scenario.tolerances.path_speed
-        for stretch, start, end in full_speeds(motion):
+        for _, stretch, start, end in full_speeds(motion):
             low, high = (row.factor * stretch.speed * (1.0 + side * part) for side in (-1.0, 1.0))
             axis.fill_between([start, end], low, high, gid="band:speed", **LOOKS["band"])
 
 
-def _mark_tolerance(axis: Axes, row: _Row, motions: list[Motion], curves: list[Curve]) -> None:
-    """The tolerance, the curves beyond it, and in words how much of it the worst one takes."""
-    signed = row.curve is speed_errors
-    shown = full_speeds(motions[0]) if signed else stretches(motions[0].scenario, motions[0].curve)
-    spans = [(start, end) for *_, start, end in shown]
-    limit = row.factor * (row.tolerance or 0.0)
-    worst, at, who = -1.0, 0.0, ""
-    for side in (-1.0, 1.0) if signed else (1.0,):
-        axis.plot(
-            *_levels(spans, side * limit),
-            gid=f"tolerance:{row.title}",
-            zorder=2,
-            **LOOKS["tolerance"],
-        )
+def _mark_limit(
+    axis: Axes, row: Row, limit: float, motions: list[Motion], curves: list[Curve]
+) -> None:
+    """A tolerance, or a limit that is near, the curves beyond, and in words the worst found."""
+    kind, beyond = ("tolerance", "beyond") if row.tolerance else ("limit", "broken")
+    side = -1.0 if row.least else 1.0
+    most = side * limit + (0.0 if row.tolerance else LIMIT_SLACK * max(1.0, limit))
+    reached = []
     for motion, (time, values) in zip(motions, curves, strict=True):
         value = row.factor * values[:, row.component]
-        size = np.abs(value)
-        if (size > limit).any():
-            beyond = np.where(size > limit, value, np.nan)
-            gid = f"beyond:{motion.label}:{row.title}"
-            axis.plot(time, beyond, gid=gid, zorder=1.5, **LOOKS["beyond"])
-        if len(size) and np.nanmax(size) > worst:
-            i = int(np.nanargmax(size))
-            worst, at, who = float(size[i]), float(time[i]), motion.label
-    name = f"{who}: " if len(motions) > 1 else ""
-    sign = "±" if signed else ""
+        used = np.abs(value) if row.tolerance else side * value
+        if (used > most).any():
+            over = np.where(used > most, value, np.nan)
+            gid = f"{beyond}:{motion.label}:{row.title}"
+            axis.plot(time, over, gid=gid, zorder=1.5, **LOOKS[beyond])
+        if np.isfinite(used).any():
+            i = int(np.nanargmax(used))
+            reached.append((float(used[i]), float(time[i]), motion.label))
+        reached += [
+            (side * row.factor * one.value, one.time, motion.label)
+            for one in motion.judged
+            if (one.quantity, one.name) == row.judged and one.value is not None
+            if one.time is not None and motion.shows(one.time)
+        ]
+    worst, at, who = max(reached, key=lambda one: one[0])
+    signed = row.curve is speed_errors
+    _note_worst(axis, row, limit, worst, at, who if len(motions) > 1 else "", worst > most)
+    if row.tolerance:
+        shown = (
+            full_speeds(motions[0]) if signed else stretches(motions[0].scenario, motions[0].curve)
+        )
+        spans = [(start, end) for *_, start, end in shown]
+    else:
+        spans = [tuple(motions[0].curve.x[[0, -1]])]
+    if row.tolerance or row.least or worst >= limit * (1.0 - NEAR):
+        for one in (-limit, limit) if signed else (limit,):
+            gid = f"{kind}:{row.title}"
+            axis.plot(*_levels(spans, one), gid=gid, zorder=2, **LOOKS[kind])
+
+
+def _note_worst(
+    axis: Axes, row: Row, limit: float, worst: float, at: float, who: str, broken: bool
+) -> None:
+    """Say how near a limit the worst is, which counts down where the limit is one from below."""
     tiny = NOTHING * limit
-    said = (
-        f"{rounded(worst)} {row.unit} at {rounded(at)} s"
-        if worst >= tiny
-        else f"under {rounded(tiny)} {row.unit}"
-    )
-    text = f"{name}{said}, tolerance {sign}{rounded(limit)} {row.unit}"
-    write_note(axis, text, worst > limit)
+    said = f"{rounded(-worst if row.least else worst)} {row.unit}".rstrip()
+    when = f" at {rounded(at)} s"
+    if not np.isfinite(worst):
+        said = "infinite at the jump"
+    elif row.tolerance and worst < tiny:
+        said, when = f"under {rounded(tiny)} {row.unit}", ""
+    name = f"{who}: " if who else ""
+    kind = "tolerance" if row.tolerance else "limit"
+    sign = "±" if row.curve is speed_errors else ""
+    allowed = f"{kind} {sign}{rounded(limit)} {row.unit}".rstrip()
+    write_note(axis, f"{name}{said}{when}, {allowed}", broken)
 
 
 def _levels(spans: list[tuple[float, float]], value: float) -> tuple[FloatArray, FloatArray]:
@@ -248,7 +219,7 @@ def _levels(spans: list[tuple[float, float]], value: float) -> tuple[FloatArray,
     return times, np.tile([value, value, np.nan], len(spans))
 
 
-def _set_range(axis: Axes, row: _Row) -> None:
+def _set_range(axis: Axes, row: Row) -> None:
     """A scale from zero, or about it."""
     drawn = [np.asarray(line.get_ydata(), float) for line in axis.lines]
     values = np.concatenate(drawn)
@@ -257,5 +228,5 @@ def _set_range(axis: Axes, row: _Row) -> None:
     low = min(float(values.min()), 0.0) if values.size else 0.0
     if high - low <= 1e-8 * row.factor:  # rounding
         high = low + 1.0
-    above = NOTE_ROOM if row.tolerance is not None else ROOM
+    above = NOTE_ROOM if row.limit is not None else ROOM
     axis.set_ylim(low - ROOM * (high - low), high + above * (high - low))

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.verification import Report
+from knotwork.verification.limits import LIMIT_SLACK, LIMITS
+from knotwork.view.limit_share import limit_shares
 from knotwork.waypoints import FloatArray
 
 SAMPLES = 1200
@@ -25,7 +26,8 @@ class ToolTrace:
         time: [s], shape (n,).
         position: [m], shape (n, 3).
         speed: [m/s], shape (n,).
-        broken: Where a joint limit is broken, shape (n,).
+        broken: Where a limit of joints, tool or links is broken, or bodies come too near, of
+            shape (n,).
     """
 
     time: FloatArray
@@ -51,14 +53,14 @@ def tool_trace(
         also: More times to sample [s].
     """
     found = [one for one in report.failures if one.subject != "path"] if report is not None else []
-    failed = {
-        (one.quantity, one.time)
-        for one in found
-        if one.subject == "joint" and one.quantity in JOINT_QUANTITIES and one.time is not None
-    }
+    limits = [one for one in found if one.group in LIMITS]
     start, end = float(curve.x[0]), float(curve.x[-1])
     ends = [end for one in found for span in one.spans for end in span]
-    inner = [at for at in (*also, *ends, *(at for _, at in failed)) if start <= at <= end]
+    inner = [
+        at
+        for at in (*also, *ends, *(one.time for one in limits if one.time is not None))
+        if start <= at <= end
+    ]
     breaks = curve.x if len(curve.x) <= SAMPLES else curve.x[:: len(curve.x) // SAMPLES + 1]
     time = np.unique(np.concatenate([np.linspace(start, end, SAMPLES), breaks, inner]))
     q, v = curve(time), curve(time, 1)
@@ -66,13 +68,12 @@ def tool_trace(
     position = np.array([(base * robot.forward(row)).translation for row in q])
     speed = tool_speed(robot, q, v)
     broken = np.zeros(len(time), dtype=bool)
-    for _, at in failed:
-        broken |= np.isclose(time, at, rtol=0.0, atol=1e-12 * max(1.0, end - start))
     for begin, end in (span for one in found for span in one.spans):
         broken |= (time >= begin) & (time <= end)
     if space is not None:
-        for quantity in {quantity for quantity, _ in failed}:
-            broken |= _beyond(quantity, space, robot, curve, time)
+        for one, share in limit_shares(robot, curve, space, limits, time):
+            slack = LIMIT_SLACK * max(1.0, 1.0 / abs(one.limit or 1.0))
+            broken |= share > 1.0 + slack
     return ToolTrace(time, position, speed, broken)
 
 
@@ -80,17 +81,3 @@ def tool_speed(robot: Robot, q: FloatArray, v: FloatArray) -> FloatArray:
     """Speed of the tool centre point [m/s], shape (n,), from q and v of shape (n, d)."""
     rows = zip(q, v, strict=True)
     return np.array([np.linalg.norm(robot.jacobian(a)[:3] @ b) for a, b in rows])
-
-
-def _beyond(
-    quantity: str, space: JointSpace, robot: Robot, curve: PiecewisePolynomial, time: FloatArray
-) -> FloatArray:
-    order = JOINT_QUANTITIES[quantity].order
-    if order is None:
-        states = zip(curve(time), curve(time, 1), curve(time, 2), strict=True)
-        values = np.array([robot.torque(*state) for state in states])
-    else:
-        values = curve(time, order)
-    lower, upper = space.bounds(quantity)
-    slack = 1e-9 * np.maximum(1.0, np.where(np.isfinite(upper), np.abs(upper), 1.0))
-    return np.asarray(((values < lower - slack) | (values > upper + slack)).any(axis=1))

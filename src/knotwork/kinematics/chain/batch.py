@@ -1,4 +1,4 @@
-"""Damped least squares for many poses and starts at once: the batch behind `solve_many`."""
+"""Damped least squares for many poses and starts at once, for `solve_pose_ik_batch`."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from knotwork.waypoints import FloatArray
 
 IntArray: TypeAlias = NDArray[np.intp]
 
-# Searches that are not down to this part of their error every so many iterations are given up.
+# Every few iterations, searches that are not down to this part of their error are given up.
 CHECK_EVERY = 8
 FALLEN_TO = 0.5
-# Most searches that succeed are within this error [m, rad] after so many iterations; to wait for
+# Most searches that succeed are within `CLOSE` after `PATIENCE` iterations; to wait for
 # the others takes as long as two new starts.
 PATIENCE = 20
 NEAR = 0.03
@@ -76,7 +76,7 @@ class BatchSolution:
 
     >>> robot = kw.load_robot("ur5")
     >>> home = robot.configurations["home"]
-    >>> found = kw.solve_many(robot, [robot.forward(home)], home)
+    >>> found = kw.kinematics.solve_pose_ik_batch(robot, [robot.forward(home)], home)
     >>> type(found).__name__, found.q.shape, found.converged
     ('BatchSolution', (1, 6), array([ True]))
 
@@ -203,7 +203,7 @@ class _State:
             if held.any():
                 gradient[held] = 0.0
                 J = np.where(held, 0.0, J)
-        # A singular matrix is no error here: 1e-13 is rounding beside entries of about 1.
+        # A singular matrix is no error here: 1e-13 is rounding next to entries of about 1.
         damping = self.factor * self.square + 1e-13
         few = self.q.shape[1] < FEW
         solve = _steps_by_lapack if few else _steps_by_cholesky

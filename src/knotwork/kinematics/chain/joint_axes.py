@@ -11,7 +11,7 @@ from knotwork.errors import RobotError
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-# So many configurations are placed by Pinocchio.
+# Up to this many configurations are placed by Pinocchio.
 FEW = 16
 
 

@@ -114,7 +114,7 @@ def nearest_turns(robot: Robot, q: FloatArray, near: FloatArray) -> FloatArray:
         most = math.floor(most) if math.isfinite(most) else most
         if least <= most:
             moved = angle + min(max(turns, least), most) * FULL_TURN
-            # Rounding may leave a joint beside the limit that it should have met.
+            # Rounding may leave a joint next to the limit that it should have met.
             result[i] = min(max(moved, low), high)
         else:
             below, above = low - (angle + most * FULL_TURN), angle + least * FULL_TURN - high

@@ -27,7 +27,7 @@ CLOSE = 0.3
 # Searches aim at a little less than the tolerances asked for, so that rounding can't carry an
 # answer across.
 MARGIN = 0.9
-# Once inside the tolerances, go on until the error is this part of them, or so many times.
+# Once inside the tolerances, go on until the error is this part of them, or for this many steps.
 POLISHED = 1e-4
 POLISH_STEPS = 2
 

@@ -18,7 +18,7 @@ from knotwork.waypoints import FloatArray, read_only
 # Below this singular value a joint at 3 rad/s moves the tool by less than 3 mm/s in the lost
 # direction: no arm is used there, and the joint velocities found are worth a second look.
 NEAR_SINGULAR = 1e-3
-# Beyond this no joint of an arm goes, so near a singularity it stands for a limit that is not given
+# Faster than any joint of an arm: near a singularity it stands for a limit that is not given
 # [rad/s or m/s].
 FASTEST_JOINT = 10.0
 # The normal equations are used where their condition number is below this: one correction then
@@ -79,7 +79,7 @@ def solve_velocity_ik(
     For six joints that is J⁻¹ twist; for fewer, the only joint velocities if there are any. For
     more, those of least norm, each joint's measured by its velocity limit: with W the limits on a
     diagonal, v = W (J W)⁺ twist (Whitney, 1969), to which `preferred` adds its part in the null
-    space, W (I − (J W)⁺ J W) W⁻¹ v₀. Nothing is damped: what is returned gives the twist.
+    space, W (I − (J W)⁺ J W) W⁻¹ v₀. Nothing is damped: the result gives the twist.
 
     Args:
         robot: The robot.
@@ -273,7 +273,7 @@ def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units
     direction = np.linalg.svd(J, full_matrices=False)[0][:, -1]
     use = np.abs(v) / _plausible_speeds(robot)
     kinds = [f"{unit}/s" for unit in robot.joint_units]
-    said = ", ".join(
+    needed = ", ".join(
         f"{robot.joint_names[i]} at {units.text(abs(float(v[i])), kinds[i], '.4g')} "
         + (
             f"(limit {units.shown(limit, kinds[i])[0]:.4g})"
@@ -285,7 +285,7 @@ def _too_fast(robot: Robot, J: FloatArray, smallest: float, v: FloatArray, units
     )
     return (
         f"the arm is close to a singularity (smallest singular value {smallest:.3g}, "
-        f"{describe_direction(direction)}) and would need {said}; at {1 / use.max():.3g} of the "
+        f"{describe_direction(direction)}) and would need {needed}; at {1 / use.max():.3g} of the "
         "speed the joints could follow"
     )
 

@@ -25,7 +25,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray
 
-# Searches made at once, with limits and without. They stop near a minimum; so many of the best,
+# Searches made at once, with limits and without. They stop near a minimum; some of the best,
 # no two of them this close to each other [rad or m], are taken on to it.
 SEARCHES = 120
 REFINED = 10

@@ -7,14 +7,14 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.kinematics.following.continuation import continue_along
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
-from knotwork.kinematics.solutions.branches import solve_all
+from knotwork.kinematics.solutions.branches import solve_pose_ik_all
 from knotwork.robot import Robot
 from knotwork.tool_paths import TimedPath
 from knotwork.waypoints import FloatArray
 
-# So many are told, the nearest ones.
-TOLD = 3
-# So many stand for the self-motion of a redundant arm.
+# Number of starts that are reported, the nearest ones.
+REPORTED = 3
+# Number of samples of the self-motion of a redundant arm.
 SPREAD = 8
 
 
@@ -28,7 +28,7 @@ def other_starts(robot: Robot, path: TimedPath, start: FloatArray, pull: float) 
         pull: See `JointField`.
     """
     try:
-        branches = solve_all(robot, path.pose(path.start_time), spread=SPREAD)
+        branches = solve_pose_ik_all(robot, path.pose(path.start_time), spread=SPREAD)
     except InputError:
         return np.empty((0, robot.dof))
     own = np.array([branch.q for branch in branches])
@@ -38,13 +38,13 @@ def other_starts(robot: Robot, path: TimedPath, start: FloatArray, pull: float) 
     rows = np.flatnonzero(found.free(robot, back, turns - own[back]))
     rows = rows[np.argsort(np.abs(turns[rows] - start).max(axis=1), kind="stable")]
     _, first = np.unique(back[rows], return_index=True)
-    return np.asarray(turns[rows[np.sort(first)][:TOLD]])
+    return np.asarray(turns[rows[np.sort(first)][:REPORTED]])
 
 
 def described_starts(robot: Robot, starts: FloatArray) -> str:
     """The branches of starts in words, or their joint positions where an arm has no branches."""
-    said = []
+    texts = []
     for q, flags in zip(starts, configuration_flags(robot, starts), strict=True):
         numbers = f"[{', '.join(f'{value:.3f}' for value in q)}]"
-        said.append(f"{describe_flags(robot, flags)} {numbers}".lstrip())
-    return "; or ".join(said)
+        texts.append(f"{describe_flags(robot, flags)} {numbers}".lstrip())
+    return "; or ".join(texts)

@@ -36,7 +36,7 @@ from knotwork.waypoints import FloatArray
 POINT_FIRST = 1e3
 # An excess over a limit is rounding within this [rad or m].
 AT_LIMIT = 1e-9
-# The limits make a pose worse if they add more than this part of what is left without them.
+# The limits make a pose worse if they add more than this part of the error without them.
 AS_NEAR = 1e-3
 # A joint is held back if its motion has at least this part in the way to the pose.
 HELD = 1e-6
@@ -146,7 +146,7 @@ def _outside_limits(
 
     best = min(turned, key=lambda q: (float(excess(q).sum()), float(np.linalg.norm(q - near))))
     over = excess(best)
-    # A joint beyond by no more than rounding is not said to be outside, if another is.
+    # A joint beyond by no more than rounding is not reported as outside, if another is.
     joints = [
         (robot.joint_names[i], float(best[i]), float(lower[i]), float(upper[i]))
         for i in np.flatnonzero(over > min(AT_LIMIT, 0.5 * over.max()))
@@ -160,12 +160,12 @@ def _outside_limits(
         excess = f" by {units.text(by, kind, '.3g')}" if by < 1e-4 else ""
         return f"{name} at {units.text(value, kind)}, outside [{range_}]{excess}"
 
-    said = "; ".join(beyond(*joint) for joint in joints)
+    sentence = "; ".join(beyond(*joint) for joint in joints)
     held = _held(search, closest)
     return OutsideLimitsError(
         place[0],
         f"the pose is reachable only outside the joint limits: the solution found that is least "
-        f"outside has {said}{_inside(closest, held, units)}",
+        f"outside has {sentence}{_inside(closest, held, units)}",
         joints=joints,
         closest=closest.q.tolist(),
         closest_distance=closest.position_error,
@@ -187,24 +187,24 @@ def _unreachable(
     point = _on_point(search, found, near)
     there = f"{_length(least.position_error, units)} and {_angle(least.orientation_error, units)}"
     if point.angle is None:
-        said = (
+        sentence = (
             "the pose is out of reach: the nearest point found is "
             f"{_length(point.distance, units)} away in any orientation, the closest pose {there}"
         )
     else:
         but = ", but" if point.inside else " only outside the joint limits, and"
-        said = (
+        sentence = (
             f"the point is reachable{but} not in this orientation: on the point the nearest found "
             f"is off by {_angle(point.angle, units)}"
         )
         if not search.within(least.position_error, 0.0):
-            said += f"; the closest pose found is {there} away"
+            sentence += f"; the closest pose found is {there} away"
     worse = hypot(*closest[1:3]) > (1.0 + AS_NEAR) * hypot(*least[1:3])
     held = _held(search, closest) if worse else ()
-    said += _inside(closest, held, units) if worse else "; no joint limit makes it worse"
+    sentence += _inside(closest, held, units) if worse else "; no joint limit makes it worse"
     return UnreachablePoseError(
         place[0],
-        said,
+        sentence,
         position_shortfall=least.position_error,
         orientation_shortfall=least.orientation_error,
         point_shortfall=point.distance,
@@ -268,8 +268,8 @@ def _inside(closest: LocalSolution, held: tuple[str, ...], units: Units) -> str:
     left = (
         f"{_length(closest.position_error, units)} and {_angle(closest.orientation_error, units)}"
     )
-    said = f"; at the closest pose found inside the limits {left} are left"
-    return f"{said}, held back by the limits of {', '.join(held)}" if held else said
+    sentence = f"; at the closest pose found inside the limits {left} are left"
+    return f"{sentence}, held back by the limits of {', '.join(held)}" if held else sentence
 
 
 def _length(value: float, units: Units) -> str:

@@ -15,8 +15,12 @@ from numpy.typing import NDArray
 
 from knotwork.distinct import distinct
 from knotwork.kinematics.chain.velocity import FASTEST_JOINT
-from knotwork.kinematics.following.hindrance import Hindrance, Steps, hindrance_of
 from knotwork.kinematics.following.joint_field import JointField
+from knotwork.kinematics.following.limiting_constraint import (
+    LimitingConstraint,
+    Steps,
+    limiting_constraint,
+)
 from knotwork.kinematics.following.steps import Stages, moved
 from knotwork.kinematics.following.within_limits import inside_range, slow_enough
 from knotwork.robot import Robot
@@ -25,20 +29,18 @@ from knotwork.waypoints import FloatArray
 
 # Joints move by no more than this in one step [rad or m].
 STEP = 0.1
-# Where joints have become so much faster, steps that were planned together are planned anew.
+# Where joints have become faster by this factor, steps that were planned together are planned anew.
 SLACK = 1.3
-# A step on which joints turn out to move by so many times as much is taken anew.
+# A step on which joints move by more than this many times as much is taken anew.
 TOO_FAR = 2.0
-# And each piece of a path takes so many of them at least.
+# Smallest number of steps for each piece of a path.
 LEAST_STEPS = 4
-# The path is evaluated for so many steps at once.
+# The path is evaluated for this many steps at once.
 TOGETHER = 16
 # The tool has its full speed from this part of it below it on.
 AT_SPEED = 1e-9
-# Differences that give the accelerations: joints move by so much [rad or m] ...
+# Differences that give the accelerations: joints move by this [rad or m].
 DIFFERENCE = 2e-3
-# ... or this part of a stretch of the path goes by.
-DIFFERENCE_TIME = 1e-2
 
 
 class Continuation(NamedTuple):
@@ -63,7 +65,7 @@ class Continuation(NamedTuple):
     smallest_lost: FloatArray
 
     def taken(self, start: int, turns: FloatArray) -> Continuation:
-        """One of the starts, by index, with each joint turned so far from it [rad]."""
+        """One of the starts, by index, with each joint turned by some angle [rad]."""
         own = [start]
         return self._replace(
             q=self.q[:, own] + turns,
@@ -74,7 +76,7 @@ class Continuation(NamedTuple):
         )
 
     def free(self, robot: Robot, starts: NDArray[np.intp], turns: FloatArray) -> NDArray[np.bool_]:
-        """Whether nothing is in the way of starts, whole turns away from them.
+        """Whether the path can be followed from starts, whole turns away from them.
 
         Args:
             robot: The arm.
@@ -82,7 +84,7 @@ class Continuation(NamedTuple):
             turns: How far each joint is turned from each [rad], shape (k, d).
 
         Returns:
-            Shape (k,). `hindrance` says what is in the way of the others.
+            Shape (k,). `limiting_constraint` names the reason for the others.
         """
         leads = np.isinf(self.lost)
         result = leads[starts]
@@ -91,8 +93,10 @@ class Continuation(NamedTuple):
         leads[own] = slow_enough(robot, self.time, self.position[:, own], self.velocity[:, own])
         return np.asarray(result & leads[starts])
 
-    def hindrance(self, robot: Robot, start: int, turns: FloatArray) -> Hindrance | None:
-        """What is in the way of a start, whole turns away from it.
+    def limiting_constraint(
+        self, robot: Robot, start: int, turns: FloatArray
+    ) -> LimitingConstraint | None:
+        """The first constraint that a start, whole turns away from it, breaks.
 
         Args:
             robot: The arm.
@@ -103,7 +107,9 @@ class Continuation(NamedTuple):
             self.time, self.position[:, start], self.velocity[:, start], turns,
             JointField(robot).smallest(self.position[:, start]), self.full,
         )  # fmt: skip
-        return hindrance_of(robot, steps, float(self.lost[start]), float(self.smallest_lost[start]))
+        return limiting_constraint(
+            robot, steps, float(self.lost[start]), float(self.smallest_lost[start])
+        )
 
 
 def continue_along(
@@ -229,8 +235,10 @@ def accelerations(
 ) -> tuple[FloatArray, FloatArray]:
     """Joint velocities and accelerations on the path, from one side of times; shape (k, d) each.
 
-    The acceleration is the derivative of the field of joint velocities along itself, by central
-    differences of fourth order: exact to about 1e-10 of its size.
+    The acceleration is the derivative of the field of joint velocities. The field is linear in what
+    the tool does, whose derivative the path has, so that only the joints are moved for differences
+    (central, of fourth order: exact to about 1e-10 of its size). Time is not: near rest the joints
+    hardly move in any time, and the path is no longer the same.
 
     Args:
         robot: The arm.
@@ -241,16 +249,18 @@ def accelerations(
         pull: See `JointField`.
     """
     field = JointField(robot, pull)
-    v = field.velocities(q, *_demand(path, times, times, side))
-    fastest, length = np.abs(v).max(axis=1), _piece_durations(path, times, side)
-    h = np.minimum(DIFFERENCE / np.maximum(fastest, 1e-300), length)
-    h = np.where(fastest == 0.0, DIFFERENCE_TIME * length, h)
+    _, _, twist, change = path.state(times, side=side)
+    speed = np.linalg.norm(twist[:, :3], axis=1)
+    along = np.einsum("ki,ki->k", twist[:, :3], change[:, :3])
+    faster = np.divide(along, speed, out=np.zeros_like(speed), where=speed > 0.0)
+    share, gain = speed / path.full_speed, faster / path.full_speed
+    v = field.velocities(q, twist, share)
+    h = DIFFERENCE / np.maximum(np.abs(v).max(axis=1), 1e-300)
     offsets = np.multiply.outer([-1.0, -0.5, 0.5, 1.0], h)
     around = (q + offsets[:, :, None] * v).reshape(-1, q.shape[1])
-    demand = _demand(path, (times + offsets).ravel(), np.tile(times, 4), side)
-    f = field.velocities(around, *demand).reshape(4, *q.shape)
+    f = field.velocities(around, np.tile(twist, (4, 1)), np.tile(share, 4)).reshape(4, *q.shape)
     coarse, fine = (f[3] - f[0]) / (2.0 * h[:, None]), (f[2] - f[1]) / h[:, None]
-    return v, (4.0 * fine - coarse) / 3.0
+    return v, field.velocities(q, change, gain) + (4.0 * fine - coarse) / 3.0
 
 
 def _piece_durations(path: TimedPath, times: FloatArray, side: str) -> FloatArray:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from knotwork.distinct import distinct
 from knotwork.errors import PathError
@@ -23,12 +25,15 @@ SAMPLES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 # Waypoints are inserted until the errors there are down to this part of the tolerances, and then
 # until the proof holds, which says nothing of what it leaves.
 PART = 0.9
-# Beyond so many the tolerances are refused.
+# Tolerances that take more waypoints than this are refused.
 MOST = 100_000
 MOST_PARTS = 8
 EVEN_ROUNDS = 3
-# Waypoints are not nearer to each other than this [s].
+# No interval shorter than this is divided [s].
 SHORTEST = 1e-5
+# Breaks of a path nearer to each other than this are one [s]: between waypoints that are, what
+# rounds the joint positions would be a jerk and an acceleration.
+ONE_BREAK = 1e-4
 
 
 class FollowedPath(NamedTuple):
@@ -45,7 +50,7 @@ class FollowedPath(NamedTuple):
     acceleration: FloatArray
 
 
-def follow_path(
+def with_waypoints_inserted(
     joints: JointsOnPath,
     tolerance: PathTolerance,
     *,
@@ -70,8 +75,7 @@ def follow_path(
             prove them.
     """
     one, path = _Insertion(joints, tolerance, knots), joints.path
-    ends = distinct(path.breaks, [] if times is None else times)
-    followed = one.evenly(ends)
+    followed = one.evenly(_ends(path, [] if times is None else times))
     # not sooner: of fewer waypoints near a singularity a curve is rounded far more
     check_tolerance(joints.robot, one.curve(followed), path, tolerance)
     stretches = np.arange(len(path.timing.speeds))
@@ -128,7 +132,7 @@ class _Insertion:
         return followed
 
     def sampled(self, followed: FollowedPath) -> FollowedPath:
-        """Insert waypoints where they are needed, as beside a jump of the curvature."""
+        """Insert waypoints where they are needed, as next to a jump of the curvature."""
         while True:
             use = self.use(followed)
             if (use <= 1.0).all():
@@ -161,11 +165,11 @@ class _Insertion:
             raise PathError(
                 f"the tolerances {allowed.position:g} m, {allowed.orientation:g} rad and "
                 f"{allowed.speed:g} of the speed would take more than {MOST} waypoints along the "
-                "path; wider ones would do, or a round corner where its curvature jumps"
+                "path; wider ones are sufficient, or a round corner where its curvature jumps"
             )
 
     def _check_lengths(self, followed: FollowedPath, use: FloatArray) -> None:
-        """Refuse intervals so short that no others would do either."""
+        """Refuse intervals below the resolution of time."""
         short = np.flatnonzero((use > 1.0) & (np.diff(followed.time) < SHORTEST))
         if short.size:
             i = int(short[use[short].argmax()])
@@ -173,8 +177,22 @@ class _Insertion:
             raise PathError(
                 f"{along:.6g} m along the path no waypoints hold the motion to it: even on "
                 f"{SHORTEST:g} s it uses {use[i]:.3g} times the tolerances; wider ones, a lower "
-                "speed or a round corner there would do"
+                "speed or a round corner there is sufficient"
             )
+
+
+def _ends(path: TimedPath, given: ArrayLike) -> FloatArray:
+    """Times of waypoints that are there whatever the tolerances: those given, and breaks [s].
+
+    A break that is next to another of them is left out.
+    """
+    fixed = distinct(path.breaks[[0, -1]], given)
+    ends = list(fixed)
+    for time in path.breaks[1:-1]:
+        i = bisect_left(ends, time)
+        if min(time - ends[i - 1], ends[i] - time) >= ONE_BREAK:
+            ends.insert(i, time)
+    return np.array(ends)
 
 
 def errors(
@@ -184,6 +202,7 @@ def errors(
     tip, columns, J = joint_axes(robot).placed(q)
     moved = np.einsum("ijn,nj->ni", J[:3], v)
     rotations = columns.transpose(2, 1, 0)
-    _, distance, gap = path.path.gaps(tip.T, rotations, path.arc_length(times))
+    along = path.path.nearest(tip.T, path.arc_length(times))
+    distance, gap = path.path.gaps(tip.T, rotations, along)
     off = np.abs(np.linalg.norm(moved, axis=1) - path.speed(times)) / path.speed_asked_for(times)
     return np.stack((distance, angle_of(gap), off), axis=1)

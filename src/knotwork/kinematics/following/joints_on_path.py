@@ -13,8 +13,13 @@ from knotwork.kinematics.following.continuation import (
     at_full_speed,
     continue_along,
 )
-from knotwork.kinematics.following.hindrance import Hindrance, Steps, following_error, hindrance_of
 from knotwork.kinematics.following.joint_field import JointField
+from knotwork.kinematics.following.limiting_constraint import (
+    LimitingConstraint,
+    Steps,
+    following_error,
+    limiting_constraint,
+)
 from knotwork.kinematics.following.steps import LOST, STRAY
 from knotwork.kinematics.following.within_limits import AT_LIMIT
 from knotwork.polynomial import PiecewisePolynomial
@@ -28,7 +33,7 @@ from knotwork.waypoints import FloatArray
 # half of it.
 STEP = 0.1
 SELF_MOTION_STEP = 0.05
-# Where limits are broken, so many parts of each step are looked at.
+# Where limits are broken, each step is divided into this many parts.
 CLOSELY = 8
 # A curve, which is a little off the path, breaks a limit beyond this [rad or m, relative].
 ON_CURVE = 1e-6
@@ -73,7 +78,7 @@ class JointsOnPath:
             place, rotation, _, _ = path.state([path.start_time])
             q = self.field.corrected(start[None], place, rotation)[0]
             found = continue_along(robot, path, q, path.breaks, pull=pull, step=self._step)
-        self._seen = found.hindrance(robot, 0, np.zeros(robot.dof))
+        self._seen = found.limiting_constraint(robot, 0, np.zeros(robot.dof))
         if self._seen is not None and np.isfinite(found.lost[0]):
             raise self._error(self._seen)
         # where a piece ends and the next begins there are two steps at one time
@@ -114,28 +119,28 @@ class JointsOnPath:
         """
         far = curve.extrema()
         time = distinct(curve.x, far.minimum_time, far.maximum_time)
-        broken = self._hindrance(time, curve(time), curve(time, 1), ON_CURVE)
+        broken = self._limiting_constraint(time, curve(time), curve(time, 1), ON_CURVE)
         if broken is not None:
             raise self._error(self._closely() or broken)
 
-    def _closely(self) -> Hindrance | None:
-        """What is in the way, at more times than the steps of the integral."""
+    def _closely(self) -> LimitingConstraint | None:
+        """The limiting constraint, at more times than the steps of the integral."""
         starts, lengths = self.time[:-1, None], np.diff(self.time)[:, None]
         inner = (starts + lengths * np.arange(CLOSELY) / CLOSELY).ravel()
         time = np.append(inner, self.time[-1])
         q = self.positions(time)
-        return self._hindrance(time, q, self.rates(time, q)[0])
+        return self._limiting_constraint(time, q, self.rates(time, q)[0])
 
-    def _hindrance(
+    def _limiting_constraint(
         self, time: FloatArray, q: FloatArray, v: FloatArray, slack: float = AT_LIMIT
-    ) -> Hindrance | None:
+    ) -> LimitingConstraint | None:
         smallest = np.asarray(np.linalg.svd(self.field.axes.jacobians(q), compute_uv=False)[:, -1])
         still, full = np.zeros(self.robot.dof), at_full_speed(self.path, time)
         steps = Steps(time, q, v, still, smallest, full)
-        return hindrance_of(self.robot, steps, np.inf, np.nan, slack)
+        return limiting_constraint(self.robot, steps, np.inf, np.nan, slack)
 
-    def _error(self, one: Hindrance) -> FollowingError:
-        """The error for what is in the way."""
+    def _error(self, one: LimitingConstraint) -> FollowingError:
+        """The error that names the limiting constraint."""
         what = "the path can't be followed from start:"
         from knotwork.kinematics.diagnosis.other_starts import described_starts, other_starts
 

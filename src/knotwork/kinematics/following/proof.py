@@ -17,7 +17,7 @@ from knotwork.waypoints import FloatArray
 # The proof is for tolerances that are narrower by this part, so that the check, whose numbers are
 # rounded in another way, comes to the same verdict.
 NARROWER = 1e-6
-# A tolerance is to be so many times what rounding adds to the bounds.
+# A tolerance must be at least this many times what rounding adds to the bounds.
 ABOVE_ROUNDING = 4.0
 
 

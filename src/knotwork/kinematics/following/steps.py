@@ -14,13 +14,13 @@ from knotwork.waypoints import FloatArray
 # If the tool is farther than this from the path after a step [m, rad], it was taken too far.
 LOST = 1e-7
 # A step that Newton's method moves joints by more than this is taken in halves [rad or m]: it could
-# end in another branch. After so many halvings the arm can't go on.
+# end in another branch. After `HALVINGS` the arm can't go on.
 STRAY = 1e-3
 HALVINGS = 9
-# So is a step whose velocities differ so much in its middle [rad or m]: it could pass where joints
+# So is a step whose velocities differ by more in its middle [rad or m]: it could pass where joints
 # race, and the self-motion of redundant arms would no more be that of the integral.
 BENT = 1e-3
-# Joint speeds so many times the limits end a continuation, if they come from the arm and not from a
+# Joint speeds of this many times the limits end a continuation if the arm causes them, not a
 # speed of the tool above 1 m/s or rad/s: the arm is singular there.
 HOPELESS = 1000.0
 

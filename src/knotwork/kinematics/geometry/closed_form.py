@@ -55,8 +55,10 @@ def closed_form(robot: Robot, targets: Targets) -> list[FloatArray | None]:
     asked = targets.take(np.repeat(np.arange(n), 8))
     _, distance, angle = pose_errors(tip, rotation, asked.position, asked.rotation)
     met = (np.maximum(distance, angle) <= RESIDUAL).reshape(n, 8)
-    told = clear & (met | ~exists).all(axis=1)
-    return [one[there] if sure else None for one, there, sure in zip(q, exists, told, strict=True)]
+    certain = clear & (met | ~exists).all(axis=1)
+    return [
+        one[there] if sure else None for one, there, sure in zip(q, exists, certain, strict=True)
+    ]
 
 
 class _Equations:

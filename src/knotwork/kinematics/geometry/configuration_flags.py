@@ -147,7 +147,7 @@ def all_branches(robot: Robot, q: FloatArray) -> bool | None:
     as they are.
 
     Returns:
-        `True` or `False`, and `None` where that can't be told.
+        `True` or `False`, and `None` where that is not known.
     """
     if geometry(robot) is None:
         return None
@@ -167,8 +167,8 @@ def describe_flags(robot: Robot, flags: FloatArray) -> str:
         return (
             {1.0: "det J > 0", -1.0: "det J < 0", 0.0: "singular"}[flags[0]] if len(flags) else ""
         )
-    said = []
+    parts = []
     for (joint, words), sign in zip(FLAGS.items(), flags, strict=True):
         word = "singular" if sign == 0 else words[0] if sign > 0 else words[1]
-        said.append(word if joint == "wrist" and sign != 0 else f"{joint} {word}")
-    return ", ".join(said)
+        parts.append(word if joint == "wrist" and sign != 0 else f"{joint} {word}")
+    return ", ".join(parts)

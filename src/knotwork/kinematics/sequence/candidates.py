@@ -15,14 +15,14 @@ from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
 from knotwork.kinematics.sequence.costs import AT_LIMIT
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
+from knotwork.kinematics.solutions.all_within_limits import in_order, turned_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
-from knotwork.kinematics.solutions.inside import brought_inside, in_order
 from knotwork.robot import Robot
 from knotwork.units import SI, Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-# Every so many waypoints the search for branches starts afresh; between, it starts from those of
-# the waypoints beside.
+# The search for branches starts afresh at every n-th waypoint; between, it starts from those of
+# the neighbouring waypoints.
 ANCHOR_EVERY = 8
 # Joint speeds leave this much of a twist over [m/s, rad/s] where the arm can't do it.
 RESIDUAL = 1e-7
@@ -94,12 +94,12 @@ def find_candidates(
         search = PoseSearch(robot, waypoint.pose, TOLERANCE, TOLERANCE)
         free = redundant or len(solutions) > MOST_BRANCHES
         if not free and not (i and np.array_equal(reference, references[i - 1])):
-            # What is next to where the arm comes from must not be missing.
+            # The solution next to where the arm comes from must not be missing.
             local = search.solve(reference, limits_of(robot))
             if local.converged:
                 both = np.vstack([solutions, local.q])
                 solutions = distinct(robot, targets.take([i]), both)
-        kept = brought_inside(search, solutions)
+        kept = turned_within_limits(search, solutions)
         if free and not redundant:
             from knotwork.kinematics.solutions.self_motion import farthest_apart
 

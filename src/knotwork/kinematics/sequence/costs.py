@@ -20,7 +20,7 @@ TIE = 1e-9
 RELATIVE_TIE = 1e-14
 # Joint positions nearer than this are those of the same step [rad or m].
 SAME_STEP = 1e-6
-# By so much, absolute and relative, a bound is widened, so that equal costs are within it.
+# A bound is widened by this, absolute and relative, so that equal costs are within it.
 WIDER = 1e-6
 # No motion is taken to last less [s], however little there is to do.
 SHORTEST = 0.05
@@ -90,11 +90,6 @@ class Cost(NamedTuple):
         """The same, arrays of zeros as a number: nothing is spent on them."""
         levels = [0.0 if isinstance(x, np.ndarray) and not x.any() else x for x in self]
         return Cost(*levels)._replace(travel=self.travel)
-
-    def worse_than(self, other: Cost) -> bool:
-        """Of single costs: whether this is worse in what counts before distance and travel."""
-        gaps = (a - b for a, b in zip(self[:5], other[:5], strict=True))
-        return next((gap > 0 for gap in gaps if abs(gap) > WIDER), False)
 
 
 UNBOUNDED = Cost(*[np.inf] * len(Cost._fields))
@@ -269,7 +264,7 @@ def _step_costs(
     free = rules.unbounded & (not layer.fixed)
     turns = np.empty((int(free.sum()), *shape))
     row = iter(turns)
-    # Joint by joint, so that what is worked on stays in the processor's cache.
+    # Joint by joint, so that the data stay in the processor's cache.
     for j, speed in enumerate(rules.speed.tolist()):
         np.subtract.outer(state.q[:, j], layer.q[:, j], out=move)
         if free[j]:

@@ -24,7 +24,7 @@ GRAIN = 2.0**-30
 # Interval and candidates at its two ends, each of shape (k,), in; what the way there costs beyond
 # what its ends alone make certain, in `beyond` and `travel`, at least 0, shape (k,) each, out.
 IntervalCost = Callable[[Any, Any, Any], Cost]
-# What is beyond limits and travel, the first to count before the other, as real and imaginary part:
+# Excess beyond limits and travel, the first to count before the other, as real and imaginary part:
 # so NumPy adds and compares pairs.
 Pairs: TypeAlias = NDArray[np.complex128]
 

@@ -36,7 +36,7 @@ class Given:
         origin: Configuration that the travel to the first counts from, shape (d,), or `None`.
         samples: Times between two waypoints at which intervals are evaluated.
         untimed: Intervals whose duration or end speeds are chosen later, shape (n - 1,), or `None`.
-        unsped: Waypoints whose speed is chosen later, by index.
+        free_velocity: Waypoints whose speed is chosen later, by index.
     """
 
     times: FloatArray
@@ -45,7 +45,7 @@ class Given:
     origin: FloatArray | None = None
     samples: int = SAMPLES
     untimed: BoolArray | None = None
-    unsped: frozenset[int] = frozenset()
+    free_velocity: frozenset[int] = frozenset()
 
 
 def refine_sequence(
@@ -62,7 +62,7 @@ def refine_sequence(
 
     Args:
         robot: The robot.
-        given: What is given.
+        given: The data of the task.
         positions: Joint positions at all waypoints [rad or m], shape (n, d).
         velocities: Joint velocities there [rad/s or m/s], shape (n, d).
 
@@ -103,7 +103,7 @@ class _Refinement:
         self.changed, self.tried = np.ones(len(positions), int), np.zeros(len(positions), int)
 
     def improve(self, chosen: list[int]) -> float:
-        """Move some waypoints, none beside another; how far the farthest went [rad or m]."""
+        """Move some waypoints, no two of them neighbours; how far the farthest went [rad or m]."""
         chosen = [i for i in chosen if self._since_moved(i)]
         if not chosen:
             return 0.0
@@ -122,7 +122,7 @@ class _Refinement:
         q = np.vstack([self.q[chosen], found.q[found.converged]])
         J = self.chain.jacobians(q)
         v, _ = solve_velocities(self.robot, J, self.twists[self.number[owner]])
-        v[np.isin(owner, list(self.given.unsped))] = 0.0
+        v[np.isin(owner, list(self.given.free_velocity))] = 0.0
         *before, travel = self._costs(owner, q, v, J)
         moved = 0.0
         for i in chosen:
@@ -137,7 +137,7 @@ class _Refinement:
         return moved
 
     def _since_moved(self, i: int) -> bool:
-        """Whether a waypoint or one beside it has moved since it was tried last."""
+        """Whether a waypoint or a neighbour has moved since it was tried last."""
         return bool(self.changed[max(i - 1, 0) : i + 2].max() > self.tried[i])
 
     def _starts(self, chosen: list[int]) -> tuple[Any, FloatArray]:

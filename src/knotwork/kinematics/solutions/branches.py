@@ -13,8 +13,8 @@ from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of, middle
 from knotwork.kinematics.chain.levenberg_marquardt import MARGIN, PoseSearch
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
+from knotwork.kinematics.solutions.all_within_limits import in_order, solutions_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES
-from knotwork.kinematics.solutions.inside import in_order, solutions_inside
 from knotwork.kinematics.solutions.self_motion import farthest_apart
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
@@ -29,7 +29,7 @@ class Branch:
 
     >>> robot = kw.load_robot("ur5")
     >>> pose = robot.forward([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
-    >>> branches = kw.solve_all(robot, pose)
+    >>> branches = kw.solve_pose_ik_all(robot, pose)
     >>> len(branches), branches[0].flags
     (8, 'shoulder right, elbow up, no flip')
 
@@ -56,7 +56,7 @@ class Branch:
     sampled: bool = False
 
 
-def solve_all(
+def solve_pose_ik_all(
     robot: Robot,
     pose: Any,
     *,
@@ -73,8 +73,8 @@ def solve_all(
     for all other arms of up to six joints, searches go on until a round of them brings nothing
     new. A redundant arm has infinitely many solutions, and so has one that
     is singular at the pose: they get a spread of configurations over the self-motion instead,
-    marked `sampled`. The same arguments always give the same answer. `robot.solve_all(pose)` is
-    the same.
+    marked `sampled`. The same arguments always give the same answer.
+    `robot.solve_pose_ik_all(pose)` is the same.
 
     Args:
         robot: The robot.
@@ -94,7 +94,7 @@ def solve_all(
     Examples:
         >>> import knotwork as kw
         >>> robot = kw.load_robot("ur5")
-        >>> branches = kw.solve_all(robot, robot.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3]))
+        >>> branches = kw.solve_pose_ik_all(robot, robot.forward([0.4, -1.2, 1.1, -0.8, 1.0, 0.3]))
         >>> len(branches), sum(len(branch.turns) for branch in branches)
         (8, 256)
         >>> branches[0].flags
@@ -105,7 +105,7 @@ def solve_all(
     check_count(spread, "spread", 1)
     asked = position_tolerance, orientation_tolerance
     search = PoseSearch(robot, pose, MARGIN * asked[0], MARGIN * asked[1])
-    found = solutions_inside(search)
+    found = solutions_within_limits(search)
     free = robot.dof > 6 or len(found) > MOST_BRANCHES
     if free:
         found = farthest_apart(robot, found, spread)

@@ -39,7 +39,7 @@ MAX_ROUNDS = 6
 # Steps of the first round, in which half of the searches get there, and of those after it.
 FIRST_ITERATIONS = 12
 MAX_ITERATIONS = 72
-# Searches end this near the pose [m, rad], so near that what is left of the error moves no joint
+# Searches end this near the pose [m, rad]: the remaining error moves no joint
 # by more than `SAME`, but where two branches meet.
 RESIDUAL = 1e-11
 SAME = 1e-5
@@ -100,11 +100,11 @@ def find_branches(
     Returns:
         For each pose the solutions, revolute joints within half a turn of zero, shape (b, d).
     """
-    told = closed_form(robot, targets)
-    left = [i for i, one in enumerate(told) if one is None]
+    exact = closed_form(robot, targets)
+    left = [i for i, one in enumerate(exact) if one is None]
     near = None if known is None else [known[i] for i in left]
     found = iter(search_branches(robot, targets.take(left), near) if left else [])
-    return [next(found) if one is None else one for one in told]
+    return [next(found) if one is None else one for one in exact]
 
 
 def search_branches(

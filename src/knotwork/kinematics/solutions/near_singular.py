@@ -33,10 +33,10 @@ SAME_DIRECTION = 0.8
 MOST_STEPS = 160
 # Curves followed for one pose at most; a UR5 has four.
 MOST_CURVES = 10
-# A configuration so near a point of a curve that has been followed is on that curve.
+# A configuration within this of a point of a curve that has been followed is on that curve.
 SAME_CURVE = 2.0 * STEP
 # Newton steps back onto the curve, in the directions other than along it, and the size of the last
-# [rad or m]: what is left is its square.
+# [rad or m]: the remaining error is its square.
 CORRECTIONS = 6
 CORRECTED = 1e-6
 # One singular value is small; where the second is below this, too, curves meet.

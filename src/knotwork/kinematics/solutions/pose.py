@@ -25,7 +25,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
 from knotwork.kinematics.chain.null_space import nearest_by_self_motion
 from knotwork.kinematics.chain.seeds import seeds
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
-from knotwork.kinematics.solutions.inside import solutions_inside
+from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
 from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
 from knotwork.robot import Robot
 from knotwork.units import SI, Units
@@ -36,8 +36,8 @@ from knotwork.waypoints import FloatArray, read_only
 MAX_RESTARTS = 200
 # Restarts that give up soon if they get no nearer; those after them have more patience.
 HASTY_RESTARTS = 20
-# A solution of the local search that is so near the start [rad or m] is taken for the nearest.
-# Beside a singularity a second solution is searched for first, within this factor of the distance
+# A solution of the local search within this of the start [rad or m] is taken for the nearest.
+# Next to a singularity a second solution is searched for first, within this factor of the distance
 # from the start; in theory one that is nearer to the start lies within twice the distance.
 NEAR = 0.5
 TWIN_WITHIN = 3.0
@@ -105,9 +105,9 @@ def solve_pose_ik(
 
     Three steps: a local search from the start; where that fails or ends far away, the nearest of
     all solutions; where there is none, a diagnosis. With random poses of the UR5, Z1, Talos arm
-    and Panda the answer was never farther than the nearest of `solve_all`; that is not proved.
-    Joints are taken by whole turns to where they are nearest. A redundant arm is moved along its
-    self-motion as near as it gets. The same arguments always give the same answer.
+    and Panda the answer was never farther than the nearest of `solve_pose_ik_all`; that is not
+    proved. Joints are taken by whole turns to where they are nearest. A redundant arm is moved
+    along its self-motion as near as it gets. The same arguments always give the same answer.
 
     Args:
         robot: The robot.
@@ -155,7 +155,7 @@ def solve_pose_ik(
         return kept.answer("nearest solution")
     if not nearest and kept.find_any(max_restarts):
         return kept.answer("first solution")
-    every = solutions_inside(search)
+    every = solutions_within_limits(search)
     kept.take_all(every)
     if kept.best is None:
         kept.take(solution_or_reason(search, goal, asked, waypoint, where, units).q)
@@ -227,11 +227,11 @@ class _Nearest:
         turned.sort(key=lambda q: math.dist(q.tolist(), self.goal.tolist()))
         for q in turned[: MOST_FOLLOWED if self._follow else 1]:
             self.take(q)
-        if self._follow:  # samples are not all, and another solution may be beside
+        if self._follow:  # samples are not all, and another solution may be next to it
             self.is_nearest()
 
     def is_nearest(self) -> bool:
-        """Whether the solution found is taken for the nearest, after a search beside it.
+        """Whether the solution found is taken for the nearest, after a search next to it.
 
         Take a step t along a right-singular vector whose singular value is σ, and let κ be the
         acceleration of the tool along the left-singular vector. To second order the tool moves by

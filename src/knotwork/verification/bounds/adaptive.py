@@ -27,9 +27,12 @@ INTERVALS = 500
 BUDGET = 20_000
 """Evaluations after the first division. A verdict that is still open then is not proved."""
 
+ABSURD = 10.0
+"""No bound is sought where a sample is beyond a limit by this times its size: it is broken."""
+
 BUDGET_PER_PIECE = 8
-"""Evaluations for each piece, times the number of its coefficients, if these are more: so many
-that nothing a polynomial does can hide between them."""
+"""Evaluations for each piece, times the number of its coefficients, if these are more: enough
+for everything that a polynomial does."""
 
 TINY = np.finfo(float).tiny
 
@@ -120,6 +123,7 @@ def maximum(
         upper = ends + (excess + rounding)
         near = search.value + precision(search.value, search.scale)
         target = np.where(search.value <= limit, np.minimum(near, limit), near)
+        target[search.value > limit + ABSURD * np.abs(limit)] = np.inf
         is_open = (upper > target) & (excess > rounding) & np.isfinite(search.value)
         waiting = is_open.any(axis=1)
         room = allowance - search.evaluations

@@ -11,77 +11,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
-from numpy.typing import NDArray
 
-from knotwork.errors import InputError
+from knotwork.robot.joint_tree import JointTree
 from knotwork.verification.bounds.derivatives import product, turning
 from knotwork.waypoints import FloatArray
 
 ORDERS = 5
 """Derivatives 0 … 4 of joint positions are bounded: torque has two orders, its bound two more."""
-
-
-class Tree(NamedTuple):
-    """The joints of a Pinocchio model, as far as the bounds need them.
-
-    Attributes:
-        parent: Index of each joint's parent; joint 0 is the base.
-        column: Index of each joint's velocity.
-        turns: Angle that a joint turns for one unit of its position: 1 or, if prismatic, 0.
-        slides: Distance that it slides for one unit: 1 if prismatic, the pitch if helical.
-        offset: Distance from the parent's origin to the joint's at position 0 [m].
-    """
-
-    parent: tuple[int, ...]
-    column: tuple[int, ...]
-    turns: tuple[float, ...]
-    slides: tuple[float, ...]
-    offset: tuple[float, ...]
-
-    @property
-    def angles(self) -> NDArray[np.bool_]:
-        """Which joint positions are angles, shape (d,)."""
-        result = np.zeros(len(self.parent) - 1, dtype=bool)
-        result[list(self.column[1:])] = np.array(self.turns[1:]) > 0.0
-        return result
-
-    def path(self, joint: int) -> list[int]:
-        """Joints that carry one, itself the last."""
-        joints = []
-        while joint:
-            joints.append(joint)
-            joint = self.parent[joint]
-        return joints[::-1]
-
-
-def tree(model: Any) -> Tree:
-    """Read joints and offsets from a Pinocchio model.
-
-    Raises:
-        InputError: A joint has several degrees of freedom.
-    """
-    data = model.createData()
-    pin.computeJointJacobians(model, data, pin.neutral(model))
-    turns, slides, offset = [0.0], [0.0], [0.0]
-    for i in range(1, model.njoints):
-        joint = model.joints[i]
-        if joint.nv != 1:
-            raise InputError(
-                f"joint {model.names[i]!r} has {joint.nv} degrees of freedom; derivatives are "
-                "bounded for revolute, continuous, prismatic and helical joints"
-            )
-        axis = pin.getJointJacobian(model, data, i, pin.LOCAL).reshape(6, -1)[:, joint.idx_v]
-        slides.append(float(np.linalg.norm(axis[:3])))
-        turns.append(float(np.linalg.norm(axis[3:])))
-        offset.append(float(np.linalg.norm(model.jointPlacements[i].translation)))
-    return Tree(
-        tuple(model.parents),
-        (-1, *(model.joints[i].idx_v for i in range(1, model.njoints))),
-        tuple(turns),
-        tuple(slides),
-        tuple(offset),
-    )
 
 
 def carried(model: Any, frame: int) -> tuple[int, float]:
@@ -101,7 +37,7 @@ class TreeMotion(NamedTuple):
         origin: Position of the link's origin [m], orders 0 … 4.
     """
 
-    tree: Tree
+    tree: JointTree
     angular: tuple[FloatArray, ...]
     unit: tuple[FloatArray, ...]
     offset: tuple[FloatArray, ...]
@@ -120,7 +56,7 @@ class TreeMotion(NamedTuple):
         return np.asarray(np.sqrt(2.0) * np.stack((spin[0], spin[1] + spin[0] ** 2)))
 
 
-def tree_motion(joints: Tree, rates: FloatArray) -> TreeMotion:
+def tree_motion(joints: JointTree, rates: FloatArray) -> TreeMotion:
     """Bound how every link moves.
 
     Args:
@@ -137,7 +73,7 @@ def tree_motion(joints: Tree, rates: FloatArray) -> TreeMotion:
         axis = unit[parent]
         step = joints.offset[i] * axis
         if joints.slides[i]:
-            step = step + joints.slides[i] * product(q, axis)
+            step = step + abs(joints.slides[i]) * product(q, axis)
         if joints.turns[i]:
             angular.append(angular[parent] + joints.turns[i] * product(q[1:], axis))
             unit.append(turning(angular[i]))

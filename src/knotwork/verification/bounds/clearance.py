@@ -25,15 +25,15 @@ from numpy.typing import NDArray
 from knotwork.distinct import distinct
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import horner
+from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.bodies import Body
+from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import (
     ROUNDING,
     Nearest,
     nearest_of_bodies,
 )
-from knotwork.scene.inside import one_inside_the_other
 from knotwork.scene.model import CollisionModel
-from knotwork.scene.placements import place_joints
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
 from knotwork.verification.bounds.polynomials import Intervals, joint_rates
@@ -163,7 +163,8 @@ class _Search:
         self.time = np.full(len(self.pair), curve.x[0])
         self.bound = np.full(len(self.pair), np.inf)
         self.measurements = np.zeros(len(self.pair), dtype=int)
-        self.undecided: list[tuple[int, float, float]] = []
+        self.undecided_from = np.full(len(self.pair), np.inf)
+        self.undecided_until = np.full(len(self.pair), -np.inf)
 
     def result(self) -> tuple[Clearance, ...]:
         first = self._intervals()
@@ -219,10 +220,9 @@ class _Search:
         closed = ~is_open
         np.minimum.at(self.bound, combo[closed], lower[closed])
         left = closed & (lower < self.margin[combo]) & (self.distance[combo] > self.margin[combo])
-        for i in np.flatnonzero(left).tolist():
-            half = intervals.length[item[i]] / 2
-            at = float(time[item[i]])
-            self.undecided.append((int(combo[i]), at - half, at + half))
+        half, at = intervals.length[item[left]] / 2, time[item[left]]
+        np.minimum.at(self.undecided_from, combo[left], at - half)
+        np.maximum.at(self.undecided_until, combo[left], at + half)
         return _divided(intervals, item[is_open], combo[is_open], distance[is_open])
 
     def _goal(self) -> FloatArray:
@@ -334,14 +334,13 @@ class _Search:
                 distance = nearest.distance  # of solids that were not measured then
             verdict, interval = "clear", None
             contacts: tuple[tuple[float, float], ...] = ()
-            left = [one for one in self.undecided if one[0] in combos[k]]
+            low, high = self.undecided_from[combos[k]].min(), self.undecided_until[combos[k]].max()
             if distance <= pair.margin:
-                low, high = self.windows[k].tolist()
-                verdict, contacts = "collides", times.of(k, low, high, time)
+                start, end = self.windows[k].tolist()
+                verdict, contacts = "collides", times.of(k, start, end, time)
                 interval = next((one for one in contacts if one[0] <= time <= one[1]), (time, time))
-            elif left:
-                verdict = "undecided"
-                interval = min(one[1] for one in left), max(one[2] for one in left)
+            elif low <= high:
+                verdict, interval = "undecided", (float(low), float(high))
             result.append(
                 Clearance(
                     first,

@@ -1,10 +1,11 @@
 """Proved bounds on how far the tool is off a path, in place, orientation and speed.
 
-At each sample the nearest point of the path is found. Between two samples the tool is compared with
-a point that goes along the path from the one to the other. The difference g(t) of both is within
-h²/8 · max |g''| of its chord, and |g''| is at most the tool's acceleration, which the chain of
-joints bounds, and that of the point, which the curvature of the path bounds. Orientations are
-compared as matrices: two that are an angle φ apart differ by √8 sin(φ/2) in the Frobenius norm.
+At each sample the nearest point of the path is found, on the branch of the sample before. Between
+two samples the tool is compared with a point that goes along the path from the one to the other: so
+the progress s(t) is one continuous function. The difference g(t) of both is within h²/8 · max |g''|
+of its chord, and |g''| is at most the tool's acceleration, which the chain of joints bounds, and
+that of the point, which the curvature of the path bounds. Orientations are compared as matrices:
+two that are an angle φ apart differ by √8 sin(φ/2) in the Frobenius norm.
 """
 
 from __future__ import annotations
@@ -12,20 +13,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from knotwork.distinct import distinct
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.tool_paths.rotations import angle_of, gap_of
-from knotwork.verification.bounds.adaptive import ROUNDING
-from knotwork.verification.bounds.chain import carried, tree, tree_motion
-from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.path_rows import PathRows, path_rows
+from knotwork.verification.bounds.path_samples import PathSamples, PathStretch
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
-    from knotwork.tool_paths import TimedPath, ToolPath
+    from knotwork.tool_paths import TimedPath
 
 BUDGET = 100_000
 """Samples of one stretch. A verdict that is still open then is not proved."""
@@ -59,12 +58,39 @@ class PathBound(NamedTuple):
         time: When [s].
         bound: What it is not above at any time.
         proved: Whether the bound keeps the limit, or a sample breaks it.
+        where: From when to when the bound is so large [s].
     """
 
     value: float
     time: float
     bound: float
     proved: bool
+    where: tuple[float, float]
+
+
+class Progress(NamedTuple):
+    """How far along the path the tool gets in a stretch, whole turns counted.
+
+    Attributes:
+        length: Of the stretch [m].
+        start, end: How much of it the tool has made at both ends [m].
+        start_off, end_off: How much that is beyond what is asked for there [m].
+        back: By how much it falls at most below what it was before [m].
+        time: When the largest of these three is found [s].
+    """
+
+    length: float
+    start: float
+    end: float
+    start_off: float
+    end_off: float
+    back: float
+    time: float
+
+    @property
+    def worst(self) -> float:
+        """The largest of the three that are off [m]."""
+        return max(abs(self.start_off), abs(self.end_off), self.back)
 
 
 class StretchBounds(NamedTuple):
@@ -73,9 +99,14 @@ class StretchBounds(NamedTuple):
     Attributes:
         position: Distance from the path [m].
         orientation: Angle from the orientation on it [rad].
+        progress: Along the path. It is proved where the distance is.
         speed: Difference from the speed asked for [m/s], where it is asked for in full; `None` if
             it is nowhere.
-        slowest, fastest: Proved bounds on the speed there [m/s].
+        ramp: How much the tool is faster than that speed elsewhere, or moves backwards [m/s];
+            `None` if the speed is asked for in full everywhere.
+        slowest, fastest: Proved bounds on the velocity along the path and on the speed, where the
+            speed is asked for in full [m/s]; infinite if it is nowhere.
+        ramp_slowest, ramp_fastest: Least and greatest samples of them elsewhere [m/s].
         times: Ends of the n intervals into which the stretch was divided [s], shape (n + 1,).
         use: The part of the limits that each interval is proved to use at most, shape (n,). Where a
             sample breaks a limit, that of the samples counts, as there no bound is sought.
@@ -83,72 +114,15 @@ class StretchBounds(NamedTuple):
 
     position: PathBound
     orientation: PathBound
+    progress: Progress
     speed: PathBound | None
+    ramp: PathBound | None
     slowest: float
     fastest: float
+    ramp_slowest: float
+    ramp_fastest: float
     times: FloatArray
     use: FloatArray
-
-
-class _Samples(NamedTuple):
-    """The tool at k times, and the nearest points of the path."""
-
-    s: FloatArray
-    distance: FloatArray
-    gap: FloatArray
-    velocity: FloatArray
-
-    def with_more(self, more: _Samples, known: NDArray[np.bool_]) -> _Samples:
-        """These where they are known, and more between them."""
-        columns = []
-        for old, new in zip(self, more, strict=True):
-            merged = np.empty((len(known), *old.shape[1:]))
-            merged[known], merged[~known] = old, new
-            columns.append(merged)
-        return _Samples(*columns)
-
-
-class _Stretch:
-    """One stretch of a path, and the motion that is to follow it."""
-
-    def __init__(
-        self, robot: Robot, curve: PiecewisePolynomial, motion: TimedPath, start: float, end: float
-    ) -> None:
-        self.robot, self.curve, self.motion = robot, curve, motion
-        self.frame = robot.require_tool()
-        self.joints, self.data = tree(robot.model), robot.model.createData()
-        self.joint, self.lever = carried(robot.model, self.frame)
-        ends = motion.arc_length(np.array([start, end]))
-        self.low, self.high = float(ends[0]), float(ends[1])
-
-    def sample(self, t: FloatArray) -> _Samples:
-        model, data, frame = self.robot.model, self.data, self.frame
-        q, v = self.curve(t), self.curve(t, 1)
-        position, rotation = np.empty((len(t), 3)), np.empty((len(t), 3, 3))
-        velocity = np.empty((len(t), 3))
-        for i in range(len(t)):
-            pin.forwardKinematics(model, data, q[i], v[i])
-            placed = pin.updateFramePlacement(model, data, frame)
-            position[i], rotation[i] = placed.translation, placed.rotation
-            velocity[i] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
-        base = self.robot.base_placement.inverse()
-        position = position @ base.rotation.T + base.translation
-        rotation, velocity = base.rotation @ rotation, velocity @ base.rotation.T
-        path = self.motion.path
-        inside = np.clip(t, self.motion.start_time, self.motion.end_time)
-        guess, within = self.motion.arc_length(inside), (self.low, self.high)
-        return _Samples(*path.gaps(position, rotation, guess, within), velocity)
-
-    def sizes(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Bounds between times: tool acceleration, jerk, |R''|, and the rounding of a position."""
-        middle = 0.5 * (t[1:] + t[:-1])
-        piece = np.clip(np.searchsorted(self.curve.x, middle) - 1, 0, len(self.curve.x) - 2)
-        start = np.maximum(t[:-1] - self.curve.x[piece], 0.0)
-        rates = joint_rates(self.curve, Intervals(piece, start, np.diff(t)))
-        moved = tree_motion(self.joints, rates.bounds)
-        point, turn = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
-        turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
-        return point[2], point[3], turn, ROUNDING * turned * (point[0] + point[1] + 1.0)
 
 
 def path_bounds(
@@ -173,38 +147,37 @@ def path_bounds(
         limits: Verdicts are decided against these.
         budget: How many samples may be taken.
     """
-    stretch = _Stretch(robot, curve, motion, *interval)
+    stretch = PathStretch(robot, curve, motion, *interval)
     t = _first_times(curve, interval, full_speed)
     if budget >= BUDGET:
         inside = (curve.x > interval[0]) & (curve.x < interval[1])
         budget = max(budget, BUDGET_PER_PIECE * int(inside.sum()))
-    most = np.array([limits.position, gap_of(limits.orientation), limits.speed])
+    most = np.array([limits.position, gap_of(limits.orientation), limits.speed, limits.speed])
     # the bounds alone tell how fine the samples must be, before any is taken
     sizes = stretch.sizes(t)
     for _ in range(4):
         rough = np.diff(t) ** 2 / 8.0 * np.array([sizes[0], sizes[2], sizes[1]])
-        needed = np.sqrt((rough / (PRECISION * most[:, None])).max(axis=0))
-        finer = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), needed, budget // 4)
-        if len(finer) == len(t):
+        needed = np.sqrt((rough / (PRECISION * most[:3, None])).max(axis=0))
+        finer, old = _divided(t, np.clip(np.ceil(needed), 1, MOST_PARTS), needed, budget // 4)
+        if old.all():
             break
         t, sizes = finer, stretch.sizes(finer)
     found = stretch.sample(t)
     for left in range(ROUNDS, -1, -1):
-        values, excess = _compared(stretch.motion.path, found, t, sizes, full_speed, speed)
-        upper = values + excess
-        is_open = (upper > most[:, None]) & ~(values.max(axis=1) > most)[:, None]
+        rows = path_rows(motion.path, found, t, sizes, full_speed, speed)
+        is_open = (rows.upper > most[:, None]) & ~(rows.ends.max(axis=1) > most)[:, None]
         if not left or not is_open.any():
             break
-        gap = np.maximum(most[:, None] - values, 1e-3 * most[:, None])
+        gap = np.maximum(most[:, None] - rows.ends, 1e-3 * most[:, None])
+        excess = np.maximum(rows.upper - rows.ends, 0.0)
         needed = np.where(is_open, np.sqrt(excess / gap), 0.0).max(axis=0)
         parts = np.where(is_open.any(axis=0), np.clip(np.ceil(needed), 2, MOST_PARTS), 1)
-        finer = _divided(t, parts, needed, budget)
-        if len(finer) == len(t):
+        finer, old = _divided(t, parts, needed, budget)
+        if old.all():
             break
-        known = np.isin(finer, t)
-        t, found = finer, found.with_more(stretch.sample(finer[~known]), known)
+        t, found = finer, stretch.sample_more(finer, old, found)
         sizes = stretch.sizes(t)
-    return _summed(t, found, values, upper, most, full_speed, speed)
+    return _summed(stretch, t, found, rows, most)
 
 
 def _first_times(
@@ -221,8 +194,14 @@ def _first_times(
     return distinct(grid, inner, before, middle, known)
 
 
-def _divided(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) -> FloatArray:
-    """Divide intervals into parts; where the budget does not do, those that need it most."""
+def _divided(
+    t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Divide intervals into parts; where the budget does not do, those that need it most.
+
+    Returns:
+        Times, and which of them are those given: of two that are equal, only one may be.
+    """
     count = parts.astype(np.intp)
     if count.sum() > budget:
         order = np.argsort(-needed, kind="stable")
@@ -231,84 +210,52 @@ def _divided(t: FloatArray, parts: FloatArray, needed: FloatArray, budget: int) 
     index = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
     inner = t[index] + (t[index + 1] - t[index]) * (step / count[index])
-    return np.append(inner, t[-1])
-
-
-def _compared(
-    path: ToolPath,
-    found: _Samples,
-    t: FloatArray,
-    sizes: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    full: tuple[float, float],
-    speed: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Worst end of each interval, and how much worse it may be between; shape (3, n) both."""
-    length = np.diff(t)
-    acceleration, jerk, turn, rounding = sizes
-    bend = path.bend(found.s[:-1], found.s[1:])
-    turn_bend = path.turn_bend(found.s[:-1], found.s[1:])
-    excess = np.stack(
-        (
-            (length**2 * acceleration + bend) / 8.0 + rounding,
-            (length**2 * turn + turn_bend) / 8.0 + rounding,
-            length**2 * jerk / 8.0 + rounding,
-        )
-    )
-    values = np.stack(
-        (
-            np.maximum(found.distance[:-1], found.distance[1:]),
-            np.maximum(found.gap[:-1], found.gap[1:]),
-            np.maximum(*_speed_ends(found, speed)),
-        )
-    )
-    outside = (t[:-1] < full[0]) | (t[1:] > full[1])
-    values[2, outside] = excess[2, outside] = 0.0
-    return values, excess
-
-
-def _speed_ends(found: _Samples, speed: float) -> tuple[FloatArray, FloatArray]:
-    """How much too fast, and too slow, the ends of each interval are.
-
-    Between them the speed is at least that along one direction, which is that of their sum.
-    """
-    v = found.velocity
-    size = np.linalg.norm(v, axis=1)
-    both = v[1:] + v[:-1]
-    along = both / np.maximum(np.linalg.norm(both, axis=1, keepdims=True), 1e-300)
-    slow = np.minimum((v[:-1] * along).sum(axis=1), (v[1:] * along).sum(axis=1))
-    return np.maximum(size[:-1], size[1:]) - speed, speed - slow
+    return np.append(inner, t[-1]), np.append(step == 0, True)
 
 
 def _summed(
-    t: FloatArray,
-    found: _Samples,
-    values: FloatArray,
-    upper: FloatArray,
-    most: FloatArray,
-    full: tuple[float, float],
-    speed: float,
+    stretch: PathStretch, t: FloatArray, found: PathSamples, rows: PathRows, most: FloatArray
 ) -> StretchBounds:
-    inside = (t >= full[0]) & (t <= full[1])
-    fast, slow = _speed_ends(found, speed)
-    off = np.where(inside, np.abs(np.linalg.norm(found.velocity, axis=1) - speed), -np.inf)
-    worst: list[PathBound] = []
-    for row, samples in enumerate((found.distance, found.gap, off)):
-        i = int(samples.argmax())
-        bound = float(upper[row].max())
-        proved = bool(bound <= most[row] or samples[i] > most[row])
-        value = float(samples[i])
-        if row == 1:
-            value, bound = float(angle_of(value)), float(angle_of(bound))
-        worst.append(PathBound(value, float(t[i]), bound, proved))
-    asked: NDArray[np.bool_] = (t[:-1] >= full[0]) & (t[1:] <= full[1])
-    broken = (values.max(axis=1) > most)[:, None]
-    use = (np.where(broken, values, upper) / most[:, None]).max(axis=0)
-    if not asked.any():
-        return StretchBounds(worst[0], worst[1], None, np.nan, np.nan, t, use)
-    excess = upper[2] - values[2]
-    fastest = float((speed + fast + excess)[asked].max())
-    slowest = float((speed - slow - excess)[asked].min())
-    return StretchBounds(worst[0], worst[1], worst[2], slowest, fastest, t, use)
+    broken = (rows.ends.max(axis=1) > most)[:, None]
+    use = (np.where(broken, rows.ends, rows.upper) / most[:, None]).max(axis=0)
+    position, orientation, speed, ramp = (
+        _worst(t, *row) for row in zip(rows.samples, rows.upper, most, strict=True)
+    )
+    value, bound = (float(angle_of(gap)) for gap in (orientation.value, orientation.bound))
+    in_full, in_ramps = rows.rows[2], np.isfinite(rows.samples[3])
+    size = np.linalg.norm(found.velocity, axis=1)
+    return StretchBounds(
+        position=position,
+        orientation=orientation._replace(value=value, bound=bound),
+        progress=_progress(stretch, t, found.s),
+        speed=speed if in_full.any() else None,
+        ramp=ramp if in_ramps.any() else None,
+        slowest=float(rows.least[in_full].min(initial=np.inf)),
+        fastest=float(rows.greatest[in_full].max(initial=-np.inf)),
+        ramp_slowest=float(found.along[in_ramps].min(initial=np.inf)),
+        ramp_fastest=float(size[in_ramps].max(initial=-np.inf)),
+        times=t,
+        use=use,
+    )
+
+
+def _worst(t: FloatArray, samples: FloatArray, upper: FloatArray, most: float) -> PathBound:
+    i, j = int(samples.argmax()), int(upper.argmax())
+    value, bound = float(samples[i]), float(upper[j])
+    proved = bound <= most or value > most
+    return PathBound(value, float(t[i]), bound, proved, (float(t[j]), float(t[j + 1])))
+
+
+def _progress(stretch: PathStretch, t: FloatArray, s: FloatArray) -> Progress:
+    back = np.maximum.accumulate(s) - s
+    i = int(back.argmax())
+    asked = stretch.asked_at(t[[0, -1]])
+    off = s[[0, -1]] - asked
+    worst = int(np.argmax([abs(off[0]), abs(off[1]), back[i]]))
+    start, end = (float(one - stretch.low) for one in s[[0, -1]])
+    time = float((t[0], t[-1], t[i])[worst])
+    length = stretch.high - stretch.low
+    return Progress(length, start, end, float(off[0]), float(off[1]), float(back[i]), time)
 
 
 def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -> float:
@@ -319,5 +266,5 @@ def path_rounding(robot: Robot, curve: PiecewisePolynomial, motion: TimedPath) -
         curve: Joint positions along the whole path, trailing shape (d,).
         motion: The path and its timing.
     """
-    stretch = _Stretch(robot, curve, motion, motion.start_time, motion.end_time)
-    return float(stretch.sizes(curve.x)[3].max())
+    stretch = PathStretch(robot, curve, motion, motion.start_time, motion.end_time)
+    return float(stretch.sizes(curve.x).rounding.max())

@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import JointTree, joint_tree
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.chain import Tree, TreeMotion, tree, tree_motion
+from knotwork.verification.bounds.chain import TreeMotion, tree_motion
 from knotwork.verification.bounds.derivatives import product
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of
 from knotwork.waypoints import FloatArray
@@ -87,7 +88,7 @@ def _quantity(robot: Robot) -> Quantity:
     """
     model, data = robot.model, robot.model.createData()
     frame = robot.require_tool()
-    joints = tree(model)
+    joints = joint_tree(model)
     carrier = model.frames[frame].parentJoint
     distance = float(np.linalg.norm(model.frames[frame].placement.translation))
     first = joints.column[joints.path(carrier)[0]]
@@ -122,13 +123,13 @@ def jacobian_sizes(motion: TreeMotion, carrier: int, distance: float) -> FloatAr
     Returns:
         Shape (3, n).
     """
-    joints: Tree = motion.tree
+    joints: JointTree = motion.tree
     reach = distance * motion.unit[carrier][:3]
     total = np.zeros_like(reach)
     for i in reversed(joints.path(carrier)):
         axis = motion.unit[joints.parent[i]][:3]
         angular = joints.turns[i] * axis
-        linear = joints.slides[i] * axis
+        linear = abs(joints.slides[i]) * axis
         if joints.turns[i]:
             linear = linear + product(angular, reach)
         total += linear**2 + angular**2

@@ -9,9 +9,10 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.chain import carried, tree, tree_motion
+from knotwork.verification.bounds.chain import carried, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit, curve_of, upper_bounds
 from knotwork.waypoints import FloatArray
 
@@ -19,7 +20,7 @@ PRECISION = 1e-3
 """How near a bound comes to the largest value found, relative to that or to the limit."""
 
 FLOOR = 1e-6
-"""Values are told from zero to this fraction of the largest that the joints' rates allow for."""
+"""Resolution of values near zero, as a fraction of the largest that the joints' rates allow."""
 
 
 def tool_speed_bound(
@@ -107,14 +108,15 @@ def single_bound(
 
 
 def relative_precision(value: FloatArray, scale: FloatArray, limit: FloatArray) -> FloatArray:
-    """How near a bound has to come to the samples: a share of the limit, or of the value."""
-    share = np.where(np.isfinite(limit), limit, np.maximum(value, FLOOR / PRECISION * scale))
+    """How near a bound has to come to the samples: a share of the limit or the value, if larger."""
+    least = np.where(np.isfinite(limit), limit, FLOOR / PRECISION * scale)
+    share = np.maximum(np.where(np.isfinite(value), value, 0.0), least)
     return np.asarray(PRECISION * share)
 
 
 def frame_quantity(model: Any, frame: int, order: int) -> Quantity:
     """Speed (order 1) or acceleration (order 2) of a frame's origin, as a `Quantity`."""
-    joints, data = tree(model), model.createData()
+    joints, data = joint_tree(model), model.createData()
     joint, distance = carried(model, frame)
     moved: Callable[..., Any] = (
         pin.getFrameVelocity if order == 1 else pin.getFrameClassicalAcceleration

@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree
 from knotwork.tool_paths.rotations import WIDEST, angle_of, gap_of
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity
-from knotwork.verification.bounds.chain import TreeMotion, carried, tree, tree_motion
+from knotwork.verification.bounds.chain import TreeMotion, carried, tree_motion
 from knotwork.verification.bounds.result import Bound, checked_limit
 from knotwork.verification.bounds.tool import single_bound
 from knotwork.waypoints import FloatArray, read_only, rotation_fault
@@ -146,7 +147,7 @@ def _bound(
     budget: int,
 ) -> Bound:
     model, data, frame = robot.model, robot.model.createData(), robot.require_tool()
-    joints, base = tree(model), robot.base_placement
+    joints, base = joint_tree(model), robot.base_placement
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         found = np.empty((len(q), 1))

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import InputError
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification.bounds.adaptive import BUDGET, Quantity, maximum
-from knotwork.verification.bounds.chain import TreeMotion, tree, tree_motion
+from knotwork.verification.bounds.chain import TreeMotion, tree_motion
 from knotwork.verification.bounds.derivatives import product, turning
 from knotwork.verification.bounds.result import Bound, curve_of, upper_bounds
 from knotwork.verification.bounds.tool import relative_precision
@@ -137,7 +138,7 @@ def torque_sizes(motion: TreeMotion, bodies: Masses, rates: FloatArray) -> Float
         if joints.turns[i]:
             result[:, column] += joints.turns[i] * product(axis, moment[i])
         if joints.slides[i]:
-            result[:, column] += joints.slides[i] * product(axis, force[i])
+            result[:, column] += abs(joints.slides[i]) * product(axis, force[i])
         force[parent] += force[i]
         moment[parent] += moment[i] + product(motion.offset[i][:3], force[i])
     return result
@@ -152,7 +153,7 @@ def _spin(angular: FloatArray, largest: float, spread: float) -> FloatArray:
 
 def torque_quantity(model: Any) -> Quantity:
     """Joint torques of a model, by Pinocchio's inverse dynamics (`pin.rnea`)."""
-    joints, bodies = tree(model), masses(model)
+    joints, bodies = joint_tree(model), masses(model)
     data = model.createData()
 
     def values(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:

@@ -17,7 +17,6 @@ async function showScene(data, options) {
   tick();
   offer(viewer, player, camera);
   await ready;
-  viewer.set_dirty();
   viewer.render();
   document.documentElement.dataset.ready = "true";
   if (window.parent !== window) {
@@ -33,9 +32,15 @@ class Stage {
     Object.assign(this, { viewer, options });
     this.labels = new Labels(viewer);
     this.player = new Player(viewer.animator);
+    const draw = viewer.render.bind(viewer);
+    viewer.render = () => { // whatever asks for it, all that is drawn is of the time shown
+      if (this.data) this.arrange();
+      draw();
+    };
     night.addEventListener("change", () => {
       addSurroundings(viewer, this.data);
       for (const thing of this.data.things) if (thing.around) thing.object.material = paint(thing);
+      viewer.set_dirty();
     });
     this.strip = new Strip(this.player);
     this.joints = new Joints(this.player);
@@ -74,17 +79,23 @@ class Stage {
     if (this.data && !before && !this.camera.touched) this.camera.look(); // another robot
     this.data = data;
     viewer.set_dirty();
-    return ready;
+    return ready.then(() => viewer.set_dirty());
   }
 
-  update() {
-    const { player, labels, data } = this;
+  // What is there, and what not, at the time shown.
+  arrange() {
+    const { player } = this;
     player.update();
+    this.copies.update(player.frame());
+    showWhenThere(this.data.things, player.start + player.time);
+  }
+
+  // What is around the scene
+  update() {
+    this.player.update();
     this.strip.update();
     this.joints.update();
-    labels.place();
-    this.copies.update(player.frame());
-    showWhenThere(data.things, player.start + player.time);
+    this.labels.place();
   }
 }
 

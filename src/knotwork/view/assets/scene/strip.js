@@ -32,10 +32,14 @@ class Strip {
     return Math.min(Math.max(share, 0), 1) * this.player.animator.duration;
   }
 
+  // The most in the part of the motion that a pixel stands for: a peak may be narrower
   useAt(time) {
     const { use } = this.data;
     const last = use.length - 1;
-    return use[Math.min(Math.max(Math.round((time / (this.player.animator.duration || 1)) * last), 0), last)];
+    const middle = (time / (this.player.animator.duration || 1)) * last;
+    const half = (0.5 * last) / Math.max(this.canvas.clientWidth - 2 * KNOB, 1);
+    const [low, high] = [middle - half, middle + half].map((at) => Math.min(Math.max(Math.round(at), 0), last));
+    return Math.max(...use.slice(low, high + 1));
   }
 
   // What is at a time, in words
@@ -47,7 +51,8 @@ class Strip {
       const speed = player.speedText(player.speeds[player.frame(time)], 1);
       parts.push(asked ? `${speed} of ${player.speedText(asked[2], 1)}` : speed);
     }
-    if (data.use.some((use) => use > 0)) parts.push(`${(100 * this.useAt(time)).toFixed(0)} % of a limit`);
+    const use = this.useAt(time);
+    if (data.use.some((part) => part > 0)) parts.push(use < Infinity ? `${(100 * use).toFixed(0)} % of a limit` : "a limit is broken at a jump");
     const near = data.waypoints.filter((stop) => Math.abs(stop.time - player.start - time) < 0.012 * player.animator.duration);
     parts.push(...near.map((stop) => stop.name).filter(Boolean));
     const tip = byId("tip");

@@ -1,0 +1,119 @@
+"""What a reader of the package pays: lines, long modules and functions, names, words.
+
+    python benchmarks/size.py
+
+Lines of code are those without docstrings, comments and blank lines.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+from rich.console import Console
+
+import knotwork
+from results import Table
+
+ROOT = Path(__file__).parents[1]
+LONG_MODULE, LONG_FUNCTION = 350, 60
+NO_CODE = {
+    tokenize.COMMENT,
+    tokenize.NL,
+    tokenize.NEWLINE,
+    tokenize.INDENT,
+    tokenize.DEDENT,
+    tokenize.ENDMARKER,
+}
+DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+PRIVATE = re.compile(
+    r"\b(?:is|are|be|been) told\b|\bwould do\b|\bso many\b|\bmade least\b|\bhindrance|\bunsped\b",
+    re.IGNORECASE,
+)
+
+
+def lines_of_code(text: str) -> int:
+    """Count lines that hold code."""
+    described: set[int] = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+            first = node.body[0]
+            described.update(range(first.lineno, (first.end_lineno or first.lineno) + 1))
+    lines: set[int] = set()
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type not in NO_CODE:
+            lines.update(range(token.start[0], token.end[0] + 1))
+    return len(lines - described)
+
+
+def long_functions(path: Path, text: str) -> Iterator[tuple[str, int]]:
+    """Functions of more than `LONG_FUNCTION` lines, docstrings included."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            length = (node.end_lineno or node.lineno) - node.lineno + 1
+            if length > LONG_FUNCTION:
+                yield f"{path.relative_to(ROOT)}:{node.lineno} {node.name}", length
+
+
+def sources(folder: str) -> dict[Path, str]:
+    """Python files below a folder, and their texts."""
+    found = sorted((ROOT / folder).rglob("*.py"))
+    return {path: path.read_text(encoding="utf-8") for path in found}
+
+
+@click.command()
+def main() -> None:
+    """Print the figures of the checkout."""
+    console = Console()
+    package, tests = sources("src"), sources("tests")
+    pages = [
+        path.read_text(encoding="utf-8")
+        for path in sorted((ROOT / "docs").glob("*.md"))
+        if not path.stem.endswith("_benchmarks")  # made when the site is built
+    ]
+    rooms: dict[str, list[str]] = {}
+    for path, text in package.items():
+        inner = path.relative_to(ROOT / "src" / "knotwork").parts
+        rooms.setdefault(inner[0] if len(inner) > 1 else "(top level)", []).append(text)
+    counted = {room: sum(map(lines_of_code, texts)) for room, texts in rooms.items()}
+    rows = [[room, str(len(rooms[room])), str(counted[room])] for room in counted]
+    rows.sort(key=lambda row: -int(row[2]))
+    Table("Package", ("folder", "modules", "lines of code"), rows).show(console)
+    lengths = {path: text.count("\n") for path, text in package.items()}
+    functions = [one for path, text in package.items() for one in long_functions(path, text)]
+    figures = {
+        "lines of code in src": sum(counted.values()),
+        "modules in src": len(package),
+        "lines of code in tests": sum(map(lines_of_code, tests.values())),
+        f"modules of more than {LONG_MODULE} lines": sum(n > LONG_MODULE for n in lengths.values()),
+        f"functions of more than {LONG_FUNCTION} lines": len(functions),
+        "imports inside functions": sum(map(inner_imports, package.values())),
+        "names in knotwork": len(knotwork.__all__),
+        "private words in src": sum(len(PRIVATE.findall(text)) for text in package.values()),
+        "words of documentation": sum(len(page.split()) for page in pages),
+    }
+    rows = [[name, str(figure)] for name, figure in figures.items()]
+    Table("Figures", ("figure", "value"), rows).show(console)
+    longest = [(str(p.relative_to(ROOT)), n) for p, n in lengths.items() if n > LONG_MODULE]
+    worst = sorted([*longest, *functions], key=lambda one: -one[1])
+    rows = [[name, str(length)] for name, length in worst]
+    Table("Long modules and functions", ("where", "lines"), rows).show(console)
+
+
+def inner_imports(text: str) -> int:
+    """Count imports inside functions."""
+    return sum(
+        isinstance(inner, ast.Import | ast.ImportFrom)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef)
+        for inner in ast.walk(node)
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,270 @@
+"""`LimitingConstraint`: the constraint that keeps an arm from following a tool path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.errors import FollowingError
+from knotwork.kinematics.chain.joint_ranges import limits_of
+from knotwork.kinematics.chain.velocity import FASTEST_JOINT
+from knotwork.kinematics.following.within_limits import AT_LIMIT, fastest, mean_velocities
+from knotwork.robot import Robot
+from knotwork.tool_paths import TimedPath
+from knotwork.units import SI, Units
+from knotwork.waypoints import FloatArray
+
+# Where a path ends with a smallest singular value below this, the arm is singular; above it, the
+# joint speeds alone are beyond all measure.
+SINGULAR = 0.01
+# The speed advised leaves this margin: joints are a little faster on the curve than on the path.
+ROOM = 0.999
+
+
+class LimitingConstraint(NamedTuple):
+    """The constraint that keeps the arm from following a path from some start.
+
+    Attributes:
+        kind: `"joint limit"`, `"velocity limit"`, `"collision"`, or `"singularity"` where the tool
+            can't stay on the path whatever the joints do.
+        time: When it begins [s].
+        joint: Index of the joint that is then beyond its limit.
+        value: The joint's worst value [rad or m, or per second].
+        limit: The limit it is beyond.
+        smallest_singular_value: Of the Jacobian when it is worst.
+        part: Fraction of its speed at which the path can be followed, if that is sufficient.
+        contact: What collides, in words.
+    """
+
+    kind: str
+    time: float
+    joint: int
+    value: float
+    limit: float
+    smallest_singular_value: float
+    part: float | None = None
+    contact: str = ""
+
+    def described(self, robot: Robot, units: Units) -> str:
+        """Describe it: which joint or what, its value and the limit."""
+        if self.kind == "singularity":
+            return (
+                "the arm is stretched out or singular and can't go on (smallest singular value "
+                f"{self.smallest_singular_value:.3g})"
+            )
+        if self.kind == "collision":
+            return self.contact
+        joint, kind = robot.joint_names[self.joint], robot.joint_units[self.joint]
+        if self.kind == "joint limit":
+            return (
+                f"{joint} comes to its limit {units.text(self.limit, kind, '.4g')}; it would have "
+                f"to go to {units.text(self.value, kind, '.4g')}"
+            )
+        singular = (
+            f" (close to a singularity, smallest singular value {self.smallest_singular_value:.3g})"
+            if self.smallest_singular_value < 0.05
+            else ""
+        )
+        slower = "" if self.part is None else f"; at {self.part:g} of the speed it could be done"
+        return (
+            f"{joint} would have to turn at {units.text(self.value, f'{kind}/s', '.4g')}, and its "
+            f"limit is {units.shown(self.limit, kind)[0]:.4g}{singular}{slower}"
+        )
+
+
+class Steps(NamedTuple):
+    """The joints along a path from one start; NaN where it leads no further.
+
+    Attributes:
+        time: Of n steps [s], shape (n,).
+        q, v: Joint positions and velocities, shape (n, d).
+        turns: How far each joint is turned from there, shape (d,).
+        smallest: Smallest singular values of the Jacobian, shape (n,).
+        full: Whether the tool has the full speed of its stretch, shape (n,).
+    """
+
+    time: FloatArray
+    q: FloatArray
+    v: FloatArray
+    turns: FloatArray
+    smallest: FloatArray
+    full: NDArray[np.bool_]
+
+    def position(self, i: int, j: int, u: float) -> float:
+        """Of joint j a part u of the way from step i to the next, by the cubic between them."""
+        h = self.time[i + 1] - self.time[i]
+        p, m = self.q[i : i + 2, j], h * self.v[i : i + 2, j]
+        w = 1.0 - u
+        return float(
+            p[0] * w * w * (1.0 + 2.0 * u)
+            + p[1] * u * u * (1.0 + 2.0 * w)
+            + u * w * (m[0] * w - m[1] * u)
+        )
+
+    def speed(self, i: int, j: int, u: float) -> float:
+        """The derivative of the cubic, without its sign."""
+        v = self.v[i : i + 2, j]
+        mean = mean_velocities(self.time[i : i + 2], self.q[i : i + 2, j], v)[0]
+        bulge = mean - 0.5 * (v[0] + v[1])
+        return float(abs(v[0] + (v[1] - v[0]) * u + 6.0 * u * (1.0 - u) * bulge))
+
+
+def limiting_constraint(
+    robot: Robot, steps: Steps, lost: float, smallest: float, slack: float = AT_LIMIT
+) -> LimitingConstraint | None:
+    """The first constraint that a start breaks.
+
+    A joint limit or a singularity is named before a velocity limit, as no lower speed helps.
+
+    Args:
+        robot: The arm.
+        steps: Its joints along the path.
+        lost: When they lead no further [s]; infinite where they lead to the end.
+        smallest: Smallest singular value then.
+        slack: A limit is broken beyond this [rad or m, for velocities a part of the limit].
+    """
+    blocked = _beyond_range(robot, steps, slack)
+    if smallest < SINGULAR and (blocked is None or lost < blocked.time):
+        return LimitingConstraint("singularity", lost, 0, 0.0, 0.0, smallest)
+    if blocked is not None:
+        return blocked
+    fast = _too_fast(robot, steps, math.isinf(lost), slack)
+    if fast is None and math.isfinite(lost):
+        return LimitingConstraint("singularity", lost, 0, 0.0, 0.0, smallest)
+    return fast
+
+
+def _beyond_range(robot: Robot, steps: Steps, slack: float) -> LimitingConstraint | None:
+    lower, upper = (bound - steps.turns for bound in limits_of(robot))
+    over = np.maximum(steps.q - upper, lower - steps.q)
+    beyond = over > slack
+    when = np.flatnonzero(beyond.any(axis=1))
+    if not when.size:
+        return None
+    i = int(when[0])
+
+    def crossing(j: int) -> float:
+        sign, bound = (1.0, upper[j]) if steps.q[i, j] > upper[j] else (-1.0, lower[j])
+        return _first(steps.time, i, 1.0, lambda u: sign * (steps.position(i - 1, j, u) - bound))
+
+    time, j = _earliest(beyond[i], crossing)
+    k = int(np.nanargmax(over[:, j]))
+    bound = limits_of(robot)[1 if steps.q[k, j] > upper[j] else 0][j]
+    value = float(steps.q[k, j] + steps.turns[j])
+    return LimitingConstraint("joint limit", time, j, value, float(bound), float(steps.smallest[k]))
+
+
+def _too_fast(
+    robot: Robot, steps: Steps, to_the_end: bool, slack: float
+) -> LimitingConstraint | None:
+    limit = np.minimum(robot.velocity_limit, FASTEST_JOINT)
+    speeds, where = fastest(steps.time, steps.q, steps.v)
+    use = speeds / limit
+    beyond = use > 1.0 + slack
+    when = np.flatnonzero(beyond.any(axis=1))
+    if not when.size:
+        return None
+    i = int(when[0]) + 1
+
+    def crossing(j: int) -> float:
+        return _first(
+            steps.time,
+            i,
+            float(where[i - 1, j]),
+            lambda u: steps.speed(i - 1, j, u) - limit[j],
+        )
+
+    time, j = _earliest(beyond[i - 1], crossing)
+    k = int(np.nanargmax(use[:, j]))
+    part = _part_of_speed(use.max(axis=1), steps.full) if to_the_end else None
+    smallest = float(np.nanmin(steps.smallest[k : k + 2]))
+    return LimitingConstraint(
+        "velocity limit", time, j, float(speeds[k, j]), float(limit[j]), smallest, part
+    )
+
+
+def _part_of_speed(use: FloatArray, full: NDArray[np.bool_]) -> float | None:
+    """Fraction of the speed at which no joint is too fast, rounded down to two digits.
+
+    Where the speed changes, a tool that is to become slower is faster at the same place: from rest
+    it has gone s = 4 a² t³ / (9 v) at first, when its speed is that of the cube root of a² s² / v.
+
+    Args:
+        use: The parts of the velocity limits used between steps, shape (n - 1,).
+        full: Whether the tool has its full speed at the steps, shape (n,).
+    """
+    even = full[1:] & full[:-1]
+    fastest = float(use[even].max(initial=0.0))
+    if fastest <= 1.0:
+        return None
+    part = ROOM / fastest
+    if float(use[~even].max(initial=0.0)) > part ** (1.0 / 3.0):
+        return None
+    unit = 10.0 ** (math.floor(math.log10(part)) - 1)
+    return float(f"{math.floor(part / unit) * unit:.2g}")
+
+
+def _earliest(beyond: NDArray[np.bool_], crossing: Callable[[int], float]) -> tuple[float, int]:
+    return min((crossing(int(j)), int(j)) for j in np.flatnonzero(beyond))
+
+
+def _first(time: FloatArray, i: int, most: float, over: Callable[[float], float]) -> float:
+    """When something comes to zero between step i - 1 and a part of the way to step i.
+
+    If it is above zero at step i - 1 already, that is when.
+    """
+    if i == 0 or time[i] == time[i - 1]:
+        return float(time[i])
+    low, high = 0.0, most
+    if over(low) > 0.0:
+        return float(time[i - 1])
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if over(middle) > 0.0 else (middle, high)
+    return float(time[i - 1] + high * (time[i] - time[i - 1]))
+
+
+def following_error(
+    robot: Robot,
+    path: TimedPath,
+    one: LimitingConstraint,
+    what: str,
+    remedy: str,
+    *,
+    starts: FloatArray | None = None,
+    since: float | None = None,
+    units: Units = SI,
+    waypoint: str = "",
+    where: str = "",
+) -> FollowingError:
+    """The error for a path that can't be followed.
+
+    Args:
+        robot: The arm.
+        path: The path.
+        one: The limiting constraint.
+        what: What can't be done, in words.
+        remedy: What is sufficient, as a sentence.
+        starts: Joint positions where the path begins that lead along it, shape (k, d).
+        since: From when on the distance is counted [s]; by default from the start of the path.
+        units: Of the message.
+        waypoint: The waypoint that can't be reached.
+        where: Where that is given.
+    """
+    begin = path.start_time if since is None else since
+    first, reached = path.arc_length(np.array([begin, one.time]))
+    along = units.text(float(reached - first), "m", ".4g")
+    return FollowingError(
+        waypoint,
+        f"{what} {along} along it {one.described(robot, units)}. {remedy}",
+        where=where,
+        arc_length=float(reached),
+        cause=one.kind,
+        joint=robot.joint_names[one.joint] if one.kind.endswith("limit") else "",
+        part_of_speed=one.part,
+        starts=tuple(map(tuple, [] if starts is None else starts.tolist())),
+    )

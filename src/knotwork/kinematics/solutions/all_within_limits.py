@@ -1,0 +1,69 @@
+"""All solutions of a pose inside the joint limits, before turns are counted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knotwork.kinematics.chain.batch import Targets
+from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
+from knotwork.kinematics.chain.joint_ranges import (
+    AT_LIMIT,
+    at_only_turn,
+    clipped,
+    limits_of,
+    middle,
+    nearest_turns,
+)
+from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
+from knotwork.kinematics.solutions.enumeration import find_branches
+from knotwork.kinematics.solutions.self_motion import sample_self_motion
+from knotwork.waypoints import FloatArray
+
+# A solution outside the limits by up to this [rad or m] has another next to it inside, if the arm
+# is near enough to a singularity for rounding to move solutions that far.
+EDGE = 1e-2
+
+
+def solutions_within_limits(search: PoseSearch) -> FloatArray:
+    """Find all solutions of a pose inside the limits, at the turns nearest their middle.
+
+    For an arm of up to six joints all solutions, whatever the limits, and of these the ones that
+    some turn brings inside. For a redundant arm samples of its self-motion, dense enough that
+    one is near any solution.
+
+    Args:
+        search: The pose, the robot and the tolerances.
+
+    Returns:
+        Shape (k, d).
+    """
+    robot, targets = search.robot, Targets.of([search.pose])
+    find = sample_self_motion if robot.dof > 6 else find_branches
+    return turned_within_limits(search, find(robot, targets)[0])
+
+
+def turned_within_limits(search: PoseSearch, solutions: FloatArray) -> FloatArray:
+    """Solutions that whole turns bring inside the limits, at that turn, shape (k, d)."""
+    if not len(solutions):
+        return solutions
+    robot, limits = search.robot, limits_of(search.robot)
+    centre, turned = middle(limits), solutions.copy()
+    for i in np.flatnonzero(~at_only_turn(robot, solutions)):
+        turned[i] = nearest_turns(robot, solutions[i], centre)
+    q = clipped(turned, limits)
+    beyond = np.abs(turned - q).max(axis=1, initial=0.0)
+    tip, rotation, _ = joint_axes(robot).placed(q)
+    target = Targets.of([search.pose])
+    _, distance, angle = pose_errors(tip, rotation, target.position, target.rotation)
+    within = (distance <= search.tolerances[0]) & (angle <= search.tolerances[1])
+    kept = beyond <= EDGE
+    for i in np.flatnonzero(kept & ((beyond > AT_LIMIT) | ~within)):
+        found = search.solve(q[i], limits)
+        kept[i] = found.converged and np.abs(found.q - turned[i]).max() <= EDGE
+        q[i] = found.q
+    return np.asarray(q[kept])
+
+
+def in_order(q: FloatArray) -> tuple[float, ...]:
+    """Key that sorts configurations alike on every machine."""
+    return tuple((np.round(q, 5) + 0.0).tolist())

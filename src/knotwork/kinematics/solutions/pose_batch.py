@@ -1,0 +1,162 @@
+"""Many poses at once, each from a start of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from knotwork.kinematics.arguments import (
+    FARTHEST,
+    ROTATION_TOLERANCE,
+    check_count,
+    check_distance,
+    check_pose,
+    check_poses,
+    check_tolerance,
+)
+from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
+from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
+from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
+from knotwork.kinematics.chain.seeds import seeds
+from knotwork.robot import Robot
+from knotwork.waypoints import FloatArray, read_only
+
+MAX_RESTARTS = 600
+# Searches that are made at once where few poses are left.
+FILLED_BATCH = 600
+
+
+def solve_pose_ik_batch(
+    robot: Robot,
+    poses: Iterable[Any],
+    start: ArrayLike,
+    *,
+    tolerance: float = 1e-8,
+    max_restarts: int = MAX_RESTARTS,
+) -> BatchSolution:
+    """Find joint positions inside the limits for many poses, in one batch.
+
+    Faster than one pose after the other from some ten poses on. What fails from its start is
+    searched for again from other points, the same ones every time. Any solution is an answer;
+    from a start close by that is the one close by.
+
+    Args:
+        robot: The robot.
+        poses: Poses of the TCP in the base frame, n of `pin.SE3`.
+        start: Joint positions to search from [rad or m], shape (n, d), or (d,) for all.
+        tolerance: Of the position [m] and of the orientation [rad].
+        max_restarts: Further searches for a pose at most.
+
+    Returns:
+        Joint positions and errors; `converged` says which poses are solved.
+
+    Raises:
+        WaypointDataError: An array is not finite or of another shape, or the tolerance is not
+            positive.
+        RobotError: The robot has no tool frame.
+
+    >>> robot = kw.load_robot("ur5")
+    >>> home = robot.configuration("home")
+    >>> configurations = home + np.linspace(0.0, 0.5, 6)[:, None]
+    >>> poses = [robot.forward(q) for q in configurations]
+    >>> found = kw.kinematics.solve_pose_ik_batch(robot, poses, start=configurations + 0.01)
+    >>> found.converged.all(), float(abs(found.q - configurations).max()) < 1e-6
+    (np.True_, True)
+    """
+    wanted = check_poses(poses)
+    n, d = len(wanted), robot.dof
+    check_tolerance(tolerance, "tolerance")
+    check_count(max_restarts, "max_restarts")
+    targets = _targets(wanted)
+    first = read_only(_each(start, n), (n, d), "start")
+    return _solved(robot, wanted, targets, first, MARGIN * tolerance, max_restarts)
+
+
+def _solved(
+    robot: Robot,
+    poses: list[Any],
+    targets: Targets,
+    start: FloatArray,
+    tolerance: float,
+    max_restarts: int,
+) -> BatchSolution:
+    """Search from the starts, and again for what failed; arguments as of `solve_pose_ik_batch`."""
+    n, d = start.shape
+    limits = limits_of(robot)
+    q = clipped(start, limits)
+    position, orientation = np.full(n, np.inf), np.full(n, np.inf)
+    todo, iterations, restarts, used = np.arange(n), 0, 0, 0
+    begin = q[:, None]  # of each pose that is left, shape (len(todo), k, d)
+    while True:
+        count = begin.shape[1]
+        group = np.repeat(todo, count)
+        found = solve_batch(
+            robot,
+            targets.take(group),
+            begin.reshape(-1, d),
+            tolerance=tolerance,
+            limits=limits,
+            hasty=True,
+            group=group,
+        )
+        iterations += found.iterations
+        # Of the searches for a pose the first that converged, or else the one that came nearest.
+        off = np.where(found.converged, 0.0, found.position_error + found.orientation_error)
+        best = np.arange(len(todo)) * count + off.reshape(-1, count).argmin(axis=1)
+        better = found.converged[best] | (off[best] < position[todo] + orientation[todo])
+        rows, best = todo[better], best[better]
+        q[rows] = found.q[best]
+        position[rows], orientation[rows] = (
+            found.position_error[best],
+            found.orientation_error[best],
+        )
+        todo = todo[~found.converged.reshape(-1, count).any(axis=1)]
+        if not todo.size or restarts >= max_restarts:
+            break
+        if restarts == 0:
+            begin = seeds(robot, [poses[i] for i in todo])[:, :max_restarts]
+        else:
+            # A step of a batch takes hardly longer for hundreds than for one.
+            count = min(max(1, FILLED_BATCH // len(todo)), max_restarts - restarts)
+            begin = np.tile(starts(robot, limits, count, skip=used), (len(todo), 1, 1))
+            used += count
+        restarts += begin.shape[1]
+    converged = np.maximum(position, orientation) <= tolerance
+    return BatchSolution(q, position, orientation, converged, iterations)
+
+
+def _each(start: ArrayLike, count: int) -> ArrayLike:
+    """Starts of all poses, where one is given for all."""
+    try:
+        given = np.asarray(start)
+    except ValueError:  # rows of different lengths, which the check of the shape names
+        return start
+    return np.tile(given, (count, 1)) if given.ndim == 1 else given
+
+
+def _targets(poses: Sequence[Any]) -> Targets:
+    """Poses as arrays; looked at all at once, and singly only to say which is wrong."""
+    if all(isinstance(pose, pin.SE3) for pose in poses):
+        targets = Targets.of(poses)
+        if _are_poses(targets.position, targets.rotation):
+            return targets
+    for i, pose in enumerate(poses):
+        check_pose(pose, f"poses[{i}]")
+        check_distance(pose, f"poses[{i}]")
+    return Targets.of(poses)
+
+
+def _are_poses(position: FloatArray, rotation: FloatArray) -> bool:
+    """Whether positions (3, n) are finite, and matrices (column, row, pose) are rotations."""
+    product = np.einsum("irn,jrn->ijn", rotation, rotation) - np.eye(3)[:, :, None]
+    x, y, z = rotation
+    volume = np.einsum("rn,rn->n", np.cross(x, y, axis=0), z)
+    return bool(
+        (np.abs(position) < FARTHEST).all()
+        and (np.abs(product) < 0.5 * ROTATION_TOLERANCE).all()
+        and (volume > 0.0).all()
+    )

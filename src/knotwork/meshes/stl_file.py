@@ -1,0 +1,80 @@
+"""Reading STL here, since importing trimesh alone takes 0.4 s of processor time."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from knotwork.errors import InputError, shown
+from knotwork.meshes.bounds import check_triangles
+from knotwork.waypoints import FloatArray
+
+_HEADER, _FACET = 84, 50
+"""Bytes before the first facet of a binary file, and of each."""
+
+_NUMBERS = 3 * rb"\s+([^\s]{1,32})"
+_NORMAL = 3 * rb"\s+[^\s]{1,32}"
+_TEXT_FACET = re.compile(
+    rb"\s*facet\s+normal" + _NORMAL + rb"\s+outer\s+loop" + 3 * (rb"\s+vertex" + _NUMBERS)
+    + rb"\s+endloop\s+endfacet(?=\s|$)",
+    re.IGNORECASE,
+)  # fmt: skip
+_START = re.compile(rb"\s*solid(?:[ \t][^\r\n]*)?(?=[\r\n]|$)", re.IGNORECASE)
+_END = re.compile(rb"\s*endsolid(?:[ \t][^\r\n]*)?(?=[\r\n]|$)", re.IGNORECASE)
+
+
+def read_stl(data: bytes) -> FloatArray:
+    """Read all facets of an STL file, binary or text with one solid or several.
+
+    Programs write `solid` at the beginning of binary files, too, so that bytes of zero and the
+    length decide.
+
+    Returns:
+        The corners, three of each facet, shape (3 n, 3).
+
+    Raises:
+        InputError: Anything in it is no facet, or it has fewer or more than its header counts.
+    """
+    facets = int.from_bytes(data[_HEADER - 4 : _HEADER], "little")
+    length = _HEADER + _FACET * facets
+    if len(data) >= _HEADER and len(data) == length:
+        check_triangles(facets)
+        rows = np.frombuffer(data[_HEADER:], [("v", "<f4", (4, 3)), ("attribute", "<u2")])
+        with np.errstate(invalid="ignore"):
+            return np.asarray(rows["v"][:, 1:].reshape(-1, 3), dtype=float)
+    if _START.match(data) and b"\0" not in data:
+        return _read_text(data)
+    if len(data) < _HEADER:
+        raise InputError(
+            f"it has {len(data)} bytes: binary files have {_HEADER} or more, and text begins with "
+            "'solid'"
+        )
+    raise InputError(
+        f"it is not read whole: its header counts {facets} facets, which is a file of {length} "
+        f"bytes, and it has {len(data)}"
+    )
+
+
+def _read_text(data: bytes) -> FloatArray:
+    found: list[tuple[bytes, ...]] = []
+    place, inside = 0, False
+    while match := (inside and _TEXT_FACET.match(data, place)) or (
+        (_END if inside else _START).match(data, place)
+    ):
+        place = match.end()
+        if match.re is _TEXT_FACET:
+            found.append(match.groups())
+        else:
+            inside = not inside
+    rest = data[place:].lstrip()
+    if inside or rest:
+        line = data.count(b"\n", 0, len(data) - len(rest)) + 1
+        what = shown(" ".join(rest[:200].decode(errors="replace").split())) if rest else "its end"
+        wanted = "a facet of three vertices or 'endsolid'" if inside else "'solid' or its end"
+        raise InputError(
+            f"it is not read whole: {what} is in line {line}, after {len(found)} facets, where "
+            f"{wanted} must be"
+        )
+    check_triangles(len(found))
+    return np.array(found, dtype="S32").astype(float).reshape(-1, 3)

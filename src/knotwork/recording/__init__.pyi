@@ -1,0 +1,11 @@
+from .alignment import Alignment as Alignment
+from .alignment import aligned as aligned
+from .alignment import deviation_findings as deviation_findings
+from .likeness import LeftOfPlan as LeftOfPlan
+from .noise import Noise as Noise
+from .reading import Recording as Recording
+from .reading import read_log as read_log
+from .smoothing import Smoothed as Smoothed
+from .smoothing import smoothed as smoothed
+from .verdict import check_log as check_log
+from .verdict import compare_log as compare_log

@@ -1,0 +1,60 @@
+"""Where a log has no samples while its plan goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from knotwork.polynomial.refined import part
+from knotwork.recording.alignment import Alignment
+from knotwork.verification import Finding
+
+FEW = 5.5
+"""A log without a sample for longer than this many of its periods has a hole."""
+HIDDEN = 4.0
+"""A plan that moves no farther than this many standard deviations of the noise stands."""
+
+
+def hole_findings(alignment: Alignment) -> Iterator[Finding]:
+    """Say of each hole in the plan's time that nobody knows what the robot did in it.
+
+    Where the plan moves that fails; where it stands it is warned of. The smoothed curve goes on in
+    a hole, but it is a guess there, and so is all that is found of it.
+    """
+    plan, log = alignment.reference, alignment.curve.log
+    time = log.time - alignment.start
+    known = np.concatenate(([plan.start_time], time, [plan.end_time]))
+    known = np.sort(np.clip(known, plan.start_time, plan.end_time))
+    for i in np.flatnonzero(np.diff(known) > FEW * log.period):
+        start, end = float(known[i]), float(known[i + 1])
+        found = part(plan.polynomial, start, end).extrema(0)
+        moves = found.maximum - found.minimum > HIDDEN * alignment.curve.noise.position
+        yield _finding(start, end, log.period, moves=bool(moves.any()))
+
+
+def _finding(start: float, end: float, period: float, *, moves: bool) -> Finding:
+    lasts = end - start
+    text = (
+        f"the log has no sample from {start:.3f} s to {end:.3f} s: {lasts:.4g} s, "
+        f"{lasts / period:.0f} times its interval of {1e3 * period:.4g} ms; the plan "
+    )
+    text += (
+        "moves there, so it is not decided what the robot did"
+        if moves
+        else "stands there, and nothing shows that the robot did, too"
+    )
+    return Finding(
+        group="Log",
+        subject="motion",
+        name="",
+        quantity="hole",
+        verdict="failed" if moves else "warning",
+        message=text,
+        value=lasts,
+        limit=FEW * period,
+        margin=FEW * period - lasts,
+        unit="s",
+        time=start,
+        interval=(start, end),
+    )

@@ -1,0 +1,84 @@
+"""The robot in a collision model: its links, and which of them touch at home."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from knotwork.robot import Robot
+from knotwork.robot.joint_tree import JointTree, joint_tree, place_joints
+from knotwork.scenario.scene_model import CollisionRules
+from knotwork.scene.bodies import Body, LinkBodies, LinkSources, link_bodies, link_sources
+from knotwork.scene.distances import DistanceMeter, nearest_of_bodies
+from knotwork.waypoints import FloatArray
+
+NEAR = CollisionRules.resolution
+"""Bodies that are nearer to one another than this [m] touch: no check finds them clear."""
+
+Touching = dict[tuple[int, int], float]
+"""Pairs of bodies that touch at home, by their places, and how deep they are in each other [m]."""
+
+
+class RobotGeometry(NamedTuple):
+    """The part of a collision model that depends on the robot only.
+
+    Attributes:
+        joints: Its joints.
+        links: Its links.
+        touching: Pairs of links that touch at home.
+    """
+
+    joints: JointTree
+    links: LinkBodies
+    touching: Touching
+
+
+@dataclass(frozen=True)
+class _Key:
+    """All that the relative placement of a robot's links depends on."""
+
+    sources: LinkSources
+    home: tuple[float, ...]
+    robot: Robot = field(compare=False)
+
+
+def robot_geometry(robot: Robot) -> RobotGeometry:
+    """The geometry of a robot, the same for all its scenarios; it is cached."""
+    return _made(_Key(link_sources(robot), tuple(home_of(robot).tolist()), robot))
+
+
+@lru_cache(maxsize=32)
+def _made(key: _Key) -> RobotGeometry:
+    joints, links = joint_tree(key.robot.model), link_bodies(key.sources)
+    n = len(links.bodies)
+    pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
+    return RobotGeometry(joints, links, touching_pairs(joints, links.bodies, pairs, key.robot))
+
+
+def home_of(robot: Robot) -> FloatArray:
+    """Home, or where there is none as near to zero as limits let it."""
+    low, high = robot.lower_position_limit, robot.upper_position_limit
+    return robot.configurations.get("home", np.clip(np.zeros(robot.dof), low, high))
+
+
+def touching_pairs(
+    joints: JointTree,
+    bodies: Sequence[Body],
+    pairs: Sequence[tuple[int, int]],
+    robot: Robot,
+) -> Touching:
+    """Those pairs of bodies that touch at home, of those that move relative to each other."""
+    rotation, origin = (one[0] for one in place_joints(joints, home_of(robot)[None]))
+    meter = DistanceMeter()
+    touching = {}
+    for i, j in pairs:
+        if bodies[i].joint == bodies[j].joint:
+            continue
+        found = nearest_of_bodies(meter, bodies[i], bodies[j], rotation, origin).distance
+        if found < NEAR:
+            touching[i, j] = -found
+    return touching

@@ -1,0 +1,106 @@
+"""Which pairs of bodies a scenario takes out of the check, by the names in `allow` and `ignore`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from knotwork.documents import Document
+from knotwork.errors import InputError, UnknownNameError
+from knotwork.robot import Robot
+from knotwork.scenario import Scene
+from knotwork.scene.bodies import Body
+from knotwork.scene.model import TOOL, NoteKind
+
+ALLOWED = "the scenario allows it"
+IGNORED = "the scenario ignores it"
+
+Reasons = dict[frozenset[str], str]
+Place = tuple[str | int, ...]
+
+
+class GivenRules(NamedTuple):
+    """What a scenario says of pairs.
+
+    Attributes:
+        reasons: Why a pair is not checked, by the identities of its bodies.
+        notes: Names that change nothing.
+    """
+
+    reasons: Reasons
+    notes: list[tuple[NoteKind, str]]
+
+
+def given_rules(
+    scene: Scene, robot: Robot, bodies: Sequence[Body], document: Document | None
+) -> GivenRules:
+    """Find what the names in `allow` and `ignore` mean.
+
+    Raises:
+        InputError: A name means nothing or more than one body, or an object has the name of a link.
+    """
+    names = _Names(robot, bodies, document)
+    reasons: Reasons = {}
+    given = [(("scene", "objects", one.name), one.name, one.allow) for one in scene.objects]
+    given += [(("tool", "holds", held.name), held.name, held.allow) for held in scene.held]
+    for place, name, others in given:
+        if name in robot.frame_names:
+            raise names.wrong(place, "is the name of a link of the robot", "any other name")
+        own = f"scenario:{name}"
+        for found in names.meant(others, (*place, "allow"), TOOL):
+            if found == own:
+                fault = f"names {name!r} itself"
+                raise names.wrong((*place, "allow"), fault, "what may touch it")
+            reasons[frozenset((own, found))] = ALLOWED
+    for i, pair in enumerate(scene.rules.ignore):
+        at = ("collisions", "ignore", i)
+        meant = names.meant(pair, at)
+        if pair[0] == pair[1] or len(meant) != len(set(meant)):
+            raise names.wrong(at, f"names {pair[0]!r} twice", "two names")
+        if len(meant) == len(pair):
+            reasons[frozenset(meant)] = IGNORED
+    return GivenRules(reasons, names.notes)
+
+
+class _Names:
+    """What names mean: links of the robot, and what the scenario has."""
+
+    def __init__(self, robot: Robot, bodies: Sequence[Body], document: Document | None) -> None:
+        self.document = document
+        self.notes: list[tuple[NoteKind, str]] = []
+        self.meanings: dict[str, set[str]] = {}
+        for body in bodies:
+            for name in (body.link or body.name, body.identity):
+                self.meanings.setdefault(name, set()).add(body.identity)
+        self.bare = {name for link in robot.frame_names for name in (link, f"link:{link}")}
+        self.listed = [*(body.link or body.name for body in bodies), *robot.frame_names]
+
+    def meant(self, given: Sequence[str], place: Place, also: str = "") -> list[str]:
+        """Identities of the bodies that are named; warns of what has no shapes.
+
+        Args:
+            given: The names.
+            place: Where they stand.
+            also: One more name that may stand there, whether or not it has shapes.
+        """
+        found = []
+        where = self.document.where(place) if self.document is not None else ""
+        for name in given:
+            meanings = sorted(self.meanings.get(name, ()))
+            if len(meanings) > 1:
+                fault = f"{name!r} is a link of the robot and something of the scenario"
+                raise self.wrong(place, fault, " or ".join(map(repr, meanings)))
+            found += meanings
+            if not meanings and name in self.bare:
+                fault = f"{name!r} has no collision shapes, so that naming it changes nothing"
+                self.notes.append(("warning", f"{where}: {fault}" if where else fault))
+            elif not meanings and name != also:
+                names = dict.fromkeys([*self.listed, also] if also else self.listed)
+                raise UnknownNameError("link or object", name, list(names), where=where)
+        return found
+
+    def wrong(self, place: Place, fault: str, accepted: str) -> InputError:
+        """The error for a field of the scenario."""
+        if self.document is not None:
+            return self.document.error(place, fault, accepted)
+        return InputError(f"{'.'.join(map(str, place))}: {fault} ({accepted})")

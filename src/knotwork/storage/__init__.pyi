@@ -1,0 +1,13 @@
+from .files import finish_interrupted as finish_interrupted
+from .files import write_file as write_file
+from .files import write_files as write_files
+from .reading import knot_disagreement as knot_disagreement
+from .reading import load_trajectory as load_trajectory
+from .reading import read_trajectory_document as read_trajectory_document
+from .reading import trajectory_from_dict as trajectory_from_dict
+from .sets import digests as digests
+from .sets import set_disagreement as set_disagreement
+from .writing import rows_to_csv as rows_to_csv
+from .writing import to_csv as to_csv
+from .writing import to_json as to_json
+from .writing import trajectory_to_dict as trajectory_to_dict

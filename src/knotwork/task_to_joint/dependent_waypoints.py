@@ -1,0 +1,250 @@
+"""Waypoints whose solutions follow from those before: along tool paths, and where the arm waits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from knotwork.distinct import distinct
+from knotwork.errors import FollowingError
+from knotwork.kinematics.chain.joint_ranges import whole_turns
+from knotwork.kinematics.following.continuation import Continuation, continue_along
+from knotwork.kinematics.following.limiting_constraint import LimitingConstraint, following_error
+from knotwork.kinematics.geometry.configuration_flags import configuration_flags
+from knotwork.kinematics.sequence.candidates import Candidates
+from knotwork.kinematics.sequence.nearness import limit_nearness
+from knotwork.robot import Robot
+from knotwork.scenario import Scenario, ScenarioPath
+from knotwork.task_to_joint.branches import described, in_branch
+from knotwork.task_to_joint.obstacles import Obstacles
+from knotwork.waypoints import FloatArray
+
+# Joint positions that differ by no more than this are those of one way [rad or m].
+SAME = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class DependentWaypoints:
+    """Which waypoints follow from the one before.
+
+    Attributes:
+        scenario: The task.
+        waits: Waypoints with an equal one after them, by index.
+        obstacles: What the arm may collide with, or `None`.
+    """
+
+    scenario: Scenario
+    waits: tuple[int, ...]
+    obstacles: Obstacles | None = None
+    _ways: dict[int, Continuation] = field(default_factory=dict, repr=False)
+
+    @property
+    def groups(self) -> list[range]:
+        """Runs of waypoints that follow from their first."""
+        after = {i + 1 for i in self.waits}
+        for path in self.scenario.paths:
+            after.update(range(path.first + 1, path.last + 1))
+        groups: list[range] = []
+        for i in sorted(after):
+            if groups and groups[-1].stop == i:
+                groups[-1] = range(groups[-1].start, i + 1)
+            else:
+                groups.append(range(i - 1, i + 1))
+        return groups
+
+    @property
+    def free(self) -> list[int]:
+        """Waypoints that don't follow from one before, by index."""
+        tied = {i for group in self.groups for i in group[1:]}
+        return [i for i in range(len(self.scenario.waypoints)) if i not in tied]
+
+    def completed(
+        self, robot: Robot, candidates: list[Candidates | None]
+    ) -> list[Candidates | None]:
+        """Candidates at all waypoints, from those at the waypoints that are free.
+
+        Those that lead through a whole group are kept. Row k of each waypoint in a group follows
+        from row k of the waypoint before.
+
+        Raises:
+            FollowingError: None leads along a path.
+        """
+        result = list(candidates)
+        for group in self.groups:
+            first = result[group[0]]
+            if first is None:
+                continue
+            chain = self._chain(robot, group, first)
+            for i, one in zip(group, chain, strict=True):
+                result[i] = one
+        return result
+
+    def _chain(self, robot: Robot, group: range, first: Candidates) -> list[Candidates]:
+        chain = [first]
+        paths = {path.first: path for path in self.scenario.paths}
+        i = group[0]
+        while i < group[-1]:
+            path = paths.get(i)
+            if path is None:
+                chain.append(chain[-1])
+                i += 1
+                continue
+            kept, onward = self._along(robot, path, chain[-1])
+            chain = [taken(one, kept) for one in chain] + onward
+            i = path.last
+        return chain
+
+    def _along(
+        self, robot: Robot, path: ScenarioPath, start: Candidates
+    ) -> tuple[Any, list[Candidates]]:
+        """Rows that lead along a path, and the candidates at its waypoints after the first."""
+        _, own, back = np.unique(start.branch, return_index=True, return_inverse=True)
+        times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
+        pull = self.scenario.pull_to_middle
+        found = continue_along(robot, path.motion, start.q[own], times, pull=pull)
+        turns = start.q - start.q[own][back]
+        self._ways[path.first] = found
+        free = found.free(robot, back, turns)
+        contacts = self._contacts(found, distinct(back[free]))
+        free &= ~np.isin(back, list(contacts))
+        asked = in_branch(self.scenario, start)
+        tried = np.flatnonzero(asked if asked.any() else ~asked)
+        if not free[tried].any():
+            contacts |= self._contacts(found, np.setdiff1d(back[tried], list(contacts)))
+            collisions = self._collisions(found, contacts)
+            constraints = [
+                _first(
+                    found.limiting_constraint(robot, int(back[i]), turns[i]),
+                    collisions.get(int(back[i])),
+                )
+                for i in tried
+            ]
+            others = described(robot, taken(start, free))
+            raise self._blocked(robot, path, taken(start, tried), constraints, others)
+        kept = np.flatnonzero(free)
+        return kept, [
+            self._candidates(robot, path, start, found, kept, back, turns, k)
+            for k in range(1, len(times))
+        ]
+
+    def way(self, path: ScenarioPath, start: FloatArray) -> Continuation | None:
+        """The way along a path from joint positions (d,), if it has been looked at."""
+        found = self._ways.get(path.first)
+        if found is None:
+            return None
+        turns = whole_turns(start - found.q[0])
+        off = np.abs(start - found.q[0] - turns).max(axis=1)
+        own = int(off.argmin())
+        return found.taken(own, turns[own]) if off[own] <= SAME else None
+
+    def _contacts(self, found: Continuation, ways: Any) -> dict[int, tuple[int, int]]:
+        """The first collisions of ways that have any, by their starts' indices."""
+        if self.obstacles is None:
+            return {}
+        contacts = {int(b): self.obstacles.contact(found, int(b)) for b in ways}
+        return {b: steps for b, steps in contacts.items() if steps is not None}
+
+    def _collisions(
+        self, found: Continuation, contacts: Mapping[int, tuple[int, int]]
+    ) -> dict[int, LimitingConstraint]:
+        """Collisions as limiting constraints, by start."""
+        if self.obstacles is None:
+            return {}
+        collisions = {b: self.obstacles.described(found, b, steps) for b, steps in contacts.items()}
+        return {
+            b: LimitingConstraint("collision", time, 0, 0.0, 0.0, 0.0, contact=text)
+            for b, (time, text) in collisions.items()
+        }
+
+    def _candidates(
+        self,
+        robot: Robot,
+        path: ScenarioPath,
+        start: Candidates,
+        found: Continuation,
+        kept: Any,
+        back: Any,
+        turns: FloatArray,
+        k: int,
+    ) -> Candidates:
+        row = int(np.abs(found.time - path.stretches[k - 1].end).argmin())
+        q = found.q[k][back[kept]] + turns[kept]
+        return taken(start, kept)._replace(
+            q=q,
+            flags=configuration_flags(robot, q),
+            weight=1.0 + limit_nearness(robot, q),
+            velocity=found.velocity[row][back[kept]],
+            excess=np.zeros(len(kept)),
+            lost=np.zeros(len(kept), dtype=bool),
+        )
+
+    def _blocked(
+        self,
+        robot: Robot,
+        path: ScenarioPath,
+        start: Candidates,
+        constraints: list[LimitingConstraint],
+        others: tuple[str, ...],
+    ) -> FollowingError:
+        """The error for a path that can't be followed.
+
+        It names the start for which a lower speed is sufficient, if there is one, and else the one
+        which leads farthest; and the branches that lead along the path, if another was asked
+        for.
+        """
+        index, best = max(
+            enumerate(constraints),
+            key=lambda pair: (pair[1].part or 0.0, pair[1].time),
+        )
+        k = next(k for k, one in enumerate(path.stretches) if best.time <= one.end)
+        begin, end = (self.scenario.waypoints[path.first + k + j] for j in (0, 1))
+        first, count = self.scenario.waypoints[path.first], len(constraints)
+        tried = "the only solution" if count == 1 else f"the best of all {count} solutions"
+        if not isinstance(self.scenario.branch, str):
+            tried += " in the branch asked for"
+        words = "".join(f" ({name})" for name in described(robot, taken(start, [index])))
+        remedy = "begin a new path at a stop, before which the arm may change its branch"
+        if others:
+            remedy = f"ask for a branch that leads along it: {'; or '.join(others)}"
+        remedy = f"Move the path, turn the tool, or {remedy}"
+        return following_error(
+            robot,
+            path.motion,
+            best,
+            f"the path from {begin.name!r} can't be followed: with {tried} at {first.name!r}"
+            f"{words},",
+            remedy,
+            since=begin.time,
+            units=self.scenario.units,
+            waypoint=end.name,
+            where=end.where,
+        )
+
+
+def _first(
+    other: LimitingConstraint | None, contact: LimitingConstraint | None
+) -> LimitingConstraint:
+    """The first constraint; a velocity limit comes last, as a lower speed meets it.
+
+    Args:
+        other: A limit or a singularity, or `None`.
+        contact: A collision, or `None` where there is another limiting constraint.
+    """
+    both = [one for one in (other, contact) if one is not None]
+    return min(both, key=lambda one: (one.kind == "velocity limit", one.time))
+
+
+def taken(candidates: Candidates, rows: Any) -> Candidates:
+    """Some of the candidates."""
+    return candidates._replace(
+        q=candidates.q[rows],
+        branch=candidates.branch[rows],
+        flags=candidates.flags[rows],
+        excess=candidates.excess[rows],
+        weight=candidates.weight[rows],
+        velocity=candidates.velocity[rows],
+        lost=candidates.lost[rows],
+    )

@@ -1,0 +1,176 @@
+"""Motions that come to rest in each interval: they take longer than is needed, but no solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from knotwork.timing.problem import Objective, TimingLimits, TimingProblem, part_of
+from knotwork.timing.rebuild import Knots, corrected, joined
+from knotwork.timing.spline import pieces_each
+from knotwork.timing.start import LEAST_PHASE, between_stops
+from knotwork.waypoints import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Phases:
+    """Part of a motion.
+
+    Attributes:
+        span: Durations of its phases [s], shape (k,).
+        acceleration: At their ends, shape (k + 1, d).
+        move: How far the joints go, shape (d,).
+    """
+
+    span: FloatArray
+    acceleration: FloatArray
+    move: FloatArray
+
+
+SLOWER = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
+"""Efforts and the tool's speed may need a motion that is slower by such a factor."""
+
+
+def resting_knots(problem: TimingProblem, slower: float) -> Knots | None:
+    """A motion that stops at every waypoint where it may; else soon after it, and before the next.
+
+    Between rests the joints move in proportion.
+
+    Args:
+        problem: The task; its limits are left to be checked.
+        slower: By this factor it takes longer than the least durations where they are free.
+
+    Returns:
+        The motion, or `None` where a duration is given that is too short for it, the jerk is not
+        limited, or nothing moves.
+    """
+    if np.isinf(problem.limits.jerk).any():
+        return None
+    v = np.where(problem.velocity_known[:, None], problem.velocity, 0.0)
+    a = np.where(problem.acceleration_known[:, None], problem.acceleration, 0.0)
+    parts = []
+    for i in range(len(problem.position) - 1):
+        ends = slice(i, i + 2)
+        alone = replace(
+            part_of(problem, i, i + 1), velocity=v[ends], acceleration=a[ends], total=None
+        )
+        part = _with_rest(alone, pieces_each(1), slower)
+        if part is None:
+            return None
+        parts.append(part)
+    found = joined(parts)
+    left = 0.0 if problem.total is None else problem.total - float(found.time[-1])
+    if problem.total is None or abs(left) <= 1e-12 * problem.total:
+        return found
+    free, durations = problem.free, np.diff(found.time)
+    if left < 0.0 or not free.any():
+        return None
+    durations[free] *= 1.0 + left / durations[free].sum()
+    return resting_knots(replace(problem, duration=durations, total=None), slower)
+
+
+def with_longer(problem: TimingProblem, part: float = 1.0) -> TimingProblem:
+    """The problem of the least time, with durations no shorter than parts of those given."""
+    return replace(
+        problem,
+        duration=np.full(problem.duration.shape, np.nan),
+        at_least=np.where(problem.free, problem.at_least, part * problem.duration),
+        total=None,
+        objective=Objective(),
+    )
+
+
+def _with_rest(problem: TimingProblem, pieces: int, slower: float) -> Knots | None:
+    """The motion over one interval, whose ends are known."""
+    q, v, a = problem.position, problem.velocity, problem.acceleration
+    before = _to_rest(v[0], a[0], problem.limits, slower)
+    after = _to_rest(-v[1], a[1], problem.limits, slower)  # backwards in time
+    rests = replace(
+        problem,
+        position=np.stack((q[0] + before.move, q[1] + after.move)),
+        velocity=np.zeros_like(v),
+        acceleration=np.zeros_like(a),
+    )
+    ends = float(before.span.sum() + after.span.sum())
+    middle = _between_rests(rests, ends, pieces, slower)
+    if middle is None:
+        return None
+    span = np.concatenate((before.span, middle.span, after.span[::-1]))
+    rows = (before.acceleration[:-1], middle.acceleration[:-1], after.acceleration[::-1])
+    total = float(span.sum())
+    return Knots(np.array([0.0, total]), span[None] / total, q, v, np.concatenate(rows)[None])
+
+
+def _between_rests(
+    problem: TimingProblem, ends: float, pieces: int, slower: float
+) -> _Phases | None:
+    """The motion from rest to rest, where what is before and after it takes so long [s]."""
+    given, at_least = (float(one[0]) - ends for one in (problem.duration, problem.at_least))
+    moving = between_stops(replace(problem, limits=_in_proportion(problem)), pieces)
+    least = 0.0 if moving is None else float(moving.time[-1])
+    span = max(slower * least, at_least) if np.isnan(given) else given
+    move = np.diff(problem.position, axis=0)[0]
+    if moving is not None and span > 0.0:
+        # what is before and after it must not change with what it is off by
+        slowed = corrected(moving).acceleration[0] * (least / span) ** 2
+        return _Phases(span * moving.share[0], slowed, move)
+    if moving is not None or move.any() or span < 0.0 or not span + ends:
+        return None
+    stands = np.array([span] if span else [])
+    return _Phases(stands, np.zeros((len(stands) + 1, len(move))), move)
+
+
+def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) -> _Phases:
+    """The acceleration brought to none, then all joints to rest in one time.
+
+    Args:
+        v: Velocities that they begin with, shape (d,).
+        a: Accelerations, shape (d,).
+        limits: Of the joints.
+        slower: So many times the least time is taken for the velocities.
+    """
+    still = np.zeros_like(v)
+    first = float(np.max(np.abs(a) / limits.jerk))
+    if first:
+        first = max(first, LEAST_PHASE * _braking(v, limits))
+    left = v + 0.5 * first * a
+    second = slower * _braking(left, limits)
+    if second:
+        second = max(second, LEAST_PHASE * first)
+        span = np.array([first, 0.5 * second, 0.5 * second])
+        rows = np.stack((a, still, -2.0 * left / second, still))
+    else:
+        span, rows = np.array([first]), np.stack((a, still))
+    if not first:
+        span, rows = span[1:], rows[1:]
+    gain = 0.5 * span[:, None] * (rows[:-1] + rows[1:])
+    begun = v + np.cumsum(gain, axis=0) - gain
+    moved = span[:, None] * begun + span[:, None] ** 2 * (2.0 * rows[:-1] + rows[1:]) / 6.0
+    return _Phases(span, rows, moved.sum(axis=0))
+
+
+def _braking(v: FloatArray, limits: TimingLimits) -> float:
+    """The least time in which all joints come to rest, their acceleration first up, then down."""
+    speed = np.abs(v)
+    with_acceleration, with_jerk = speed / limits.acceleration, np.sqrt(speed / limits.jerk)
+    return 2.0 * float(np.maximum(with_acceleration, with_jerk).max())
+
+
+def _in_proportion(problem: TimingProblem) -> TimingLimits:
+    """Limits that joints which move in proportion over an interval can all come up to."""
+    move, limits = np.abs(np.diff(problem.position, axis=0)[0]), problem.limits
+    if not move.any():
+        return limits
+
+    def common(limit: FloatArray) -> FloatArray:
+        moves, found = move > 0.0, np.array(limit)
+        found[moves] = move[moves] * (limit[moves] / move[moves]).min()
+        return found
+
+    return replace(
+        limits,
+        velocity=common(limits.velocity),
+        acceleration=common(limits.acceleration),
+        jerk=common(limits.jerk),
+    )

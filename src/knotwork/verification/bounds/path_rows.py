@@ -1,0 +1,107 @@
+"""A motion against its path, sample by sample and between them: one row for each thing judged.
+
+The velocity along the path is that of the tool times the tangent at the nearest point. In a ramp it
+may be anything from zero to the full speed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.tool_paths.path import SHARP
+from knotwork.verification.bounds.path_samples import PathSamples, PathSizes
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.tool_paths import ToolPath
+
+
+class PathRows(NamedTuple):
+    """The tool against the path: distance, orientation, full speed and ramps, one row each.
+
+    Attributes:
+        samples: At each time, minus infinity where a row does not apply, shape (4, n + 1).
+        ends: The worse end of each interval, zero where a row does not apply, shape (4, n).
+        upper: What no time in it exceeds, shape (4, n).
+        least: Bound on the velocity along the path from below, shape (n,).
+        greatest: Bound on the speed from above, shape (n,).
+        rows: Where a row applies, shape (4, n).
+    """
+
+    samples: FloatArray
+    ends: FloatArray
+    upper: FloatArray
+    least: FloatArray
+    greatest: FloatArray
+    rows: NDArray[np.bool_]
+
+
+def path_rows(
+    path: ToolPath,
+    found: PathSamples,
+    t: FloatArray,
+    sizes: PathSizes,
+    full: tuple[float, float],
+    speed: float,
+) -> PathRows:
+    """Compare a motion with a stretch of a path at n + 1 times, and on the intervals between them.
+
+    Args:
+        path: The path.
+        found: Samples of the motion.
+        t: Their times [s], shape (n + 1,).
+        sizes: Bounds on the intervals between them.
+        full: From when to when the speed is asked for in full [s].
+        speed: That speed [m/s].
+    """
+    square = np.diff(t) ** 2
+    bend = path.bend(found.s[:-1], found.s[1:])
+    turn_bend = path.turn_bend(found.s[:-1], found.s[1:])
+    change = square * sizes.jerk / 8.0 + sizes.rounding
+    size = np.linalg.norm(found.velocity, axis=1)
+    too_fast, floors = size - speed, np.array([[speed], [0.0]])
+    samples = np.vstack((found.distance, found.gap, np.maximum(too_fast, floors - found.along)))
+    ends = np.maximum(samples[:, :-1], samples[:, 1:])
+    least = _least_along(found, bend, change)
+    greatest = np.maximum(size[:-1], size[1:]) + change
+    upper = np.vstack(
+        (
+            ends[0] + (square * sizes.acceleration + bend) / 8.0 + sizes.rounding,
+            ends[1] + (square * sizes.turn + turn_bend) / 8.0 + sizes.rounding,
+            np.maximum(greatest - speed, floors - least),
+        )
+    )
+    rows = np.ones(upper.shape, dtype=bool)
+    rows[2] = (t[:-1] >= full[0]) & (t[1:] <= full[1])
+    rows[3] = ~rows[2]
+    ends[~rows] = upper[~rows] = 0.0
+    known = np.pad(rows, ((0, 0), (0, 1))) | np.pad(rows, ((0, 0), (1, 0)))
+    samples[~known] = -np.inf
+    return PathRows(samples, ends, upper, least, greatest, rows)
+
+
+def _least_along(found: PathSamples, bend: FloatArray, change: FloatArray) -> FloatArray:
+    """Bound the velocity along the path from below on each interval, shape (n,).
+
+    The tangent stays within half of its turn of the direction that halves those at both ends, and
+    the velocity near its chord: so their parts along and across that direction are known.
+
+    Args:
+        found: Samples at n + 1 times.
+        bend: See `ToolPath.bend`, shape (n,).
+        change: How far the velocity may be off its chord [m/s], shape (n,).
+    """
+    step = np.abs(np.diff(found.s))
+    turn = 0.5 * np.divide(bend, step, out=np.zeros_like(bend), where=step > 0.0) + SHARP
+    middle = found.tangent[:-1] + found.tangent[1:]
+    middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-300)
+    ends = np.stack((found.velocity[:-1], found.velocity[1:]))
+    along = (ends * middle).sum(axis=2)
+    across = np.linalg.norm(ends - along[:, :, None] * middle, axis=2).max(axis=0) + change
+    low = along.min(axis=0) - change
+    bound = np.where(low > 0.0, low * np.cos(turn), low) - across * np.sin(turn)
+    largest = np.linalg.norm(ends, axis=2).max(axis=0) + change
+    return np.asarray(np.where(turn < 0.5 * np.pi, bound, -largest))

@@ -1,0 +1,139 @@
+"""The tool and the nearest points of a path at times, and bounds on how the tool moves between."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree
+from knotwork.tool_paths.progress import progress
+from knotwork.verification.bounds.adaptive import ROUNDING
+from knotwork.verification.bounds.chain import carried, tree_motion
+from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.waypoints import FloatArray
+
+if TYPE_CHECKING:
+    from knotwork.tool_paths import TimedPath
+
+
+class PathSamples(NamedTuple):
+    """The tool at k times, and the nearest points of the path.
+
+    Attributes:
+        s: Arc lengths of these points [m], shape (k,).
+        distance: From them [m], shape (k,).
+        gap: Frobenius norm of the difference of the rotations, shape (k,).
+        velocity: Of the tool [m/s], shape (k, 3).
+        tangent: Direction of the path, shape (k, 3).
+    """
+
+    s: FloatArray
+    distance: FloatArray
+    gap: FloatArray
+    velocity: FloatArray
+    tangent: FloatArray
+
+    @property
+    def along(self) -> FloatArray:
+        """Velocity along the path [m/s], shape (k,)."""
+        return np.asarray((self.velocity * self.tangent).sum(axis=1))
+
+
+class PathSizes(NamedTuple):
+    """Bounds on n intervals, shape (n,) each.
+
+    Attributes:
+        acceleration: Of the tool [m/s²].
+        jerk: Of the tool [m/s³].
+        turn: Frobenius norm of its rotation's second derivative [1/s²].
+        rounding: Of its position [m], velocity [m/s] and rotation.
+    """
+
+    acceleration: FloatArray
+    jerk: FloatArray
+    turn: FloatArray
+    rounding: FloatArray
+
+
+class PathStretch:
+    """One stretch of a path, and the motion that is to follow it.
+
+    Attributes:
+        low, high: Arc lengths at which it begins and ends [m].
+    """
+
+    def __init__(
+        self, robot: Robot, curve: PiecewisePolynomial, motion: TimedPath, start: float, end: float
+    ) -> None:
+        self.robot, self.curve, self.motion = robot, curve, motion
+        self.frame = robot.require_tool()
+        self.joints, self.data = joint_tree(robot.model), robot.model.createData()
+        self.joint, self.lever = carried(robot.model, self.frame)
+        ends = motion.arc_length(np.array([start, end]))
+        self.low, self.high = float(ends[0]), float(ends[1])
+
+    def asked_at(self, t: FloatArray) -> FloatArray:
+        """Arc lengths that the timing has at times [m], shape (k,)."""
+        return self.motion.arc_length(np.clip(t, self.motion.start_time, self.motion.end_time))
+
+    def sample(self, t: FloatArray) -> PathSamples:
+        """Sample at times in order, from the start of the stretch on [s], shape (k,)."""
+        position, rotation, velocity = self._tool(t)
+        s = progress(self.motion.path, position, self.asked_at(t), (self.low, self.high))
+        return self._compared(s, position, rotation, velocity)
+
+    def sample_more(
+        self, t: FloatArray, known: NDArray[np.bool_], samples: PathSamples
+    ) -> PathSamples:
+        """Samples at times, of which some are known: others are searched for between these."""
+        position, rotation, velocity = self._tool(t[~known])
+        place = np.arange(len(t))
+        guess = np.interp(place[~known], place[known], samples.s)
+        s = np.clip(self.motion.path.nearest(position, guess), self.low, self.high)
+        columns = []
+        for old, new in zip(samples, self._compared(s, position, rotation, velocity), strict=True):
+            merged = np.empty((len(t), *old.shape[1:]))
+            merged[known], merged[~known] = old, new
+            columns.append(merged)
+        return PathSamples(*columns)
+
+    def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Position [m], rotation and velocity [m/s] of the tool in the base frame."""
+        model, data, frame = self.robot.model, self.data, self.frame
+        q, v = self.curve(t), self.curve(t, 1)
+        position, rotation = np.empty((len(t), 3)), np.empty((len(t), 3, 3))
+        velocity = np.empty((len(t), 3))
+        for i in range(len(t)):
+            pin.forwardKinematics(model, data, q[i], v[i])
+            placed = pin.updateFramePlacement(model, data, frame)
+            position[i], rotation[i] = placed.translation, placed.rotation
+            velocity[i] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        base = self.robot.base_placement.inverse()
+        position = position @ base.rotation.T + base.translation
+        return position, base.rotation @ rotation, velocity @ base.rotation.T
+
+    def _compared(
+        self, s: FloatArray, position: FloatArray, rotation: FloatArray, velocity: FloatArray
+    ) -> PathSamples:
+        path = self.motion.path
+        # at its end the direction is that of this stretch: the next one may have another
+        inside = np.clip(s, self.low, np.nextafter(self.high, self.low))
+        distance, gap = path.gaps(position, rotation, s)
+        return PathSamples(s, distance, gap, velocity, path.position(s, 1, inside))
+
+    def sizes(self, t: FloatArray) -> PathSizes:
+        """Bounds on the intervals between times in order [s], shape (n + 1,)."""
+        middle = 0.5 * (t[1:] + t[:-1])
+        piece = np.clip(np.searchsorted(self.curve.x, middle) - 1, 0, len(self.curve.x) - 2)
+        start = np.maximum(t[:-1] - self.curve.x[piece], 0.0)
+        rates = joint_rates(self.curve, Intervals(piece, start, np.diff(t)))
+        moved = tree_motion(self.joints, rates.bounds)
+        point, turn = moved.point(self.joint, self.lever), moved.rotation(self.joint)[1]
+        turned = 1.0 + rates.size[self.joints.angles].sum(axis=0)
+        rounding = ROUNDING * turned * (point[0] + point[1] + 1.0)
+        return PathSizes(point[2], point[3], turn, rounding)

@@ -1,0 +1,219 @@
+"""`Arm`: the whole URDF as Pinocchio reads it, and what the robot's file says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import yaml
+
+from judge.placing import placement
+
+ROBOTS = Path(__file__).parents[2] / "robots"
+DATA = next(p for p in Path(pin.__file__).parents if p.name == "cmeel.prefix") / "share"
+EXAMPLES = "example-robot-data:"
+KINDS = ("position", "velocity", "acceleration", "jerk", "effort")
+
+
+def found(reference: str, folder: Path) -> Path:
+    """A file that a robot's file names."""
+    if reference.startswith(EXAMPLES):
+        return DATA / "example-robot-data" / "robots" / reference.removeprefix(EXAMPLES)
+    return folder / reference
+
+
+class Arm:
+    """A chain from a base to a tool; other joints stand still.
+
+    Args:
+        robot: Name of a shipped robot, path of a robot's file or URDF, or the keys of one.
+        folder: Where relative paths start.
+        tool: Of the scenario.
+        length: The scenario's unit of length [m].
+        angle: Its unit of angle [rad].
+        gravity: In the axes of the base [m/s²].
+    """
+
+    def __init__(
+        self,
+        robot: str | Mapping[str, Any],
+        folder: Path,
+        tool: Mapping[str, Any],
+        length: float,
+        angle: float,
+        gravity: list[float] | None,
+    ) -> None:
+        if isinstance(robot, str):
+            path = folder / robot
+            if "/" not in robot and (ROBOTS / f"{robot}.yaml").is_file():
+                path = ROBOTS / f"{robot}.yaml"
+            folder = path.parent
+            if path.suffix == ".urdf":
+                robot = {"urdf": path.name}
+            else:
+                robot = yaml.safe_load(path.read_text(encoding="utf-8"))
+        assert isinstance(robot, Mapping)
+        self.file, self.folder = robot, folder
+        self.urdf = found(robot["urdf"], folder)
+        self.model = pin.buildModelFromUrdf(str(self.urdf))
+        self.base_name = robot.get("base_frame") or self.model.frames[1].name
+        self.tool_name = tool.get("frame") or robot.get("tool_frame") or self.base_name
+        offset = placement(tool.get("offset"), length, angle)
+        carrier = self.model.frames[self.model.getFrameId(self.tool_name, pin.BODY)]
+        self.tool_joint, self.tool_placement = carrier.parentJoint, carrier.placement.copy()
+        self.tcp_placement = self.tool_placement * offset
+        self._load(tool, length)
+        self.tcp = self.model.addFrame(
+            pin.Frame("judge's tool centre", self.tool_joint, self.tcp_placement, pin.OP_FRAME)
+        )
+        self._chain(robot.get("locked", {}))
+        self.data = self.model.createData()
+        pin.framesForwardKinematics(self.model, self.data, self.rest)
+        self.base = self.data.oMf[self.model.getFrameId(self.base_name, pin.BODY)].copy()
+        if gravity is not None:
+            self.model.gravity.linear = self.base.rotation @ np.array(gravity, dtype=float)
+        self.configurations = {
+            name: np.array([values[joint] for joint in self.names])
+            for name, values in robot.get("configurations", {}).items()
+        }
+        self.limits = self._limits(robot.get("limits", {}))
+
+    def _load(self, tool: Mapping[str, Any], length: float) -> None:
+        mass = tool.get("mass") or 0.0
+        if not mass:
+            return
+        given = tool.get("inertia") or {}
+        ixx, ixy, iyy, ixz, iyz, izz = (
+            float(given.get(key, 0.0)) for key in ("ixx", "ixy", "iyy", "ixz", "iyz", "izz")
+        )
+        moments = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        centre = length * np.array(tool["centre_of_mass"], dtype=float)
+        body = pin.Inertia(mass, centre, moments)
+        self.model.appendBodyToJoint(self.tool_joint, body, self.tool_placement)
+
+    def _chain(self, locked: Mapping[str, float]) -> None:
+        """The joints that move the tool, and where all the others stand."""
+        base = self.model.frames[self.model.getFrameId(self.base_name, pin.BODY)].parentJoint
+        chain, joint = [], self.tool_joint
+        while joint not in (0, base):
+            chain.append(joint)
+            joint = self.model.parents[joint]
+        assert joint == base, "the base does not carry the tool"
+        self.rest = pin.neutral(self.model)
+        for name, value in locked.items():
+            self._put(self.rest[None], self.model.getJointId(name), np.array([value]))
+        self.joints = [j for j in reversed(chain) if self.model.names[j] not in locked]
+        self.names = tuple(self.model.names[j] for j in self.joints)
+        self.rates = [self.model.joints[j].idx_v for j in self.joints]
+        slides = [self.model.joints[j].shortname().startswith("JointModelP") for j in self.joints]
+        self.units = tuple("m" if one else "rad" for one in slides)
+
+    def _put(self, q: np.ndarray, joint: int, values: np.ndarray) -> None:
+        one = self.model.joints[joint]
+        if one.nq == 1:
+            q[:, one.idx_q] = values
+        else:  # without limits: cosine and sine
+            q[:, one.idx_q], q[:, one.idx_q + 1] = np.cos(values), np.sin(values)
+
+    def _limits(self, given: Mapping[str, Any]) -> dict[str, np.ndarray]:
+        """Of the URDF, and those that replace them; position as pairs, shape (d, 2)."""
+        d = len(self.names)
+        limits = {kind: np.full(d, np.inf) for kind in KINDS[1:]}
+        limits["position"] = np.tile([-np.inf, np.inf], (d, 1))
+        for i, j in enumerate(self.joints):
+            one = self.model.joints[j]
+            if one.nq == 1:
+                low, high = self.model.lowerPositionLimit, self.model.upperPositionLimit
+                limits["position"][i] = low[one.idx_q], high[one.idx_q]
+            for kind, values in (
+                ("velocity", self.model.velocityLimit),
+                ("effort", self.model.effortLimit),
+            ):
+                if 0.0 < values[one.idx_v] < 1e300:
+                    limits[kind][i] = values[one.idx_v]
+        return replaced(limits, given, self.names, np.ones(d))
+
+    def whole(self, q: np.ndarray) -> np.ndarray:
+        """Joint positions, shape (k, d), as configurations of the whole model."""
+        full = np.tile(self.rest, (len(q), 1))
+        for i, joint in enumerate(self.joints):
+            self._put(full, joint, q[:, i])
+        return full
+
+    def whole_rates(self, v: np.ndarray) -> np.ndarray:
+        full = np.zeros((len(v), self.model.nv))
+        full[:, self.rates] = v
+        return full
+
+    def poses(self, q: np.ndarray) -> list[pin.SE3]:
+        """Of the tool centre point in the base, at positions of shape (k, d)."""
+        base = self.base.inverse()
+        found = []
+        for one in self.whole(q):
+            pin.forwardKinematics(self.model, self.data, one)
+            found.append(base * pin.updateFramePlacement(self.model, self.data, self.tcp))
+        return found
+
+    def velocities(self, q: np.ndarray, v: np.ndarray, link: str | None = None) -> np.ndarray:
+        """Linear and angular, of the tool centre point or a link's origin, in the base's axes."""
+        frame = self.tcp if link is None else self.model.getFrameId(link, pin.BODY)
+        turn = self.base.rotation.T
+        found = np.empty((len(q), 6))
+        for k, (one, rate) in enumerate(zip(self.whole(q), self.whole_rates(v), strict=True)):
+            pin.forwardKinematics(self.model, self.data, one, rate)
+            pin.updateFramePlacement(self.model, self.data, frame)
+            moved = pin.getFrameVelocity(self.model, self.data, frame, pin.LOCAL_WORLD_ALIGNED)
+            found[k] = np.concatenate((turn @ moved.linear, turn @ moved.angular))
+        return found
+
+    def accelerations(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Sizes of the tool centre point's acceleration [m/s²], shape (k,)."""
+        found = np.empty(len(q))
+        rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
+        for k, row in enumerate(rows):
+            pin.forwardKinematics(self.model, self.data, *row)
+            pin.updateFramePlacement(self.model, self.data, self.tcp)
+            felt = pin.getFrameClassicalAcceleration(
+                self.model, self.data, self.tcp, pin.LOCAL_WORLD_ALIGNED
+            )
+            found[k] = np.linalg.norm(felt.linear)
+        return found
+
+    def efforts(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Torques and forces of the joints, by inverse dynamics, shape (k, d)."""
+        rows = zip(self.whole(q), self.whole_rates(v), self.whole_rates(a), strict=True)
+        return np.array([pin.rnea(self.model, self.data, *row)[self.rates] for row in rows])
+
+    def singular_values(self, q: np.ndarray) -> np.ndarray:
+        """The smallest of the tool's Jacobian, shape (k,)."""
+        found = np.empty(len(q))
+        for k, one in enumerate(self.whole(q)):
+            J = pin.computeFrameJacobian(
+                self.model, self.data, one, self.tcp, pin.LOCAL_WORLD_ALIGNED
+            )
+            found[k] = np.linalg.svd(J[:, self.rates], compute_uv=False)[-1]
+        return found
+
+
+def replaced(
+    limits: Mapping[str, np.ndarray],
+    given: Mapping[str, Any],
+    names: tuple[str, ...],
+    scale: np.ndarray,
+) -> dict[str, np.ndarray]:
+    """Limits, some of them replaced by those of a file; `scale` is one of its units in SI."""
+    limits = {kind: np.array(values) for kind, values in limits.items()}
+    for kind in KINDS:
+        values = given.get(kind)
+        if values is None:
+            continue
+        for i, name in enumerate(names):
+            factor = 1.0 if kind == "effort" else scale[i]
+            if not isinstance(values, Mapping):
+                limits[kind][i] = factor * float(values)
+            elif name in values:
+                limits[kind][i] = factor * np.array(values[name], dtype=float)
+    return limits

@@ -1,0 +1,439 @@
+"""Faults of collisions: pairs of bodies of all kinds, and meshes that are cut or broken.
+
+An arm of three links in a plane sweeps through what stands in its way. Only the pair that the
+fault is about comes near: no other pair can give it away.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from judge.cases import Case, Fault, Rng, Shelf, _mapping, size, uniform_spline
+from judge.motion import Motion
+
+JOINTS = ("turn", "bend", "twist")
+UPPER, FORE, HAND, SIDE = 0.5, 0.3, 0.1, 0.06
+"""Lengths of the links along x, and their width and height [m]."""
+
+LINK = """<link name="{name}"><collision><origin xyz="{place}"/><geometry>{shape}</geometry>
+    </collision></link>
+  """
+JOINT = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
+    <origin xyz="{place}" rpy="0 0 {turn}"/><axis xyz="0 0 1"/>
+    <limit lower="-3.1" upper="3.1" velocity="100" effort="0"/></joint>
+  """
+
+
+def _box(x: float, y: float, z: float) -> str:
+    return f'<box size="{x!r} {y!r} {z!r}"/>'
+
+
+def _arm(names: tuple[str, str, str]) -> str:
+    """Links and joints of the arm: at zero it lies along x."""
+    upper, fore, hand = names
+    thin = 0.8 * SIDE
+    rows = [LINK.format(name="base", place="-0.1 0 -0.2", shape=_box(0.1, 0.1, 0.1))]
+    for name, length in ((upper, UPPER), (fore, FORE), (hand, HAND)):
+        place, shape = f"{0.5 * length + 0.02} 0 0", _box(length - 0.04, thin, SIDE)
+        rows.append(LINK.format(name=name, place=place, shape=shape))
+    for joint, parent, child, at in zip(
+        JOINTS, ("base", upper, fore), names, (0.0, UPPER, FORE), strict=True
+    ):
+        values = {"kind": "revolute", "parent": parent, "child": child}
+        rows.append(JOINT.format(name=joint, place=f"{at} 0 0", turn=0, **values))
+    return "".join(rows)
+
+
+def _attached(
+    name: str, parent: str, place: np.ndarray, shape: str, joint: str = "", kind: str = "fixed"
+) -> str:
+    """A link that a joint joins to another one."""
+    said = " ".join(repr(float(one)) for one in place)
+    values = {"name": joint or f"to {name}", "kind": kind, "parent": parent, "child": name}
+    link = LINK.format(name=name, place="0 0 0", shape=shape)
+    return link + JOINT.format(place=said, turn=0, **values)
+
+
+def _sweep(rng: Rng, start: np.ndarray, end: np.ndarray) -> Motion:
+    """From rest to rest, back and forth."""
+    shares = [0, 0, 0, rng.uniform(0.2, 0.4), rng.uniform(0.6, 0.8), 1, 1, 1]
+    controls = start + np.outer(shares, end - start)
+    return uniform_spline(JOINTS, controls, float(10.0 ** rng.uniform(-0.5, 0.3)))
+
+
+def _by_joints(robot: dict[str, Any], motion: Motion, **keys: Any) -> dict[str, Any]:
+    """A scenario whose waypoints are read off the motion: its ends and its middle."""
+    times = [float(motion.x[0]), float(motion.x[len(motion.x) // 2]), float(motion.x[-1])]
+    rows = [
+        {
+            "name": f"point {i + 1}",
+            "time": t,
+            "joints": _mapping(motion, motion(t)),
+            "velocity": _mapping(motion, motion(t, 1)),
+        }
+        for i, t in enumerate(times)
+    ]
+    return {"robot": robot, "waypoints": rows, **keys}
+
+
+class Bench:
+    """Writes robots of one case."""
+
+    def __init__(self, rng: Rng, shelf: Shelf) -> None:
+        self.rng, self.folder = rng, shelf.folder / "arms"
+        self.folder.mkdir(exist_ok=True)
+        # so that nothing that is remembered of one file is taken for another
+        self.name = f"arm {rng.integers(1 << 62)}"
+
+    def robot(
+        self, more: str = "", names: tuple[str, str, str] = ("upper", "fore", "hand"), **keys: Any
+    ) -> dict[str, Any]:
+        path = self.folder / f"{self.name}.urdf"
+        path.write_text(f'<robot name="arm">{_arm(names)}{more}</robot>', encoding="utf-8")
+        home = dict.fromkeys(JOINTS, 0.0)
+        return {
+            "urdf": str(path), "base_frame": "base", "tool_frame": names[2],
+            "configurations": {"home": home}, **keys,
+        }  # fmt: skip
+
+    def srdf(self, first: str, second: str) -> str:
+        path = self.folder / f"{self.name}.srdf"
+        pair = f'<disable_collisions link1="{first}" link2="{second}" reason="Never"/>'
+        path.write_text(f'<robot name="arm">{pair}</robot>', encoding="utf-8")
+        return str(path)
+
+
+def _in_the_way(rng: Rng, far: float, near: float = 0.3) -> tuple[np.ndarray, np.ndarray, Motion]:
+    """A place that a sweep of the first joint comes through, one behind, and that sweep.
+
+    Args:
+        rng: For all of them.
+        far: How far from the axis, at most, as a part of the upper link.
+        near: At least.
+    """
+    turned = rng.uniform(0.6, 1.2) * rng.choice([-1.0, 1.0])
+    out = UPPER * rng.uniform(near, far)
+    at = turned * rng.uniform(0.55, 0.7)
+    place = out * np.array([np.cos(at), np.sin(at), 0.0])
+    motion = _sweep(rng, np.zeros(3), np.array([turned, 0.0, 0.0]))
+    return place, np.array([-0.6, 0.0, 0.0]), motion
+
+
+Made = Callable[[np.ndarray], dict[str, Any]]
+
+
+def standing(make: Callable[[Rng, Shelf, np.ndarray, Motion], dict[str, Any]], far: float) -> Any:
+    """A right case and its spoiled one: the same thing behind the arm, or in its way."""
+
+    def right(rng: Rng, shelf: Shelf) -> Case:
+        place, behind, motion = _in_the_way(rng, far)
+        state = rng.bit_generator.state
+        data = make(rng, shelf, behind, motion)
+        return Case(data, motion, {"place": place, "state": state})
+
+    def spoil(case: Case, rng: Rng, shelf: Shelf) -> Case:
+        rng.bit_generator.state = case.extra["state"]
+        rng.integers(1 << 62)  # another file
+        return replace(case, data=make(rng, shelf, case.extra["place"], case.motion))
+
+    return right, spoil
+
+
+def post(rng: Rng, shelf: Shelf, place: np.ndarray, motion: Motion) -> dict[str, Any]:
+    """A link that is fixed to the base, against the link that a joint joins to the base."""
+    thick = 0.01 * 10.0 ** rng.uniform(-1.0, 0.5)
+    shape = f'<cylinder radius="{thick!r}" length="0.3"/>'
+    return _by_joints(Bench(rng, shelf).robot(_attached("post", "base", place, shape)), motion)
+
+
+def second_arm(rng: Rng, shelf: Shelf, place: np.ndarray, motion: Motion) -> dict[str, Any]:
+    """An arm whose joint is locked, or moves nothing here, against the first moving link."""
+    bench, stand = Bench(rng, shelf), place + np.array([0.0, 0.0, 0.25])
+    more = _attached("stand", "base", stand, _box(0.02, 0.02, 0.02))
+    shape, down = _box(0.02, 0.02, 0.2), np.array([0, 0, -0.15])
+    more += _attached("other arm", "stand", down, shape, "other turn", "revolute")
+    keys: dict[str, Any] = {"locked": {"other turn": float(rng.uniform(-3, 3))}}
+    return _by_joints(bench.robot(more, **(keys if rng.random() < 0.5 else {})), motion)
+
+
+def standing_object(rng: Rng, shelf: Shelf, place: np.ndarray, motion: Motion) -> dict[str, Any]:
+    """An object of the scene, of any shape and size, against a link."""
+    r = 0.01 * 10.0 ** rng.uniform(-1.0, 0.3)
+    shapes: list[dict[str, Any]] = [
+        {"box": [2 * r, 2 * r, 0.3]}, {"sphere": r}, {"cylinder": {"radius": r, "length": 0.2}},
+        {"capsule": {"radius": r, "length": 0.2}}, {"cone": {"radius": r, "length": 0.3}},
+        {"ellipsoid": [r, r, 0.1]},
+    ]  # fmt: skip
+    shape = shapes[int(rng.integers(len(shapes)))]
+    # names that mean something elsewhere are names here
+    name = str(rng.choice(["thing", "world", "universe", "tip", "object", "held", "scene"]))
+    scene = {"objects": {name: {**shape, "position": place.tolist()}}}
+    return _by_joints(Bench(rng, shelf).robot(), motion, scene=scene)
+
+
+def folding(make: Callable[[Rng, Shelf, Motion], dict[str, Any]], bend: float) -> Any:
+    """A right case, the arm hardly bent, and a spoiled one that folds its hand onto its arm."""
+
+    def right(rng: Rng, shelf: Shelf) -> Case:
+        motion = _sweep(rng, np.zeros(3), np.array([rng.uniform(-1, 1), 0.5, 0.0]))
+        return Case(make(rng, shelf, motion), motion)
+
+    def spoil(case: Case, rng: Rng, shelf: Shelf) -> Case:
+        turned = bend * rng.uniform(0.98, 1.02) * rng.choice([-1.0, 1.0])
+        motion = _sweep(rng, np.zeros(3), np.array([rng.uniform(-1, 1), turned, 0.0]))
+        return Case(make(rng, shelf, motion), motion)
+
+    return right, spoil
+
+
+def tool_called_like_a_link(rng: Rng, shelf: Shelf, motion: Motion) -> dict[str, Any]:
+    """The SRDF takes a link `tool` out; the scenario's tool is another body."""
+    bench = Bench(rng, shelf)
+    more = _attached("tool", "fore", np.array([FORE + HAND, 0, 0.5]), _box(0.01, 0.01, 0.01))
+    srdf = {"collision": {"srdf": bench.srdf("tool", "upper")}}
+    reach = rng.uniform(0.2, 0.24)
+    shape = {"box": [0.02, 2 * reach, 0.02], "position": [HAND + 0.02, 0, 0]}
+    return _by_joints(bench.robot(more, **srdf), motion, tool={"shape": shape})
+
+
+def itself(rng: Rng, shelf: Shelf, motion: Motion) -> dict[str, Any]:
+    """The hand against the upper arm."""
+    bench = Bench(rng, shelf)
+    reach = rng.uniform(0.2, 0.24)
+    names = ("upper", "fore", str(rng.choice(["hand", "tool"])))
+    more = _attached("bar", names[2], np.array([HAND + 0.02, 0, 0]), _box(0.02, 2 * reach, 0.02))
+    return _by_joints(bench.robot(more, names), motion)
+
+
+def margin_case(rng: Rng, shelf: Shelf) -> Case:
+    """The arm passes below a ball: what is between them is known."""
+    place, _, motion = _in_the_way(rng, 0.8)
+    gap, r = 10.0 ** rng.uniform(-3.0, -1.0), rng.uniform(0.005, 0.05)
+    ball = {"sphere": r, "position": [*place[:2], 0.5 * SIDE + r + gap]}
+    scene = {"margin": 0.5 * gap, "objects": {"ball": ball}}
+    data = _by_joints(Bench(rng, shelf).robot(), motion, scene=scene)
+    return Case(data, motion, {"gap": gap})
+
+
+def margin(case: Case, rng: Rng, shelf: Shelf) -> Case:
+    """A little more is to be kept than is."""
+    more = min(2e-6 * size(rng, 3.0), 0.05)
+    scene = {**case.data["scene"], "margin": case.extra["gap"] + more}
+    return case.with_data({"scene": scene})
+
+
+def held(rng: Rng, shelf: Shelf, place: np.ndarray, motion: Motion) -> dict[str, Any]:
+    """What the tool holds, against an object; the arm itself passes above it."""
+    bench = Bench(rng, shelf)
+    out = UPPER + FORE + HAND
+    way = place[:2] / np.linalg.norm(place[:2])
+    thing = {"box": [0.03, 0.03, 0.1], "position": [*(out * way), -0.2]}
+    held = {"box": [0.02, 0.02, 0.3], "position": [HAND, 0, -0.15]}
+    tool = {"holds": {"part": {"from": "point 1", "to": "point 3", **held, "allow": ["hand"]}}}
+    scene = {"objects": {"thing": thing}}
+    return _by_joints(bench.robot(), motion, tool=tool, scene=scene)
+
+
+# --- meshes
+
+CUTS = 12
+
+
+def strip(edges: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, list[tuple[int, int, int]]]:
+    """Corners and triangles of a box in slices along x, in order of x."""
+    x, y, z = 0.5 * edges
+    at = np.linspace(-x, x, CUTS + 1)
+    corners = [
+        (one, sy * y, sz * z) for one in at for sy, sz in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    rows = [(0, 2, 1), (0, 3, 2)]
+    for k in range(CUTS):
+        a, b = 4 * k, 4 * k + 4
+        for i in range(4):
+            j = (i + 1) % 4
+            rows += [(a + i, a + j, b + j), (a + i, b + j, b + i)]
+    last = 4 * CUTS
+    rows += [(last, last + 1, last + 2), (last, last + 2, last + 3)]
+    return np.array(corners) + place, rows
+
+
+def text_stl(points: np.ndarray, rows: list[Any]) -> list[str]:
+    lines = ["solid wall"]
+    for row in rows:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += ["vertex {!r} {!r} {!r}".format(*map(float, points[i])) for i in row]
+        lines += ["endloop", "endfacet"]
+    return [*lines, "endsolid wall"]
+
+
+def binary_stl(points: np.ndarray, rows: list[Any]) -> bytes:
+    body = b"".join(
+        struct.pack("<12fH", 0, 0, 0, *points[list(row)].ravel().tolist(), 0) for row in rows
+    )
+    return b"\0" * 80 + struct.pack("<I", len(rows)) + body
+
+
+def text_ply(points: np.ndarray, rows: list[Any]) -> list[str]:
+    head = ["ply", "format ascii 1.0", f"element vertex {len(points)}"]
+    head += [f"property float {axis}" for axis in "xyz"]
+    head += [f"element face {len(rows)}", "property list uchar int vertex_indices", "end_header"]
+    corners = ["{!r} {!r} {!r}".format(*map(float, point)) for point in points]
+    return [*head, *corners, *(f"3 {a} {b} {c}" for a, b, c in rows)]
+
+
+def obj(points: np.ndarray, rows: list[Any]) -> list[str]:
+    corners = ["v {!r} {!r} {!r}".format(*map(float, point)) for point in points]
+    return [*corners, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in rows)]
+
+
+SKIN = """<library_controllers><controller id="skin"><skin source="#far">
+  <source id="j"><Name_array id="jn" count="1">bone</Name_array><technique_common>
+    <accessor source="#jn" count="1" stride="1"><param name="JOINT" type="name"/></accessor>
+  </technique_common></source>
+  <source id="b"><float_array id="bn" count="16">1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</float_array>
+    <technique_common><accessor source="#bn" count="1" stride="16">
+      <param name="TRANSFORM" type="float4x4"/></accessor></technique_common></source>
+  <source id="w"><float_array id="wn" count="1">1</float_array><technique_common>
+    <accessor source="#wn" count="1" stride="1"><param name="WEIGHT" type="float"/></accessor>
+  </technique_common></source>
+  <joints><input semantic="JOINT" source="#j"/><input semantic="INV_BIND_MATRIX" source="#b"/>
+  </joints>
+  <vertex_weights count="1"><input semantic="JOINT" source="#j" offset="0"/>
+    <input semantic="WEIGHT" source="#w" offset="1"/><vcount>1</vcount><v>0 0</v>
+  </vertex_weights></skin></controller></library_controllers>"""
+
+
+def collada(points: np.ndarray, rows: list[Any], how: str) -> str:
+    """The near half as triangles; the far half as said: whole, as a skin, or with a hole."""
+    half = len(rows) // 2
+    if how == "whole":
+        half = len(rows)
+
+    def geometry(name: str, part: list[Any]) -> str:
+        numbers = " ".join(repr(float(one)) for one in points.ravel())
+        index = " ".join(str(i) for row in part for i in row)
+        faces = f'<triangles count="{len(part)}">{{input}}<p>{index}</p></triangles>'
+        if how == "hole" and name == "far":
+            outer = [" ".join(map(str, row)) for row in part]
+            polygons = "".join(f"<ph><p>{one}</p><h>{one}</h></ph>" for one in outer)
+            faces = f'<polygons count="{len(part)}">{{input}}{polygons}</polygons>'
+        faces = faces.format(input=f'<input semantic="VERTEX" source="#{name}-v" offset="0"/>')
+        return (
+            f'<geometry id="{name}"><mesh><source id="{name}-p"><float_array id="{name}-a" '
+            f'count="{points.size}">{numbers}</float_array><technique_common><accessor '
+            f'source="#{name}-a" count="{len(points)}" stride="3"><param name="X" type="float"/>'
+            '<param name="Y" type="float"/><param name="Z" type="float"/></accessor>'
+            f'</technique_common></source><vertices id="{name}-v"><input semantic="POSITION" '
+            f'source="#{name}-p"/></vertices>{faces}</mesh></geometry>'
+        )
+
+    geometries, controllers = geometry("near", rows[:half]), ""
+    nodes = '<node id="n1"><instance_geometry url="#near"/></node>'
+    if how != "whole":
+        geometries += geometry("far", rows[half:])
+        nodes += '<node id="n2"><instance_geometry url="#far"/></node>'
+    if how == "skin":
+        nodes = nodes.replace(
+            '<instance_geometry url="#far"/>', '<instance_controller url="#skin"/>'
+        )
+        controllers = SKIN
+    return (
+        '<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" '
+        'version="1.4.1"><asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>'
+        f"<library_geometries>{geometries}</library_geometries>{controllers}"
+        f'<library_visual_scenes><visual_scene id="s">{nodes}</visual_scene>'
+        '</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>'
+    )
+
+
+def write_mesh(rng: Rng, folder: Path, kind: str, points: np.ndarray, rows: list[Any]) -> Path:
+    """A mesh in a form and with a fault, or whole; its near end is always there."""
+    form, _, fault = kind.partition(", ")
+    path = folder / f"wall {rng.integers(1 << 62)}.{form.split()[-1]}"
+    if form == "dae":
+        path.write_text(collada(points, rows, fault), encoding="utf-8")
+        return path
+    if form == "binary stl":
+        data = binary_stl(points, rows)
+        cut = 84 + 50 * int(rng.integers(len(rows) // 3, len(rows) // 2)) + int(rng.integers(50))
+        path.write_bytes(data[:cut] if fault == "cut" else data)
+        return path
+    lines = {"text stl": text_stl, "text ply": text_ply, "obj": obj}[form](points, rows)
+    where = int(len(lines) * rng.uniform(0.4, 0.55))
+    if form == "text ply":
+        where = len(lines) - int(len(rows) * rng.uniform(0.45, 0.6))
+    if form == "obj":
+        where = len(points) + int(len(rows) * rng.uniform(0.4, 0.55))
+    text = "\n".join(lines) + "\n"
+    if fault == "cut":
+        text = "\n".join(lines[:where]) + "\n"
+        if rng.random() < 0.5:  # within a line
+            text = text[: -int(rng.integers(2, 8))]
+    elif fault == "broken":
+        word, other = {"text stl": ("vertex", "vertx"), "obj": ("f ", "f x")}[form]
+        lines[where:] = [one.replace(word, other) for one in lines[where:]]
+        text = "\n".join(lines) + "\n"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def mesh(kind: str) -> Any:
+    """An object given by a mesh whose far end is in the arm's way."""
+
+    def made(rng: Rng, shelf: Shelf, place: np.ndarray, kind: str) -> dict[str, Any]:
+        edges = np.array([0.6, 0.02, 0.3])
+        points, rows = strip(edges, np.zeros(3))
+        path = write_mesh(rng, shelf.folder / "arms", kind, points, rows)
+        turn = float(np.arctan2(place[1], place[0])) + np.pi
+        # its far end, +x, comes to the place from outside
+        middle = place + 0.29 * np.array([-np.cos(turn), -np.sin(turn), 0.0])
+        stood = {"position": middle.tolist(), "rpy": [0, 0, turn]}
+        return {"objects": {"wall": {"mesh": str(path), **stood}}}
+
+    def right(rng: Rng, shelf: Shelf) -> Case:
+        # the hand is past the place where the wall ends
+        place, behind, motion = _in_the_way(rng, 1.7, 1.5)
+        bench = Bench(rng, shelf)
+        whole = f"{kind.partition(', ')[0]}, whole"
+        scene = made(rng, shelf, 2.0 * behind, whole)
+        data = _by_joints(bench.robot(), motion, scene=scene)
+        box = {**scene["objects"]["wall"], "box": [0.6, 0.02, 0.3]}
+        del box["mesh"]
+        truth = {**data, "scene": {"objects": {"wall": box}}}
+        return Case(data, motion, {"place": place}, truth)
+
+    def spoil(case: Case, rng: Rng, shelf: Shelf) -> Case:
+        scene = made(rng, shelf, case.extra["place"], kind)
+        box = {**scene["objects"]["wall"], "box": [0.6, 0.02, 0.3]}
+        del box["mesh"]
+        truth = {**case.data, "scene": {"objects": {"wall": box}}}
+        return replace(case, data={**case.data, "scene": scene}, truth=truth)
+
+    return right, spoil
+
+
+COLLIDES = {"collision"}
+MESHES = (
+    *(f"{form}, whole" for form in ("text stl", "binary stl", "text ply", "obj", "dae")),
+    *("text stl, cut", "text stl, broken", "binary stl, cut", "text ply, cut"),
+    *("obj, broken", "dae, skin", "dae, hole"),
+)
+FAULTS: dict[str, Fault] = {
+    name: Fault(*made, COLLIDES, count, refused=refused, collisions=True)
+    for name, made, count, refused in (
+        ("a post on the base", standing(post, 0.8), 100, False),
+        ("a second arm on the base", standing(second_arm, 0.8), 60, False),
+        ("an object", standing(standing_object, 0.8), 100, False),
+        ("a held object and another", standing(held, 0.8), 60, False),
+        ("a tool, and a link called so", folding(tool_called_like_a_link, 2.8), 60, False),
+        ("the arm itself", folding(itself, 2.8), 60, False),
+        ("a margin", (margin_case, margin), 60, False),
+        *((f"mesh: {kind}", mesh(kind), 10, "whole" not in kind) for kind in MESHES),
+    )
+}

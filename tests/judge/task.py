@@ -1,0 +1,312 @@
+"""`Task`: a scenario's file, read with PyYAML and the definitions of docs/every_key.md alone.
+
+What no shipped scenario uses is not read, and is an error here: blends, orientations from a file of
+points, tangent turning along a curve through points, and speeds at a pose without a path. Times and
+speeds that are free must have numbers, as the scenario that `knotwork plan --out` saves has them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import yaml
+
+from judge import curves
+from judge.arm import KINDS, Arm, replaced
+from judge.placing import FORMS, frames, placement
+
+TOLERANCES = {"path": 1e-4, "path_orientation": math.radians(0.1), "path_speed": 0.01}
+
+
+@dataclass
+class Asked:
+    """A waypoint: when it is reached [s], and how."""
+
+    name: str
+    time: float
+    pose: pin.SE3 | None = None
+    twist: np.ndarray | None = None
+    joints: np.ndarray | None = None
+    velocity: np.ndarray | None = None
+
+
+@dataclass
+class Task:
+    """What a scenario asks for, in SI, in the base.
+
+    Attributes:
+        waits: From when to when [s] the arm stands still.
+        limits: By kind, of each joint.
+    """
+
+    data: Mapping[str, Any]
+    folder: Path
+    waypoints: list[Asked] = field(default_factory=list)
+    waits: list[tuple[str, float, float]] = field(default_factory=list)
+    paths: list[curves.ToolPath] = field(default_factory=list)
+    arm: Arm | None = None
+
+    def __post_init__(self) -> None:
+        units = self.data.get("units") or {}
+        self.length = {"m": 1.0, "mm": 1e-3}[units.get("length", "m")]
+        self.angle = {"rad": 1.0, "deg": math.pi / 180.0}[units.get("angle", "rad")]
+        given = self.data["waypoints"]
+        if self.data.get("robot") is not None:
+            tool = self.data.get("tool") or {}
+            gravity = self.data.get("gravity")
+            self.arm = Arm(self.data["robot"], self.folder, tool, self.length, self.angle, gravity)
+            self.names, self.units = self.arm.names, self.arm.units
+        else:
+            self.names = tuple(given[0]["joints"])
+            kinds = self.data.get("joint_units") or {}
+            self.units = tuple(kinds.get(name, "rad") for name in self.names)
+        self.scale = np.array([self.length if u == "m" else self.angle for u in self.units])
+        self.frames = frames(self.data.get("frames") or {}, self.length, self.angle)
+        self._read_waypoints(given)
+        self._read_waits()
+        self._read_limits()
+
+    @classmethod
+    def read(cls, path: Path) -> Task:
+        return cls(yaml.safe_load(path.read_text(encoding="utf-8")), path.parent)
+
+    def tolerance(self, name: str) -> float:
+        """By default 1e-6 in SI; `joint_` ones are got by joint."""
+        value = (self.data.get("tolerances") or {}).get(name)
+        if value is None:
+            return TOLERANCES.get(name, 1e-6)
+        if name == "path_speed":
+            return float(value)
+        turning = name in ("orientation", "angular_velocity", "path_orientation")
+        return float(value) * (self.angle if turning else self.length)
+
+    def joint_tolerance(self, name: str) -> np.ndarray:
+        value = (self.data.get("tolerances") or {}).get(name)
+        return np.full(len(self.names), 1e-6) if value is None else float(value) * self.scale
+
+    def joint_values(self, given: Any, missing: float | None = None) -> np.ndarray:
+        if isinstance(given, str):
+            assert self.arm is not None
+            return self.arm.configurations[given]
+        values = [
+            given[name] if missing is None else given.get(name, missing) for name in self.names
+        ]
+        return np.array(values, dtype=float) * self.scale
+
+    # --- waypoints
+
+    def _frame(self, one: Mapping[str, Any]) -> pin.SE3:
+        return self.frames[one.get("frame") or self.data.get("frame") or "base"]
+
+    def _pose(self, one: Mapping[str, Any]) -> pin.SE3:
+        frame, own = self._frame(one), placement(one["pose"], self.length, self.angle)
+        placed = frame * own
+        if one.get("orientation_in"):
+            placed.rotation = self.frames[one["orientation_in"]].rotation @ own.rotation
+        return placed
+
+    def _stops(self, i: int, given: list[Any]) -> bool:
+        one = given[i]
+        first = i == 0 and self.data.get("start") is None
+        return bool(one.get("stop") or one.get("wait")) or first or i == len(given) - 1
+
+    def _read_waypoints(self, given: list[Any]) -> None:
+        now: float | None = None
+        if self.data.get("start") is not None:
+            home = self.joint_values(self.data["start"])
+            self.waypoints.append(Asked("start", 0.0, joints=home, velocity=0.0 * home))
+            now = 0.0
+        i = 0
+        while i < len(given):
+            one = given[i]
+            if "along" in one:
+                i, now = self._read_path(i, given, now or 0.0)
+                continue
+            made = self._read_waypoint(i, one)
+            if one.get("time") is not None:
+                made.time = float(one["time"])
+            elif one.get("after") is not None:
+                made.time = (now or 0.0) + float(one["after"])
+            else:
+                assert now is None, "a time is free"
+            now = self._add(made, one)
+            i += 1
+
+    def _add(self, made: Asked, one: Mapping[str, Any]) -> float:
+        self.waypoints.append(made)
+        if one.get("wait") is None:
+            return made.time
+        over = made.time + float(one["wait"])
+        after = Asked(made.name, over, made.pose, made.twist, made.joints, made.velocity)
+        self.waypoints.append(after)
+        return over
+
+    def _read_waypoint(self, i: int, one: Mapping[str, Any]) -> Asked:
+        name = one.get("name") or f"waypoint {i + 1}"
+        velocity = one.get("velocity") or {}
+        if "joints" in one:
+            joints = self.joint_values(one["joints"])
+            return Asked(name, 0.0, joints=joints, velocity=self.joint_values(velocity, 0.0))
+        assert one.get("speed") is None, "a speed without a path is not read here"
+        pose = self._pose(one)
+        axes = velocity.get("in")
+        frame = self._frame(one) if axes is None else self.frames.get(axes, pose)
+        linear, angular = (
+            scale * (frame.rotation @ np.array(velocity.get(key, (0.0, 0.0, 0.0)), dtype=float))
+            for key, scale in (("linear", self.length), ("angular", self.angle))
+        )
+        return Asked(name, 0.0, pose=pose, twist=np.concatenate((linear, angular)))
+
+    # --- tool paths
+
+    def _read_path(self, first: int, given: list[Any], start: float) -> tuple[int, float]:
+        """A path from the waypoint before to where it stops or no path goes on."""
+        last = first
+        while not self._stops(last, given) and last + 1 < len(given) and "along" in given[last + 1]:
+            last += 1
+        pose = self.waypoints[-1].pose
+        assert pose is not None
+        parts = []
+        for i in range(first, last + 1):
+            curve, rate, end = self._stretch(given[i], pose)
+            parts.append((curve, rate, pose.rotation.copy(), end))
+            pose = end
+        lengths = [curve.length for curve, *_ in parts]
+        asked = (self.data.get("path") or {}).get("acceleration")
+        acceleration = 1.0 if asked is None else self.length * asked
+        before_stops = first == 0 or self._stops(first - 1, given)
+        ends = (0.0 if before_stops else None, 0.0 if self._stops(last, given) else None)
+        speeds = self._speeds(given[first : last + 1], lengths, ends, acceleration)
+        times = curves.timed(lengths, speeds, ends, acceleration, start)
+        names = [self.waypoints[-1].name] + [one["name"] for one in given[first : last + 1]]
+        path = curves.ToolPath(
+            [
+                curves.Stretch(curve, R, rate, v, *when, (names[k], names[k + 1]))
+                for k, ((curve, rate, R, _), v, when) in enumerate(
+                    zip(parts, speeds, times, strict=True)
+                )
+            ]
+        )
+        self.paths.append(path)
+        self.waypoints[-1].twist = path.twist(0, times[0][3][0])
+        for k, (when, (*_, end)) in enumerate(zip(times, parts, strict=True)):
+            made = Asked(names[k + 1], when[1], end, path.twist(k + 1, when[3][1]))
+            now = self._add(made, given[first + k])
+        return last + 1, now
+
+    def _speeds(
+        self,
+        given: list[Any],
+        lengths: list[float],
+        ends: tuple[float | None, float | None],
+        acceleration: float,
+    ) -> list[float]:
+        if all(one.get("speed") is not None for one in given):
+            return [self.length * float(one["speed"]) for one in given]
+        assert len(given) == 1, "of several stretches each must give its speed here"
+        duration, low, high = float(given[0]["after"]), 1e-9, 1e3
+        for _ in range(200):  # the faster, the sooner
+            middle = 0.5 * (low + high)
+            ramps = sum(0.75 * middle**2 / acceleration for end in ends if end == 0.0)
+            taken = (lengths[0] + ramps) / middle
+            too_fast = taken < duration or ramps > lengths[0]
+            low, high = (low, middle) if too_fast else (middle, high)
+        return [0.5 * (low + high)]
+
+    def _stretch(
+        self, one: Mapping[str, Any], before: pin.SE3
+    ) -> tuple[curves.Curve, np.ndarray, pin.SE3]:
+        """The curve to a waypoint, how the tool turns along it [rad/m], and the pose at its end."""
+        assert one.get("blend") is None, "blends are not read here"
+        frame, end = self._frame(one), self._pose(one)
+        curve = self._curve(one["along"], frame, before.translation, end.translation)
+        turned = any(one["pose"].get(form) is not None for form in FORMS)
+        if one.get("orientation") == "tangent":
+            assert not isinstance(curve, curves.Spline), "not read here"
+            rate = curve.normal / curve.radius if isinstance(curve, curves.Arc) else np.zeros(3)
+        elif turned:
+            rate = pin.log3(end.rotation @ before.rotation.T) / curve.length
+        else:
+            rate = np.zeros(3)
+        end.rotation = pin.exp3(rate * curve.length) @ before.rotation
+        return curve, rate, end
+
+    def _curve(
+        self, along: Any, frame: pin.SE3, start: np.ndarray, end: np.ndarray
+    ) -> curves.Curve:
+        def point(values: list[float]) -> np.ndarray:
+            return np.asarray(frame.act(self.length * np.array(values, dtype=float)))
+
+        if along == "line":
+            return curves.Line(start, end)
+        if "points" in along:
+            points = np.array([point(row) for row in along["points"]])
+            near = [np.linalg.norm(points[k] - p) > 1e-6 for k, p in ((0, start), (-1, end))]
+            points = np.vstack((start, points[0 if near[0] else 1 :]))
+            return curves.Spline(np.vstack((points[: None if near[1] else -1], end)))
+        arc = along["arc"]
+        normal = arc.get("normal")
+        axis = None if normal is None else frame.rotation @ np.array(normal, dtype=float)
+        if "through" in arc:
+            return curves.arc_through(start, point(arc["through"]), end)
+        if "centre" in arc:
+            turns = int(arc.get("turns") or 0)
+            return curves.arc_about(start, point(arc["centre"]), end, axis, turns)
+        assert axis is not None
+        return curves.arc_of_radius(
+            start, end, self.length * arc["radius"], axis, bool(arc.get("large"))
+        )
+
+    # --- the rest
+
+    def _read_waits(self) -> None:
+        """Two equal stops one after the other, without a path between them."""
+        moving = {(path.stretches[0].start) for path in self.paths}
+        for one, other in zip(self.waypoints, self.waypoints[1:], strict=False):
+            if one.time in moving:
+                continue
+            if one.pose is not None and other.pose is not None:
+                gap = np.abs(one.pose.homogeneous - other.pose.homogeneous).max()
+                rates = [one.twist, other.twist]
+            elif one.joints is not None and other.joints is not None:
+                gap = np.abs(one.joints - other.joints).max()
+                rates = [one.velocity, other.velocity]
+            else:
+                continue
+            if gap <= 1e-12 and not np.any(rates):
+                self.waits.append((one.name, one.time, other.time))
+
+    def _read_limits(self) -> None:
+        given = self.data.get("limits") or {}
+        d = len(self.names)
+        limits: dict[str, np.ndarray] = {kind: np.full(d, np.inf) for kind in KINDS[1:]}
+        limits["position"] = np.tile([-np.inf, np.inf], (d, 1))
+        limits = replaced(self.arm.limits if self.arm else limits, given, self.names, self.scale)
+        self.margin = float(given.get("margin", 1.0))
+        for kind in KINDS[1:]:
+            limits[kind] = limits[kind] * self.margin
+        self.limits = limits
+        speed, acceleration = given.get("tool_speed"), given.get("tool_acceleration")
+        self.tool_speed = None if speed is None else self.margin * self.length * speed
+        self.tool_acceleration = (
+            None if acceleration is None else self.margin * self.length * acceleration
+        )
+        frame = given.get("frame_speed") or []
+        self.frame_speed = [
+            (one["frame"], self.margin * self.length * one["speed"])
+            for one in (frame if isinstance(frame, list) else [frame])
+        ]
+        self.singular_value = given.get("singular_value")
+        ends = self.data.get("end_acceleration")
+        self.end_acceleration = None
+        if ends is not None:
+            ends = {} if ends == "zero" else ends
+            self.end_acceleration = [
+                self.joint_values(ends.get(key) or {}, 0.0) for key in ("start", "end")
+            ]

@@ -1,0 +1,113 @@
+"""What Knotwork plans and passes, the judge passes too: it shares nothing with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from judge.arm import Arm
+from judged import judged
+from shipped import SCENARIO_FILES
+from sweeps import first_of
+
+ARMS = ("ur3", "ur5", "ur10", "panda", "kinova", "xarm7", "z1")
+PLANNERS = ("modified-hermite", "cubic", "quintic", "septic")
+
+
+@pytest.mark.parametrize("name", SCENARIO_FILES)
+def test_the_judge_passes_every_shipped_scenario(name: str) -> None:
+    plan = kw.plan(name)
+    assert plan.report.ok
+    assert judged(plan, SCENARIO_FILES[name]) == []
+
+
+def by_joints(rng: np.random.Generator) -> dict[str, Any]:
+    """Bare joints through random values, with a stop and a wait."""
+    d = int(rng.integers(1, 4))
+    names = [f"joint {i + 1}" for i in range(d)]
+
+    def values(size: float) -> dict[str, float]:
+        return dict(zip(names, (size * rng.normal(size=d)).tolist(), strict=True))
+
+    rows: list[dict[str, Any]] = [{"joints": values(1.0)}]
+    for _ in range(int(rng.integers(1, 5))):
+        how: Any = [{"velocity": values(0.5)}, {"stop": True}, {"wait": 0.5}][rng.integers(3)]
+        rows.append({"joints": values(1.0), "after": float(rng.uniform(0.3, 3.0)), **how})
+    rows.append({"joints": values(1.0), "after": float(rng.uniform(0.3, 3.0))})
+    planner = str(rng.choice(PLANNERS))
+    return {"planner": planner, "continuity": 1 if planner == "cubic" else 2, "waypoints": rows}
+
+
+def along_paths(rng: np.random.Generator) -> dict[str, Any]:
+    """An arm that follows a line, an arc or points, turning or not, and waits."""
+    robot = str(rng.choice(ARMS))
+    arm = Arm(robot, Path(), {}, 1.0, 1.0, None)
+    home = arm.configurations["home"]
+    here = arm.poses(home[None])[0]
+
+    def pose(place: np.ndarray, turn: float = 0.0) -> dict[str, Any]:
+        R = here.rotation @ pin.exp3(rng.normal(size=3) * turn)
+        return {"position": place.tolist(), "rotation_matrix": R.tolist()}
+
+    def step(length: float) -> np.ndarray:
+        way = rng.normal(size=3)
+        return np.asarray(length * way / np.linalg.norm(way))
+
+    start = here.translation + step(0.05)
+    end = start + step(rng.uniform(0.05, 0.15))
+    aside = np.cross(end - start, rng.normal(size=3))
+    aside *= 0.4 * np.linalg.norm(end - start) / np.linalg.norm(aside)
+    kind = int(rng.integers(4))
+    along: Any = "line"
+    if kind == 1:
+        along = {"arc": {"through": (0.5 * (start + end) + aside).tolist()}}
+    elif kind == 2:
+        along = {"points": [(start + u * (end - start) + 2 * u * (1 - u) * aside).tolist()
+                            for u in (0.2, 0.4, 0.6, 0.8)]}  # fmt: skip
+    elif kind == 3:  # once around
+        along, end = {"arc": {"centre": (start + aside).tolist()}}, start
+        along["arc"]["normal"] = np.cross(aside, rng.normal(size=3)).tolist()
+    path: dict[str, Any] = {"name": "end", "along": along, "speed": float(rng.uniform(0.02, 0.1))}
+    path["pose"] = {"position": end.tolist()}
+    if rng.random() < 0.4 and kind != 3:
+        path["pose"] = pose(end, 0.2)
+    elif rng.random() < 0.5 and kind in (1, 3):
+        path["orientation"] = "tangent"
+    stops: Any = [{}, {"stop": True}, {"wait": 0.3}]
+    away = end + step(0.05)
+    rows = [
+        {"name": "begin", "after": 3.0, "pose": pose(start), **stops[rng.integers(3)]},
+        {**path, **stops[rng.integers(3)]},
+        {"name": "away", "after": 3.0, "pose": pose(away, 0.1)},
+    ]
+    return {"robot": robot, "start": "home", "waypoints": rows}
+
+
+@pytest.mark.parametrize("count", first_of(15, 150))
+def test_the_judge_passes_what_is_planned_through_joint_values(count: int) -> None:
+    passed = 0
+    for seed in range(count):
+        data = by_joints(np.random.default_rng([1, seed]))
+        plan = kw.plan(data)
+        passed += plan.report.ok
+        assert judged(plan, data) == [], seed
+    assert passed > 0.8 * count
+
+
+@pytest.mark.parametrize("count", first_of(4, 80))
+def test_the_judge_passes_what_is_planned_along_paths(count: int) -> None:
+    passed = 0
+    for seed in range(count):
+        data = along_paths(np.random.default_rng([2, seed]))
+        try:
+            plan = kw.plan(data)
+        except kw.InputError:  # out of reach, or too sharp
+            continue
+        passed += plan.report.ok
+        assert judged(plan, data) == [], seed
+    assert passed > 0.4 * count

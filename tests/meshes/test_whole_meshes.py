@@ -1,0 +1,272 @@
+"""A mesh that is not read whole is an error: what is left out would be run into."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from test_mesh_files import CORNERS, FACES, VOLUME, ascii_stl, binary_stl, collada, obj, volume
+
+from knotwork.errors import InputError
+from knotwork.meshes.reading import read_mesh
+
+FACE_LIST = "property list uchar int vertex_indices\n"
+AXES = "property float x\nproperty float y\nproperty float z\n"
+TEXT_PLY = (
+    f"ply\nformat ascii 1.0\ncomment four\nelement vertex 4\n{AXES}element face 4\n{FACE_LIST}"
+    "end_header\n"
+    + "".join(f"{x} {y} {z}\n" for x, y, z in CORNERS)
+    + "".join(f"3 {a} {b} {c}\n" for a, b, c in FACES)
+)
+# two triangles and two that are joined to a polygon of four corners, on a base
+BASE = np.array([[0, 0, 0], [0, 3, 0], [2, 3, 0], [2, 0, 0], [0, 0, 4]])
+SIDES = [[0, 1, 2, 3], [0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]]
+PYRAMID = 2 * 3 * 4 / 3
+
+
+def binary_ply(order: str = "<", strips: bool = False) -> bytes:
+    """A pyramid, whose faces have different numbers of corners, with a colour before each list."""
+    name = "binary_little_endian" if order == "<" else "binary_big_endian"
+    kind = "tristrips" if strips else "face"
+    head = (
+        f"ply\nformat {name} 1.0\nelement vertex 5\n{AXES}property uchar red\nelement {kind} 5\n"
+        f"property uchar red\n{FACE_LIST}element edge 1\nproperty int first\nend_header\n"
+    )
+    points = b"".join(struct.pack(f"{order}fffB", *point, 7) for point in BASE)
+    sides = b"".join(struct.pack(f"{order}BB{len(one)}i", 9, len(one), *one) for one in SIDES)
+    return head.encode() + points + sides + struct.pack(f"{order}i", 1)
+
+
+OFF = (
+    "OFF # a pyramid\n5 5 0\n\n"
+    + "".join(f"{x} {y} {z}\n" for x, y, z in BASE)
+    + "".join(f"{len(one)} {' '.join(map(str, one))}  0.5 0.5 0.5\n" for one in SIDES)
+)
+
+
+def relative_obj() -> str:
+    """The solid twice, each part right after its points, counted back from the last one."""
+    points = [f"v {x} {y} {z}\n" for x, y, z in CORNERS]
+    faces = [f"f {a - 4}/1 {b - 4}/1 {c - 4}/1\n" for a, b, c in FACES]
+    far = [f"v {x + 9} {y} {z}\n" for x, y, z in CORNERS]
+    return "".join(["vt 0 0\n", *points, *faces, "o second\n", *far, *faces, "l 1 2\n"])
+
+
+def glb() -> bytes:
+    return bytes(trimesh.Trimesh(CORNERS, FACES).export(file_type="glb"))
+
+
+def changed_glb(**more: object) -> bytes:
+    """A file whose JSON says more."""
+    data = glb()
+    length = int.from_bytes(data[12:16], "little")
+    content = json.loads(data[20 : 20 + length])
+    for key, value in more.items():
+        place = content["nodes"][-1] if key == "skin" else content["meshes"][0]["primitives"][0]
+        place = content["accessors"][0] if key == "sparse" else place
+        (content if key == "extensionsRequired" else place)[key] = value
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + length :]
+    head = b"glTF" + struct.pack("<II", 2, 20 + len(text) + len(rest))
+    return head + struct.pack("<I", len(text)) + b"JSON" + text + rest
+
+
+def of_faces(faces: str) -> str:
+    """A COLLADA file with other faces."""
+    return re.sub(r"<triangles.*?</triangles>", faces, collada(), flags=re.DOTALL)
+
+
+INPUT = '<input semantic="VERTEX" source="#v" offset="0"/>'
+FLAT = " ".join(str(value) for value in FACES.ravel())
+EACH = "".join(f"<p>{a} {b} {c}</p>" for a, b, c in FACES)
+POLYLIST = of_faces(f'<polylist count="4">{INPUT}<vcount>3 3 3 3</vcount><p>{FLAT}</p></polylist>')
+POLYGONS = of_faces(f'<polygons count="4">{INPUT}{EACH}</polygons>')
+STRIPS = of_faces(f'<tristrips count="4">{INPUT}{EACH}</tristrips>')
+FANS = of_faces(f'<trifans count="4">{INPUT}{EACH}</trifans>')
+# the solid shown by a node of the library, which the scene shows
+LIBRARY = collada().replace(
+    "<library_visual_scenes>",
+    '<library_nodes><node id="n"><instance_geometry url="#g"/></node></library_nodes>'
+    "<library_visual_scenes>",
+)
+LIBRARY = re.sub(
+    r"<instance_geometry url=.#g.><bind.*?</instance_geometry>",
+    '<instance_node url="#n"/>',
+    LIBRARY,
+    flags=re.DOTALL,
+)
+
+WHOLE = {
+    "two solids": ("a.stl", ascii_stl() + ascii_stl().replace("four", "a facet of it"), 2 * VOLUME),
+    "lines of another system": ("a.stl", ascii_stl().upper().replace("\n", "\r\n"), VOLUME),
+    "a binary file that says solid": ("a.stl", binary_stl(), VOLUME),
+    "text": ("a.ply", TEXT_PLY, VOLUME),
+    "lines of another system, PLY": ("a.ply", TEXT_PLY.replace("\n", "\r\n"), VOLUME),
+    "polygons of several lengths": ("a.ply", binary_ply(), PYRAMID),
+    "the other order of bytes": ("a.ply", binary_ply(">"), PYRAMID),
+    "OFF": ("a.off", OFF, PYRAMID),
+    "counted back": ("a.obj", relative_obj(), 2 * VOLUME),
+    "continued lines": ("a.obj", obj().replace("v 2.0 ", "v 2.0 \\\n"), VOLUME),
+    "glTF": ("a.glb", glb(), VOLUME),
+    "polylist": ("a.dae", POLYLIST, VOLUME),
+    "polygons": ("a.dae", POLYGONS, VOLUME),
+    "strips": ("a.dae", STRIPS, VOLUME),
+    "fans": ("a.dae", FANS, VOLUME),
+    "a node of the library": ("a.dae", LIBRARY, VOLUME),
+}
+
+
+@pytest.mark.parametrize("case", WHOLE)
+def test_all_of_a_file_is_read(case: str, tmp_path: Path) -> None:
+    name, content, expected = WHOLE[case]
+    (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    assert sum(map(volume, read_mesh(tmp_path / name))) == pytest.approx(expected)
+
+
+LATE = ascii_stl().index("facet normal", len(ascii_stl()) // 2)
+SKIN = '<instance_controller url="#skin"/>'
+IN_PART = {
+    "text cut between facets": (
+        "a.stl",
+        ascii_stl()[:LATE],
+        "its end is in line 23, after 3 .* 'endsolid'",
+    ),
+    "text cut in a facet": (
+        "a.stl",
+        ascii_stl()[: LATE + 40],
+        "'facet normal 0 .* is in line 23, after 3 facets",
+    ),
+    "a facet of two corners": (
+        "a.stl",
+        ascii_stl().replace("vertex 2.0 0.0 0.0\n", "", 1),
+        "'facet normal .* is in line 2, after 0 facets",
+    ),
+    "a corner of two numbers": (
+        "a.stl",
+        ascii_stl().replace("2.0 0.0 0.0", "2.0 0.0", 1),
+        "line 2",
+    ),
+    "a corner of words": ("a.stl", ascii_stl().replace("2.0", "two"), "could not convert.*two"),
+    "more after the last solid": ("a.stl", ascii_stl() + "more", "'more' is in line 31, after 4"),
+    "a solid in a solid": ("a.stl", ascii_stl().replace("endsolid four\n", "") * 2, "'solid four"),
+    "a binary file and a byte": (
+        "a.stl",
+        binary_stl() + b"\n",
+        "counts 4 facets, which is a file of 284 bytes, and it has 285",
+    ),
+    "a binary file cut": ("a.stl", binary_stl()[:-50], "a file of 284 bytes, and it has 234"),
+    "too short for a header": ("a.stl", b"bin", "it has 3 bytes: binary files have 84 or more"),
+    "text PLY cut": (
+        "a.ply",
+        "\n".join(TEXT_PLY.splitlines()[:-2]),
+        "counts 4 of 'vertex', 4 of 'face', a line each, and it has 6 lines",
+    ),
+    "text PLY cut in a line": ("a.ply", TEXT_PLY[:-3], "4 of 'face', and number 4 is cut off"),
+    "a line too many": ("a.ply", TEXT_PLY + "3 0 1 2\n", "and it has 9 lines"),
+    "a number too many": ("a.ply", TEXT_PLY[:-1] + " 7\n", "after them are 1 numbers"),
+    "a face of two corners": (
+        "a.ply",
+        TEXT_PLY.replace("\n3 0 2 1", "\n2 0 2"),
+        "face 1 of 4 has 2",
+    ),
+    "no corner of that number": ("a.ply", TEXT_PLY.replace("3 0 2 1", "3 0 2 9"), "not in 0 to 3"),
+    "a corner below zero": ("a.ply", TEXT_PLY.replace("3 0 2 1", "3 0 2 -1"), "not in 0 to 3"),
+    "half a corner": ("a.ply", TEXT_PLY.replace("3 0 2 1", "3 0 2 1.5"), "are no integers"),
+    "a header that ends nowhere": ("a.ply", TEXT_PLY[:90], "no line 'end_header'"),
+    "binary PLY cut": ("a.ply", binary_ply()[:-30], "5 of 'face', and number 4 is cut off"),
+    "binary PLY cut in its points": ("a.ply", binary_ply()[:250], "5 of 'vertex', and number"),
+    "a byte too many": ("a.ply", binary_ply() + b"1", "after them are 1 bytes"),
+    "triangle strips": ("a.ply", binary_ply(strips=True), "5 triangle strips, and none are read"),
+    "OFF cut": (
+        "a.off",
+        OFF[: OFF.rindex("3 3")],
+        "5 vertices and 5 faces, a line each, and has 9",
+    ),
+    "OFF cut in a face": ("a.off", OFF[: OFF.rindex(" 0  0.5")], "to have 3 corners and has 2"),
+    "OFF with four dimensions": ("a.off", f"4{OFF}", "begins with none of OFF"),
+    "a free-form surface": ("a.obj", obj() + "surf 0 1 0 1 1 2 3 4\n", "line 9 is 'surf 0 1"),
+    "a face of OBJ cut": ("a.obj", obj()[:-3], "face 4 of 4 has 2 corners"),
+    "corners before the first": ("a.obj", relative_obj().replace("-4", "-9"), "line 6 is 'f -9"),
+    "corner number zero": ("a.obj", obj().replace("f 1", "f 0"), "line 5 is 'f 0"),
+    "no such corner": ("a.obj", obj().replace("f 1", "f 5"), "not in 0 to 3"),
+    "a point of two numbers": ("a.obj", obj().replace("v 2.0 ", "v "), "line 2 is 'v 0.0 0.0'"),
+    "glTF cut": ("a.glb", glb()[:-20], "its header says .* bytes, and it has"),
+    "lines of glTF": ("a.glb", changed_glb(mode=1), "primitives that are not triangles"),
+    "a skin of glTF": ("a.glb", changed_glb(skin=0), "has a skin"),
+    "morph targets": ("a.glb", changed_glb(targets=[{}]), "has morph targets"),
+    "sparse": ("a.glb", changed_glb(sparse={"count": 1}), "an accessor that is sparse"),
+    "an extension": (
+        "a.glb",
+        changed_glb(extensionsRequired=["KHR_draco_mesh_compression"]),
+        "has extension KHR_draco_mesh_compression",
+    ),
+    "a skin": ("a.dae", collada().replace("</node>", f"{SKIN}</node>"), "a skin or morph"),
+    "holes": (
+        "a.dae",
+        POLYGONS.replace("</polygons>", "<ph><p>0 1 2</p><h>0 1 3</h></ph></polygons>"),
+        "a polygon with holes",
+    ),
+    "fewer triangles than counted": (
+        "a.dae",
+        collada().replace('<triangles material="s" count="4"', '<triangles material="s" count="5"'),
+        "count says '5' faces of <triangles>, and it has 4",
+    ),
+    "two lists of triangles": (
+        "a.dae",
+        collada().replace("</triangles>", "<p>0 1 2</p></triangles>"),
+        "<triangles> has 2 <p>",
+    ),
+    "fewer numbers than counted": (
+        "a.dae",
+        collada().replace('count="12"', 'count="15"'),
+        "'15' num",
+    ),
+    "no number": ("a.dae", collada().replace(">0.0 0.0", ">NaN 0.0"), "are not finite"),
+    "fewer corners than counted": (
+        "a.dae",
+        POLYLIST.replace("3 3 3 3", "3 3 3"),
+        "up to 9 corners",
+    ),
+    "a polygon of one corner": (
+        "a.dae",
+        POLYLIST.replace("3 3 3 3", "5 1 3 3"),
+        "1 corners, fewer",
+    ),
+    "fewer strips than counted": (
+        "a.dae",
+        STRIPS.replace("<p>0 2 1</p>", ""),
+        "'4' faces of <tris",
+    ),
+    "a strip of two corners": (
+        "a.dae",
+        STRIPS.replace("<p>0 2 1<", "<p>0 2<"),
+        "2 corners, fewer",
+    ),
+    "values with others between": (
+        "a.dae",
+        collada().replace('stride="3"', 'stride="4"'),
+        "stride",
+    ),
+    "a spline": (
+        "a.dae",
+        collada().replace("<mesh>", "<spline>").replace("</mesh>", "</spline>"),
+        "Geometry #g not found",
+    ),
+    "a shape of another file": ("a.dae", collada().replace("#g", "b.dae#g"), "can't be read"),
+}
+
+
+@pytest.mark.parametrize("case", IN_PART)
+def test_a_file_that_is_not_read_whole_is_an_error(case: str, tmp_path: Path) -> None:
+    name, content, says = IN_PART[case]
+    (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError, match=says) as error:
+        read_mesh(tmp_path / name)
+    assert name in str(error.value)
+    assert "\n" not in str(error.value)

@@ -1,0 +1,137 @@
+"""What was plausibly not meant as a file says it, and what a wrong name or place may mean."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import knotwork as kw
+
+ARM = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+HOME = {"start": "home"}
+
+
+def pose(roll: float, x: float = 0.45) -> dict[str, Any]:
+    where = {"position": [x, 0.1, 0.3], "rpy": [roll, 0, 0]}
+    return {"after": 3, "pose": where, "stop": True}
+
+
+def joints(*values: float) -> dict[str, Any]:
+    names = (f"{name}_joint" for name in ARM)
+    return {"after": 9, "joints": dict(zip(names, values, strict=True))}
+
+
+def task(unit: str, *waypoints: dict[str, Any], **more: Any) -> dict[str, Any]:
+    return {"robot": "ur5", "units": {"angle": unit}, "waypoints": list(waypoints), **HOME, **more}
+
+
+def warned(data: dict[str, Any]) -> list[str]:
+    report = kw.plan(data).report
+    return [one.message for one in report.warnings if one.quantity == "angle_unit"]
+
+
+@pytest.mark.parametrize(
+    ("waypoint", "largest"),
+    [
+        (pose(3.14159), r"pose.rpy[0] is 3.14159 degrees, and no angle of a pose"),
+        (pose(-1.57), r"pose.rpy[0] is -1.57 degrees, and no angle of a pose"),
+        (
+            joints(0.31, -1.26, 1.93, -0.7, 1.1, 0),
+            "joints.elbow_joint is 1.93 degrees, and no joint angle",
+        ),
+    ],
+)
+def test_radians_in_a_file_in_degrees_are_suspected(waypoint: Any, largest: str) -> None:
+    (said,) = warned(task("deg", waypoint))
+    assert f"waypoints[0].{largest} of the file is larger" in said
+    assert "say `units: {angle: rad}`" in said
+    assert not warned(task("rad", waypoint))
+
+
+def test_joints_in_radians_are_suspected_beside_poses_in_degrees() -> None:
+    inner = {**joints(0.31, -1.26, 1.93, -0.7, 1.1, 0), "stop": True}
+    (said,) = warned(task("deg", inner, pose(180)))
+    assert "elbow_joint is 1.93 degrees" in said
+
+
+@pytest.mark.parametrize(
+    "waypoints",
+    [
+        (pose(180), pose(175, 0.5)),
+        (pose(3.14), pose(-90)),  # one of them is no angle in radians
+        (joints(0, -90, 90, 1.57, 2, 1),),
+        (joints(0.5, -1, 1.5, -2.5, 5, 0),),
+        (joints(0.21, -0.33, 0.72, 0.4, 0.1, 0.2),),
+        (pose(2.5),),
+        (pose(0),),
+    ],
+)
+def test_angles_that_are_plausibly_in_degrees_are_not(waypoints: Any) -> None:
+    assert not warned(task("deg", *waypoints))
+
+
+def test_degrees_in_a_file_in_radians_are_suspected_where_the_pose_is_refused_too() -> None:
+    (said,) = warned(task("rad", pose(180)))
+    assert "pose.rpy[0] is 180 rad, more than a whole turn" in said
+    with pytest.raises(kw.InputError, match=r"rpy\[0\] is 180 rad, more than a whole turn"):
+        kw.plan(task("rad", pose(180, x=1.5)))
+    with pytest.raises(kw.InputError) as error:
+        kw.plan(task("deg", pose(180, x=1.5)))
+    assert "plausibly" not in str(error.value)
+    assert "whole turn" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "meant"),
+    [
+        ({"robot": "UR5"}, "'ur5'"),
+        ({"start": "HOME"}, "'home'"),
+        ({"frame": "TABLE", "frames": {"Table": {"position": [0, 0, 0]}}}, "'Table'"),
+        ({"limits": {"velocity": {"ELBOW_joint": 1}}}, "'elbow_joint'"),
+        ({"collisions": {"ignore": [["FOREARM_link", "tool0"]]}}, "'forearm_link'"),
+        ({"PLANNER": "cubic"}, "'planner'"),
+    ],
+)
+def test_names_are_compared_without_their_case(change: dict[str, Any], meant: str) -> None:
+    with pytest.raises(kw.InputError, match=f"did you mean {meant}"):
+        kw.plan({**task("rad", pose(3.14)), **change})
+
+
+def test_a_scenario_is_found_without_its_case() -> None:
+    with pytest.raises(kw.InputError, match="did you mean 'ur5_deburring'"):
+        kw.load_scenario("UR5_Deburring")
+
+
+@pytest.mark.parametrize(
+    ("holds", "where"),
+    [
+        ({"mass": 2}, r"tool\.holds\.mass: 2: must be a mapping"),
+        ({"nut": {"from": "a", "to": "b", "sphere": 0.1, "mass": 2}}, r"nut\.mass: unknown key"),
+    ],
+)
+def test_the_mass_of_what_is_held_is_said_to_be_the_tools(holds: Any, where: str) -> None:
+    with pytest.raises(kw.InputError, match=rf"{where} \(mass is a key of tool\)"):
+        kw.plan(task("rad", pose(3.14), tool={"holds": holds}))
+
+
+def test_a_key_of_the_file_in_a_waypoint_is_said_to_be_the_files() -> None:
+    with pytest.raises(kw.InputError, match=r"robot: unknown key \(robot is a key of the file"):
+        kw.plan(task("rad", {**pose(3.14), "robot": "ur5"}))
+
+
+def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_planned() -> None:
+    first = {**pose(3.14), "name": "first"}
+    first.pop("after")
+    data = task("rad", first, pose(3.14, 0.5))
+    assert not kw.plan(task("rad", pose(3.14))).report.select(quantity="no_start")
+    del data["start"]
+    (said,) = kw.plan(data).report.select(quantity="no_start")
+    assert said.verdict == "information"
+    assert "the way to 'first', from home or wherever the arm stands, is not planned" in str(said)
+    home = kw.load_robot("ur5").configurations["home"]
+    begin = joints(*home.tolist())
+    begin.pop("after")
+    at_home = task("rad", begin, pose(3.14))
+    del at_home["start"]
+    assert not kw.plan(at_home).report.select(quantity="no_start")

@@ -1,0 +1,194 @@
+"""What is followed has no spikes: joints accelerate as the path asks for, near rest as elsewhere.
+
+What the path asks for is found by Pinocchio alone: J⁻¹(ẍ − J̇q̇), at many times.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import example, given, reject
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import knotwork as kw
+from knotwork.errors import FollowingError
+from sweeps import examples
+
+Array = NDArray[np.float64]
+
+tp = kw.tool_paths
+ARM = kw.load_robot("ur5")
+HOME = ARM.configuration("home")
+TOP = np.array([0.45, -0.1, 0.25])
+DOWN = np.diag([1.0, -1.0, -1.0])
+
+FACTOR = 1.5
+"""A motion accelerates by no more than this factor more than its path."""
+SAMPLES = 100
+
+
+def circle_on_dome(
+    count: int = 20, radius: float = 0.02, dome: float = 0.2, turn: float = 2.0 * np.pi
+) -> tuple[Array, Array]:
+    """Points of a circle about the top of a dome, and rotations of a tool that is normal to it."""
+    angle = np.linspace(0.0, turn, count)
+    ring = np.column_stack((np.cos(angle), np.sin(angle), np.zeros(count)))
+    tilt = np.arcsin(radius / dome)
+    normals = np.sin(tilt) * ring + [0.0, 0.0, np.cos(tilt)]
+    points = TOP - [0.0, 0.0, dome] + dome * normals
+    axes = tilt * np.cross([0.0, 0.0, 1.0], ring)
+    return points, np.array([pin.exp3(axis) @ DOWN for axis in axes])
+
+
+def asked_for(q: Array, twist: Array, change: Array) -> Array:
+    """Joint accelerations that give the tool a twist and its derivative where joints are at q."""
+    model, data, frame, axes = ARM.model, ARM.data, ARM.tcp_frame_id, pin.LOCAL_WORLD_ALIGNED
+    J = pin.computeFrameJacobian(model, data, q, frame, axes)
+    v = np.linalg.solve(J, twist)
+    pin.forwardKinematics(model, data, q, v, np.zeros(ARM.dof))
+    drift = pin.getFrameClassicalAcceleration(model, data, frame, axes).vector
+    return np.asarray(np.linalg.solve(J, change - drift))
+
+
+def peaks(path: Any, curve: Any) -> tuple[float, float]:
+    """Greatest joint acceleration along a path [rad/s²]: of a motion, and asked for."""
+    needed = 0.0
+    for start, end in pairwise(path.breaks):
+        times = np.linspace(start, end, SAMPLES)
+        _, _, twists, changes = path.state(times, at=np.full(SAMPLES, 0.5 * (start + end)))
+        for q, twist, change in zip(curve(times), twists, changes, strict=True):
+            needed = max(needed, float(np.abs(asked_for(q, twist, change)).max()))
+    inside = curve.x[(curve.x >= path.start_time) & (curve.x <= path.end_time)]
+    # a cubic's acceleration is greatest at a knot
+    return float(np.abs(curve(inside, 2)).max()), needed
+
+
+def assert_smooth(path: Any, curve: Any) -> None:
+    found, needed = peaks(path, curve)
+    assert found <= FACTOR * needed
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "stops"),
+    [
+        *((mm, (False, True)) for mm in (200, 400, 500, 800, 1000)),
+        (500, (True, False)),
+        (400, (True, True)),
+    ],
+)
+def test_a_seam_on_a_dome_comes_to_rest_without_a_spike(
+    tmp_path: Path, acceleration: float, stops: tuple[bool, bool]
+) -> None:
+    points, rotations = circle_on_dome()
+    quaternions = np.array([pin.Quaternion(one).coeffs() for one in rotations])
+    table = np.round(np.column_stack((1e3 * points, quaternions)), 9)
+    text = "\n".join(",".join(map(repr, row)) for row in table.tolist())
+    (tmp_path / "seam.csv").write_text(f"x,y,z,qx,qy,qz,qw\n{text}\n", encoding="utf-8")
+    first, last = ({"position": table[i, :3].tolist()} for i in (0, -1))
+    first["quaternion_xyzw"] = table[0, 3:].tolist()
+    along = {"along": {"points": str(tmp_path / "seam.csv")}, "speed": 100}
+    on, off = ({"stop": True} if stop else {} for stop in stops)
+    plan = kw.plan(
+        {
+            "units": {"length": "mm", "angle": "deg"},
+            "robot": "ur5",
+            "start": "home",
+            "path": {"acceleration": acceleration},
+            "waypoints": [
+                {"name": "on", "time": 3, "pose": first, **on},
+                {"name": "off", "pose": last, **along, **off},
+            ],
+        }
+    )
+    plan.report.raise_if_failed()
+    assert_smooth(plan.scenario.paths[0].motion, plan.trajectory.polynomial)
+    assert len(plan.joint_waypoints.time) <= 20
+
+
+@given(
+    count=st.integers(5, 40),
+    radius=st.floats(0.005, 0.04),
+    dome=st.floats(0.1, 1.0),
+    turn=st.floats(0.5, 2.0 * np.pi),
+    oriented=st.booleans(),
+    speed=st.floats(0.01, 0.15),
+    ramps=st.floats(0.001, 1.0),
+)
+@examples(25)
+def test_a_path_with_stops_is_followed_without_spikes(
+    count: int,
+    radius: float,
+    dome: float,
+    turn: float,
+    oriented: bool,
+    speed: float,
+    ramps: float,
+) -> None:
+    points, rotations = circle_on_dome(count, radius, dome, turn)
+    curve = tp.ThroughPoints(points)
+    turning = tp.OrientationCurve.constant(DOWN, curve.length)
+    if oriented:
+        turning = tp.OrientationCurve.through(curve.arc_lengths, rotations)
+    path = tp.ToolPath([curve], turning)
+    # the ramps take this part of the path; 1 leaves no full speed
+    acceleration = 1.5 * speed**2 / (ramps * curve.length)
+    try:
+        motion = kw.follow_path(ARM, path, speed, acceleration=acceleration)
+    except FollowingError as error:  # the joints would have to be faster than they can
+        if "would have to turn at" not in str(error):
+            raise
+        reject()
+    profile = tp.speed_profile(
+        [curve.length], [speed], acceleration=acceleration, start_speed=0, end_speed=0
+    )
+    assert_smooth(tp.TimedPath(path, profile), motion.polynomial)
+
+
+TINY = st.floats(-12.0, -2.0).map(lambda power: 10.0**power)
+JERK_FACTOR = 2.0
+"""Nor has it so many times the jerk and acceleration that it has with only one of the breaks."""
+
+
+@given(part=TINY)
+@example(part=1e-8)
+@examples(10)
+def test_ramps_with_next_to_nothing_between_them_make_no_spike(part: float) -> None:
+    speed, length = 0.1, 0.1
+    line = tp.Line(TOP, TOP + np.array([0.0, length, 0.0]))
+    motions = [
+        kw.follow_path(ARM, line, speed, rotation=DOWN, acceleration=1.5 * speed**2 / length * more)
+        for more in (1.0, 1.0 + part)
+    ]
+    for order in (2, 3):
+        without, found = (one.extrema(order).peak.max() for one in motions)
+        assert found <= JERK_FACTOR * without
+
+
+@given(part=TINY, first=st.booleans(), bent=st.booleans())
+@example(part=1e-6, first=True, bent=False)
+@examples(10)
+def test_a_line_of_next_to_no_length_makes_no_spike(part: float, first: bool, bent: bool) -> None:
+    radius, speed = 0.05, 0.05
+    ahead = np.array([0.0, 2.0 * radius, 0.0])
+    way = ahead * max(part, 2e-8)  # shorter lines are refused
+    rest: Any = tp.Line(TOP, TOP + ahead)
+    if bent:
+        side = np.array([radius, 0.0, 0.0])
+        rest = tp.Arc.about(TOP, TOP + side, TOP + 2.0 * side, [0, 0, -1])
+    end, onward = rest.position([rest.length])[0], -way if bent else way
+    curves = [tp.Line(TOP - way, TOP), rest] if first else [rest, tp.Line(end, end + onward)]
+    still = tp.OrientationCurve.constant(DOWN, sum(one.length for one in curves))
+    motions = (
+        kw.follow_path(ARM, rest, speed, rotation=DOWN),
+        kw.follow_path(ARM, tp.ToolPath(curves, still), speed),
+    )
+    # where the curvature jumps, jerk is what the tolerance leaves room for
+    for order in (2,) if bent else (2, 3):
+        without, found = (one.extrema(order).peak.max() for one in motions)
+        assert found <= JERK_FACTOR * without

@@ -1,0 +1,126 @@
+"""One mistyped number does not cost minutes: what is hopeless is told without a search."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import knotwork as kw
+from command_line import Command
+from knotwork.verification import CHECKS
+from shipped import SCENARIO_FILES
+from sweeps import mostly_exhaustive
+
+MISTYPED = (1e-12, 1e-6, 1e-3, 1.5e6)
+AT = {"kinova_dispense": 1, "panda_pick_place": 2, "planar2_closed_form": 2, "xarm7_bead": 1}
+"""Waypoints of shipped scenarios whose `after` is mistyped."""
+
+
+def shipped(name: str) -> dict[str, Any]:
+    return dict(yaml.safe_load(SCENARIO_FILES[name].read_text(encoding="utf-8")))
+
+
+def mistyped(name: str, after: float) -> dict[str, Any]:
+    task = shipped(name)
+    task["waypoints"][AT[name]]["after"] = after
+    return task
+
+
+@pytest.fixture
+def motions(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The motions that were checked."""
+    made: list[Any] = []
+    monkeypatch.setitem(CHECKS, "counted", lambda motion, *_: made.append(motion) or ())
+    return made
+
+
+@pytest.fixture
+def proofs(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The proofs of clearances that were begun."""
+    from knotwork.verification.bounds import clearance
+
+    begun, own = [], clearance.clearances
+
+    def counted(*arguments: Any) -> Any:
+        begun.append(arguments)
+        return own(*arguments)
+
+    monkeypatch.setattr(clearance, "clearances", counted)
+    return begun
+
+
+@pytest.mark.parametrize(
+    "number",
+    mostly_exhaustive(itertools.product(AT, MISTYPED), *zip(AT, MISTYPED, strict=True)),
+)
+def test_an_absurd_duration_fails_without_a_proof_of_clearances_or_another_plan(
+    number: tuple[str, float], motions: list[Any], proofs: list[Any]
+) -> None:
+    name, after = number
+    report = kw.plan(mistyped(name, after)).report
+    assert not report.ok
+    assert any(one.group == "Joint limits" for one in report.failures)
+    assert len(motions) == 1
+    assert not proofs
+    if name != "planar2_closed_form":  # nothing is there to collide with
+        (said,) = (one for one in report.failures if one.group == "Collisions")
+        assert "collisions are not examined" in said.message
+        assert "is far beyond its limit" in said.message
+
+
+def test_the_command_tells_the_least_time_of_a_move_that_has_none(
+    knotwork: Command, tmp_path: Path
+) -> None:
+    file = tmp_path / "mistyped.yaml"
+    file.write_text(yaml.safe_dump(mistyped("kinova_dispense", 1e-12)))
+    ran = knotwork("plan", file)
+    assert ran.code == 1
+    said = " ".join(ran.out.split())
+    assert "0.1002 s or more is sufficient for the mean, and they have 1e-12 s" in said
+
+
+def test_clearances_that_are_not_looked_for_never_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the check that finds the broken limit is taken out."""
+    plan = kw.plan(mistyped("kinova_dispense", 1e-3))
+    monkeypatch.delitem(CHECKS, "joint_limits")
+    (said,) = kw.check(plan.trajectory, plan.scenario).select(quantity="clearances")
+    assert not said.ok
+
+
+def test_what_breaks_its_limit_many_times_over_is_not_bounded() -> None:
+    """The verdict is certain with the first samples."""
+    for name in AT:
+        plan = kw.plan(mistyped(name, 1e-6))
+        robot, trajectory = plan.space.robot, plan.trajectory
+        assert robot is not None
+        speed = kw.verification.tool_speed_bound(robot, trajectory, limit=0.25)
+        efforts = kw.verification.torque_bound(robot, trajectory)
+        for bound in (speed, *efforts):
+            assert not bound.ok
+            assert bound.proved
+            assert bound.evaluations < 1000
+
+
+def test_no_other_sequence_is_planned_where_a_waypoint_is_in_an_object(motions: list[Any]) -> None:
+    task = shipped("panda_pick_place")
+    task["waypoints"][3]["pose"]["position"] = [0, 0, -0.06]  # in the scales, not above
+    report = kw.plan(task).report
+    assert any(one.group == "Collisions" for one in report.failures)
+    assert len(motions) == 1
+
+
+def test_no_other_sequence_is_planned_where_all_are_too_fast(motions: list[Any]) -> None:
+    """The best one collides, another one does not."""
+    task = shipped("ur5_valve")
+    assert not kw.plan(task).report.failures
+    assert len(motions) > 1
+    motions.clear()
+    task["waypoints"][4]["after"] = 0.15
+    report = kw.plan(task).report
+    assert any("is sufficient for the mean" in one.message for one in report.failures)
+    assert any(one.quantity == "clearance" for one in report.failures)
+    assert len(motions) == 1

@@ -1,0 +1,128 @@
+"""What no limit forbids: limits that a robot does not have, and accelerations out of proportion."""
+
+from __future__ import annotations
+
+from math import factorial
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline
+
+import knotwork as kw
+from judged import judged
+from sweeps import examples
+
+ARM = kw.load_robot("ur5")
+TURNED = dict(zip(ARM.joint_names, ARM.configuration("home").tolist(), strict=True))
+TURNED["elbow_joint"] += 0.5
+
+
+def moved(seconds: float, **keys: Any) -> dict[str, Any]:
+    """A UR5 turns its elbow from home."""
+    waypoints = [{"name": "there", "after": seconds, "joints": TURNED}]
+    return {"robot": "ur5", "start": "home", "waypoints": waypoints, **keys}
+
+
+def shaken(plan: kw.Plan, size: float, width: float) -> kw.JointTrajectory:
+    """A motion of which one joint accelerates to and fro for a moment, by so much [rad/s², s]."""
+    curve, made = plan.trajectory.polynomial, plan.trajectory
+    knots = 0.4 * made.duration + width / 4.0 * np.arange(5)
+    bump = BSpline.basis_element(knots, extrapolate=False)
+    x = np.unique(np.concatenate((curve.x, knots)))
+    left = x[:-1]
+    c = []
+    for order in (3, 2, 1, 0):
+        values = curve(left, order)
+        shape = np.where((left < knots[0]) | (left >= knots[-1]), 0.0, bump(left, order))
+        values[:, 2] += size * (width / 4.0) ** 2 / 2.0 * shape
+        c.append(values / factorial(order))
+    return kw.JointTrajectory(
+        made.joint_names, kw.PiecewisePolynomial(np.array(c), x), joint_units=made.joint_units
+    )
+
+
+def test_an_acceleration_out_of_all_proportion_is_among_the_first_lines() -> None:
+    plan = kw.plan(moved(2.0))
+    report = kw.check(shaken(plan, 100.0, 0.01), plan.scenario)
+    (found,) = report.warnings
+    assert (found.quantity, found.name, report.ok) == ("acceleration_spike", "elbow_joint", True)
+    assert found.value == pytest.approx(100.0, rel=0.02)
+    assert found.time == pytest.approx(0.805, abs=0.001)
+    assert (
+        str(report)
+        .splitlines()[1]
+        .startswith("warning: joint 'elbow_joint': acceleration peaks at ")
+    )
+
+
+def test_one_that_no_arm_has_fails() -> None:
+    plan = kw.plan(moved(2.0))
+    report = kw.check(shaken(plan, 1100.0, 0.01), plan.scenario)
+    (found,) = report.select(quantity="acceleration_spike")
+    assert found in report.failures
+
+
+@pytest.mark.parametrize(("size", "width"), [(100.0, 0.2), (0.9, 0.01)])
+def test_one_that_lasts_or_is_feeble_is_no_spike(size: float, width: float) -> None:
+    plan = kw.plan(moved(2.0))
+    report = kw.check(shaken(plan, size, width), plan.scenario)
+    assert not report.select(quantity="acceleration_spike")
+
+
+@given(
+    planner=st.sampled_from(["modified-hermite", "cubic", "quintic", "septic"]),
+    power=st.floats(-2.0, 2.0),
+    moves=st.lists(st.tuples(st.floats(1.0, 5.0), st.floats(-2.0, 2.0)), min_size=3, max_size=3),
+    wait=st.booleans(),
+)
+@examples(40)
+def test_ordinary_motions_have_no_spike(
+    planner: str, power: float, moves: list[tuple[float, float]], wait: bool
+) -> None:
+    """Moves of 10 ms to 8 min, at once or after a wait a hundred times as long."""
+    waypoints: list[dict[str, Any]] = [{"joints": {"a": 0.0}}]
+    for seconds, position in moves:
+        stop = {"stop": True} if len(waypoints) < len(moves) else {}
+        waypoints.append({"after": seconds * 10.0**power, "joints": {"a": position}, **stop})
+    if wait and planner == "modified-hermite":
+        waypoints[1] |= {"wait": 100.0 * 10.0**power}
+    task = {"planner": planner, "waypoints": waypoints}
+    plan = kw.plan(task)
+    assert not plan.report.select(quantity="acceleration_spike")
+    assert judged(plan, task) == []
+
+
+def test_a_limit_that_a_robot_does_not_have_is_said_with_the_peak() -> None:
+    report = kw.plan(moved(2.0)).report
+    (found,) = report.select(quantity="missing_limits")
+    peaks = []
+    for quantity, unit in (("acceleration", "rad/s²"), ("jerk", "rad/s³")):
+        (joint,) = report.select(subject="joint", name="elbow_joint", quantity=quantity)
+        assert joint.value is not None
+        peaks.append(
+            f"{quantity} (peak {abs(joint.value):.4g} {unit}, elbow_joint at {joint.time:.6g} s)"
+        )
+    assert found.message == f"no limit is known for ur5 of {', '.join(peaks)}"
+    assert "  No limit known " in str(report)
+
+
+def test_nothing_is_said_of_limits_that_are_given() -> None:
+    plan = kw.plan(moved(2.0, limits={"acceleration": 10, "jerk": 100}))
+    assert not plan.report.select(quantity="missing_limits")
+    some = kw.plan(moved(2.0, limits={"acceleration": {"elbow_joint": 10}, "jerk": 100}))
+    (found,) = some.report.select(quantity="missing_limits")
+    assert "acceleration of shoulder_pan_joint, shoulder_lift_joint, wrist_1_joint" in str(found)
+
+
+def test_times_that_are_chosen_without_a_limit_of_acceleration_are_warned_of() -> None:
+    task = moved(2.0, times="fastest")
+    del task["waypoints"][0]["after"]
+    (found,) = kw.plan(task).report.warnings
+    assert str(found).startswith(
+        "times are chosen, but no limit of acceleration is known for ur5: only torque bounds it"
+    )
+    given = kw.plan(task | {"limits": {"acceleration": 10}})
+    assert not given.report.warnings

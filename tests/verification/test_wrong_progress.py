@@ -1,0 +1,225 @@
+"""Motions that stay on their path and do not make it as asked: none may pass the check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gantry
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import knotwork as kw
+from sweeps import examples
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("gantry")
+
+
+def failures(motion: kw.JointTrajectory, task: kw.Scenario) -> dict[str, str]:
+    """What fails, by quantity, with the message."""
+    return {one.quantity: one.message for one in kw.check(motion, task).failures}
+
+
+def circle(folder: Path, radius: float, turns: int = 0, **more: Any) -> kw.Scenario:
+    """Turns about a centre beside the origin, all ramps: so no speed is asked for in full."""
+    length = 2.0 * np.pi * radius * (turns + 1)
+    speed = length / 4.0
+    arc: dict[str, Any] = {"centre": [-radius, 0, 0], "normal": [0, 0, 1]}
+    if turns:
+        arc["turns"] = turns
+    return gantry.scenario(
+        folder,
+        {"arc": arc},
+        [0, 0, 0],
+        speed,
+        acceleration=1.5 * speed**2 / length,
+        tolerances={"path": 0.5},
+        **more,
+    )
+
+
+def length_of(task: kw.Scenario) -> float:
+    return 1e3 * float(task.paths[0].motion.path.length)
+
+
+def ends(task: kw.Scenario) -> tuple[float, float]:
+    motion = task.paths[0].motion
+    return motion.start_time, motion.end_time
+
+
+@pytest.mark.parametrize("radius", [2.0, 50.0])
+@pytest.mark.parametrize("part", [0.2, 0.5])
+def test_a_circle_made_in_part_both_ways_fails(folder: Path, radius: float, part: float) -> None:
+    task = circle(folder, radius)
+    start, end = ends(task)
+    far, whole = part * length_of(task), end - start
+    there_and_back = gantry.progress(
+        (start, 0, 0), (start + whole / 4, far, 0), (start + whole / 2, 0, 0),
+        (end - whole / 4, -far, 0), (end, 0, 0),
+    )  # fmt: skip
+    found = failures(gantry.motion(task, there_and_back), task)
+    assert set(found) & {"path_deviation", "path_progress"}
+    assert "path_ramp" in found
+
+
+@pytest.mark.parametrize("radius", [2.0, 50.0])
+@pytest.mark.parametrize("far", [0.3, 0.5, 0.9])
+def test_part_of_a_circle_and_back_fails(folder: Path, radius: float, far: float) -> None:
+    task = circle(folder, radius)
+    start, end = ends(task)
+    back = gantry.progress(
+        (start, 0, 0), (0.5 * (start + end), far * length_of(task), 0), (end, 0, 0)
+    )
+    found = failures(gantry.motion(task, back), task)
+    assert "path_deviation" not in found
+    assert f"to 0 mm of the arc's {length_of(task):.6g} mm" in found["path_progress"]
+    assert "path_ramp" in found
+
+
+@pytest.mark.parametrize(
+    ("asked", "made"), [(2, 1), (1, 2), (1, -1), (3, 2), (2, 3), (1, 0), (40, 39)]
+)
+def test_another_number_of_turns_fails(folder: Path, asked: int, made: int) -> None:
+    task = circle(folder, 20.0, turns=asked - 1)
+    start, end = ends(task)
+    length = made / asked * length_of(task)
+    found = failures(gantry.motion(task, gantry.progress((start, 0, 0), (end, length, 0))), task)
+    assert found
+    if 0 <= made < asked:
+        assert set(found) <= {"path_progress", "path_ramp"}
+        assert f"to {length:.6g} mm" in found["path_progress"]
+
+
+def seam(folder: Path) -> kw.Scenario:
+    """200 mm at 50 mm/s, in full from 3 s to 4 s of 7 s."""
+    return gantry.scenario(folder, "line", [200, 0, 0], 50, acceleration=25)
+
+
+WRONG_SPEEDS: dict[str, tuple[list[tuple[float, float, float]], set[str]]] = {
+    "backwards at full speed": (
+        [(0, 0, 0), (3, 125, -50), (4, 75, -50), (7, 200, 0)],
+        {"path_progress", "path_speed", "path_ramp"},
+    ),
+    "backwards before it": (
+        [(0, 0, 0), (1, 30, 0), (2, 10, 0), (3, 50, 50), (4, 100, 50), (7, 200, 0)],
+        {"path_progress", "path_ramp"},
+    ),
+    "backwards after it": (
+        [(0, 0, 0), (3, 75, 50), (4, 125, 50), (5, 170, 0), (6, 150, 0), (7, 200, 0)],
+        {"path_progress", "path_ramp"},
+    ),
+    "too fast before it": (
+        [(0, 0, 0), (3, 120, 50), (4, 170, 50), (5.2, 200, 0), (7, 200, 0)],
+        {"path_ramp"},
+    ),
+    "too fast after it": (
+        [(0, 0, 0), (1, 0, 0), (3, 50, 50), (4, 100, 50), (5.5, 180, 0), (7, 200, 0)],
+        {"path_ramp"},
+    ),
+    "standing for a while": (
+        [(0, 0, 0), (3, 75, 50), (3.3, 90, 0), (3.5, 90, 0), (4, 125, 50), (7, 200, 0)],
+        {"path_speed"},
+    ),
+    "all of it at once": (
+        [(0, 0, 0), (1, 0, 0), (2, 200, 0), (7, 200, 0)],
+        {"path_speed", "path_ramp"},
+    ),
+    "ending before the end": (
+        [(0, 0, 0), (3, 75, 50), (4, 125, 50), (7, 190, 0)],
+        {"position", "path_progress"},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG_SPEEDS)
+def test_a_line_made_at_other_speeds_fails(folder: Path, name: str) -> None:
+    task = seam(folder)
+    assert task.paths[0].stretches[0].full_speed == pytest.approx((3.0, 4.0))
+    states, expected = WRONG_SPEEDS[name]
+    assert set(failures(gantry.motion(task, gantry.progress(*states)), task)) == expected
+
+
+def eight(folder: Path) -> kw.Scenario:
+    """A figure eight through points, from its crossing on and closed there."""
+    u = np.linspace(0.0, 2.0 * np.pi, 41)
+    points = 40.0 * np.column_stack((np.sin(u), np.sin(u) * np.cos(u), 0.0 * u))
+    path = folder / "eight.csv"
+    np.savetxt(path, points, delimiter=",", header="x,y,z", comments="")
+    return gantry.scenario(
+        folder, {"points": str(path)}, [0, 0, 0], 50, acceleration=200, tolerances={"path": 0.5}
+    )
+
+
+def as_timed(task: kw.Scenario, t: np.ndarray) -> np.ndarray:
+    return 1e3 * task.paths[0].motion.arc_length(np.clip(t, *ends(task)))
+
+
+WRONG_LAPS = {
+    "the second lap first": lambda s, L: (s + 0.5 * L) % L,
+    "the first lap twice": lambda s, L: s % (0.5 * L),
+    "the second lap backwards": lambda s, L: np.where(s < 0.5 * L, s, 1.5 * L - s),
+    "all backwards": lambda s, L: L - s,
+    "the first lap and back": lambda s, L: np.minimum(s, L - s),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_LAPS)
+def test_the_laps_of_an_eight_in_another_order_fail(folder: Path, name: str) -> None:
+    task = eight(folder)
+    L = length_of(task)
+    wrong = gantry.motion(task, lambda t: WRONG_LAPS[name](as_timed(task, t), L))
+    assert set(failures(wrong, task)) & {"path_deviation", "path_progress", "path_speed"}
+
+
+def ramped(task: kw.Scenario, width: float) -> Any:
+    """Progress whose ramps take a part of their time only, at its middle."""
+    (stretch,) = task.paths[0].stretches
+    v, (low, high) = 1e3 * stretch.speed, stretch.full_speed
+
+    def rise(t: np.ndarray, start: float, end: float) -> np.ndarray:
+        """What a ramp from rest covers in between."""
+        middle, half = 0.5 * (start + end), 0.5 * width * (end - start)
+        u = np.clip((t - middle + half) / (2.0 * half), 0.0, None)
+        inside = 2.0 * half * v * (np.minimum(u, 1.0) ** 3 - 0.5 * np.minimum(u, 1.0) ** 4)
+        return inside + 2.0 * half * v * np.maximum(u - 1.0, 0.0)
+
+    def along(t: np.ndarray) -> np.ndarray:
+        start, end = stretch.start, stretch.end
+        return rise(t, start, low) - rise(t, high, end)
+
+    return along
+
+
+@examples(12)
+@given(
+    kind=st.sampled_from(["line", "eight", 2.0, 20.0, 50.0]),
+    turns=st.integers(0, 5),
+    width=st.floats(0.4, 1.0),
+    aside=st.just(0.0) | st.floats(1e-3, 0.2),
+    waves=st.integers(1, 3),
+)
+def test_a_motion_with_other_ramps_that_are_allowed_passes(
+    folder: Path, kind: Any, turns: int, width: float, aside: float, waves: int
+) -> None:
+    """Late in its ramps by up to turns, and a little aside."""
+    if kind == "line":
+        task = seam(folder)
+        aside *= 0.2
+    else:
+        task = eight(folder) if kind == "eight" else circle(folder, kind, turns)
+    start, end = ends(task)
+
+    def off(t: np.ndarray) -> np.ndarray:
+        u = (t - start) / (end - start)
+        height = aside * np.sin(waves * np.pi * u) ** 2 * np.sin(np.pi * u) ** 2
+        return np.column_stack((0.0 * u, 0.0 * u, height))
+
+    moved = gantry.motion(task, ramped(task, width), off)
+    report = kw.check(moved, task)
+    assert report.ok, report.failures
+    assert {one.proof for one in report.select(group="Tool paths")} == {"bounded"}

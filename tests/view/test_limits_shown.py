@@ -1,0 +1,132 @@
+"""The use of limits that pictures and pages show is that of the verdict, for every limit in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from figures import data, lines, notes
+
+import knotwork as kw
+from drawn import numbers, scene, thing, vertices
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.view import plot_tool
+from shipped import SCENARIO_FILES
+from sweeps import mostly_exhaustive
+
+GROUPS = ("Joint limits", "Tool and links", "Singularity")
+WITH_ARM = [name for name in SCENARIO_FILES if not name.startswith("paper_case")]
+
+
+@cache
+def deburring(**limits: Any) -> kw.Plan:
+    task = yaml.safe_load(SCENARIO_FILES["ur5_deburring"].read_text(encoding="utf-8"))
+    frames = [{"frame": name, "speed": limits.pop(name)} for name in (*limits,) if "link" in name]
+    given = task["limits"] | limits | ({"frame_speed": frames} if frames else {})
+    return kw.plan({**task, "limits": given})
+
+
+def peak(quantity: str) -> float:
+    """The greatest value of a quantity of the tool, or of the forearm [mm]."""
+    plan = deburring(tool_acceleration=1e4, forearm_link=1e4)
+    (found,) = plan.report.select(quantity=quantity)
+    assert found.value is not None
+    return 1e3 * found.value
+
+
+def most_used(plan: kw.Plan) -> Any:
+    """The finding on a limit that uses most of it."""
+    limits = [one for one in plan.report.findings if one.group in GROUPS and one.limit is not None]
+    return max(limits, key=lambda one: one.use or 0.0)
+
+
+def shown(plan: kw.Plan) -> Any:
+    return numbers(scene(plan.view())["strip"]["use"], "<f4", 1)[:, 0]
+
+
+@pytest.mark.parametrize(
+    "name", mostly_exhaustive(WITH_ARM, "ur5_deburring", "kinova_dispense", "planar2_closed_form")
+)
+def test_the_most_that_the_strip_shows_is_the_most_in_the_verdict(name: str) -> None:
+    plan = kw.plan(name)
+    assert shown(plan).max() == pytest.approx(most_used(plan).use, rel=1e-6)
+
+
+BROKEN = [
+    ("tool_speed", "tool_speed", "tool speed", "mm/s"),
+    ("tool_acceleration", "tool_acceleration", "tool acceleration", "mm/s²"),
+    ("forearm_link", "frame_speed", "speed of forearm_link", "mm/s"),
+]
+
+
+@pytest.mark.parametrize(("key", "quantity", "title", "unit"), BROKEN)
+def test_a_broken_limit_is_shown_everywhere(key: str, quantity: str, title: str, unit: str) -> None:
+    """At 392 % of a limit of tool or link, while every joint keeps its own."""
+    plan = deburring(**{key: peak(quantity) / 3.92})
+    worst = most_used(plan)
+    assert (worst.quantity, plan.report.failures) == (quantity, (worst,))
+    assert worst.use == pytest.approx(3.92, rel=1e-3)
+    assert "(392 %)" in worst.message
+
+    use = shown(plan)
+    assert use.max() == pytest.approx(worst.use, rel=1e-6)
+    time = np.linspace(plan.trajectory.start_time, plan.trajectory.end_time, len(use))
+    assert time[use.argmax()] == pytest.approx(worst.time, abs=0.6 * time[1])
+
+    page, robot = scene(plan.view()), plan.space.robot
+    assert page["legend"]["broken"]
+    assert robot is not None
+    red = vertices(thing(page, "limits broken"))
+    places = [(robot.base_placement * robot.forward(q)).translation for q in plan.trajectory(time)]
+    near = np.linalg.norm(np.array(places)[:, None] - red, axis=2).min(axis=1) < 0.01 * page["size"]
+    assert near[use > 1].all()
+    assert (use > 1).any()
+
+    figure = plot_tool(plan)
+    named = {" ".join(one.get_ylabel().split()): one for one in figure.axes}
+    axis = named[f"{title} [{unit}]"]
+    (limit,) = lines(axis, "limit")
+    drawn = data(limit)[1]
+    assert drawn[~np.isnan(drawn)] == pytest.approx(1e3 * worst.limit)
+    assert not np.isnan(drawn).all()
+    (curve,) = lines(axis, "tool")
+    most = np.nanmax(data(curve)[1]) / 1e3  # the value is the worst sample, the excess what is left
+    assert worst.value * (1 - 1e-6) <= most <= worst.value + worst.excess + 1e-9
+    assert len(lines(axis, "broken")) == 1
+    (note,) = [text.get_text() for text in axis.texts if text.get_gid() == "note"]
+    assert note.startswith(f"{1e3 * worst.value:.3g} {unit} at ")
+
+
+def test_a_limit_from_below_is_shown_too() -> None:
+    """The smallest singular value, kept and broken."""
+    (least,) = deburring().report.select(quantity="smallest_singular_value")
+    for share in (0.9, 1.5):
+        plan = deburring(singular_value=share * least.value)
+        assert shown(plan).max() == pytest.approx(most_used(plan).use, rel=1e-6)
+        figure = plot_tool(plan)
+        row = figure.axes[-1]
+        assert row.get_ylabel().replace("\n", " ") == "smallest singular value"
+        assert np.nanmin(data(lines(row, "tool")[0])[1]) == pytest.approx(least.value, rel=1e-3)
+        assert bool(lines(row, "broken")) == (share > 1)
+        assert f"limit {share * least.value:.3g}" in notes(figure)[-1]
+        assert plan.report.ok == (share < 1)
+
+
+def test_a_jump_is_no_kept_limit() -> None:
+    """The tool's acceleration is infinite there, though it is within its limit at all samples."""
+    ends = [{"joints": {"shoulder": 0, "elbow": 0.5}}, {"joints": {"shoulder": 0.5, "elbow": 0.5}}]
+    task = {"robot": "planar2", "limits": {"tool_acceleration": 50}, "waypoints": ends}
+    plan = kw.plan({**task, "waypoints": [ends[0], {**ends[1], "after": 2}]})
+    corners = [[[0.1, 0.0], [0.4, 0.0]], [[0.0, 0.5], [0.1, 0.5]]]  # linear, (2, pieces, joints)
+    curve = PiecewisePolynomial(np.array(corners), np.array([0.0, 1.0, 2.0]))
+    motion = replace(plan.trajectory, polynomial=curve)
+    report = kw.check(motion, plan.scenario)
+    (found,) = report.select(quantity="tool_acceleration")
+    assert found.value == np.inf
+    broken = replace(plan, trajectory=motion, report=report)
+    assert shown(broken).max() == np.inf
+    assert "infinite at the jump at 1 s, limit 50 m/s²" in notes(plot_tool(broken))

@@ -1,0 +1,172 @@
+"""What is seen at a time is the same, however the page came to it."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+import knotwork as kw
+
+TASK = {
+    "robot": "planar2",
+    "tool": {"holds": {"block": {"from": "take", "to": "leave", "box": [0.25, 0.25, 0.25]}}},
+    "scene": {
+        "objects": {
+            "shelf": {"box": [0.4, 0.4, 0.1], "position": [0, -1.2, 0]},
+            "floor": {"half_space": {"normal": [0, 0, 1]}, "position": [0, 0, -0.5]},
+        }
+    },
+    "waypoints": [
+        {"name": "start", "joints": {"shoulder": 0.9, "elbow": 0.6}},
+        {"name": "take", "joints": {"shoulder": -0.4, "elbow": 0.9}, "after": 1, "stop": True},
+        {"name": "leave", "joints": {"shoulder": 0.4, "elbow": -1.1}, "after": 1, "stop": True},
+        {"name": "end", "joints": {"shoulder": -0.7, "elbow": -0.3}, "after": 1},
+    ],
+}
+READY = "document.documentElement.dataset.ready === 'true'"
+FRAMES = """new Promise((done) => {
+  let left = 4;
+  const next = () => (left-- ? requestAnimationFrame(next) : done());
+  next();
+})"""
+
+# Words stay on their side of a point while a scene turns: where they are tells how it came there.
+WITHOUT_LABELS = "document.querySelector('#switches input[name=labels]').click()"
+
+
+class Scene:
+    """A page whose pixels are looked at as the screen has them: `capture_image` would draw."""
+
+    def __init__(self, tabs: Any, address: str, at: str = "paused", **options: Any) -> None:
+        self.tab = tabs.new(**options)
+        self.tab.set_viewport_size({"width": 800, "height": 600})
+        self.tab.goto(f"{address}#{at}")
+        self.tab.wait_for_function(READY)
+
+    @property
+    def time(self) -> float:
+        return float(self.tab.evaluate("knotwork.time()"))
+
+    def pixels(self) -> NDArray[np.int64]:
+        """The window, the pointer out of the way."""
+        self.tab.mouse.move(2, 2)
+        self.tab.evaluate("document.activeElement.blur()")
+        self.tab.evaluate(FRAMES)
+        image = Image.open(io.BytesIO(self.tab.screenshot())).convert("RGB")
+        return np.asarray(image).astype(np.int64)
+
+    def click(self, share: float) -> None:
+        """Click the strip at a share of its width."""
+        box = self.tab.locator("#strip").bounding_box()
+        self.tab.mouse.click(box["x"] + share * box["width"], box["y"] + 20)
+
+    def key(self, name: str) -> None:
+        self.tab.keyboard.press(name)
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> str:
+    return kw.plan(TASK).view().save(tmp_path / "block.html").as_uri()
+
+
+def differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> int:
+    """How many pixels differ to the eye."""
+    return int((np.abs(one - other).max(axis=2) > 12).sum())
+
+
+def test_a_paused_scene_shows_the_time_sought_from_either_side(tabs: Any, address: str) -> None:
+    """Before the block is taken, while it is held, and after; against pages opened at that time."""
+    opened: dict[float, NDArray[np.int64]] = {}
+
+    def afresh(time: float) -> NDArray[np.int64]:
+        if time not in opened:
+            fresh = Scene(tabs, address, f"t={time:.6f}")
+            assert fresh.time == pytest.approx(time, abs=1e-5)
+            opened[time] = fresh.pixels()
+            fresh.tab.close()
+        return opened[time]
+
+    scene = Scene(tabs, address)
+    for first in ("Home", "End"):
+        for share in (0.15, 0.5, 0.85):
+            scene.key(first)
+            scene.pixels()
+            scene.click(share)
+            assert differ(scene.pixels(), afresh(scene.time)) == 0, (first, share)
+    before, held, after = opened.values()
+    assert min(differ(before, held), differ(held, after)) > 1000
+    for key in ("p", "ArrowLeft", "Home"):
+        scene.key(key)
+        assert differ(scene.pixels(), afresh(scene.time)) == 0, key
+    scene.tab.close()
+
+
+def test_what_is_played_is_what_is_sought(tabs: Any, address: str) -> None:
+    scene = Scene(tabs, address)
+    scene.tab.evaluate("knotwork.loop(false)")
+    for time in (0.5, 1.2):
+        scene.tab.evaluate("knotwork.play()")
+        scene.tab.wait_for_function(f"knotwork.time() > {time}")
+        scene.tab.evaluate("knotwork.pause()")
+        shown = scene.pixels()
+        fresh = Scene(tabs, address, f"t={scene.time:.6f}")
+        fresh.tab.evaluate("knotwork.loop(false)")
+        assert differ(shown, fresh.pixels()) == 0, time
+        fresh.tab.close()
+    scene.tab.evaluate("knotwork.play()")
+    scene.tab.wait_for_function("knotwork.time() >= 3 - 1e-6")
+    played = scene.pixels()  # it has come to its end by itself
+    scene.key("Home")
+    scene.pixels()
+    scene.key("End")
+    assert differ(played, scene.pixels()) == 0
+    scene.tab.close()
+
+
+def test_a_paused_scene_follows_the_night_the_window_and_its_switches(
+    tabs: Any, address: str
+) -> None:
+    def changes(scene: Scene) -> Any:
+        """Each of the changes, undone by the next one or at last."""
+        tab = scene.tab
+        for scheme in ("dark", "light"):
+            tab.emulate_media(color_scheme=scheme)
+            yield scheme
+        for width in (640, 800):
+            tab.set_viewport_size({"width": width, "height": 600})
+            tab.wait_for_function(
+                f"document.querySelector('#scene canvas').clientWidth === {width}"
+            )
+            yield f"width {width}"
+        names = tab.evaluate(
+            "[...document.querySelectorAll('#switches input:checked')].map((box) => box.name)"
+        )
+        for name in names:
+            tab.evaluate(f"document.querySelector('#switches input[name=\"{name}\"]').click()")
+            yield f"{name} hidden"
+            tab.evaluate(f"document.querySelector('#switches input[name=\"{name}\"]').click()")
+            yield f"{name} shown"
+
+    scene = Scene(tabs, address, "t=1.5")
+    scene.tab.evaluate(WITHOUT_LABELS)
+    seen = scene.pixels()
+    done = []
+    for change in changes(scene):
+        shown = scene.pixels()
+        scene.tab.evaluate("viewer.set_dirty()")
+        assert differ(shown, scene.pixels()) == 0, change
+        done.append(change)
+    assert {"dark", "width 640", "held hidden", "objects shown"} <= set(done)
+    assert differ(seen, scene.pixels()) == 0
+    dark = Scene(tabs, address, "t=1.5", color_scheme="dark")
+    dark.tab.evaluate(WITHOUT_LABELS)
+    scene.tab.emulate_media(color_scheme="dark")
+    assert differ(scene.pixels(), dark.pixels()) == 0
+    for opened in (scene, dark):
+        opened.tab.close()
