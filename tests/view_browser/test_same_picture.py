@@ -110,6 +110,7 @@ def test_a_paused_scene_shows_the_time_sought_from_either_side(tabs: Any, addres
 def test_what_is_played_is_what_is_sought(tabs: Any, address: str) -> None:
     scene = Scene(tabs, address)
     scene.tab.evaluate("knotwork.loop(false)")
+    scene.tab.evaluate(WITHOUT_LABELS)
     for time in (0.5, 1.2):
         scene.tab.evaluate("knotwork.play()")
         scene.tab.wait_for_function(f"knotwork.time() > {time}")
@@ -117,6 +118,7 @@ def test_what_is_played_is_what_is_sought(tabs: Any, address: str) -> None:
         shown = scene.pixels()
         fresh = Scene(tabs, address, f"t={scene.time:.6f}")
         fresh.tab.evaluate("knotwork.loop(false)")
+        fresh.tab.evaluate(WITHOUT_LABELS)
         assert differ(shown, fresh.pixels()) == 0, time
         fresh.tab.close()
     scene.tab.evaluate("knotwork.play()")

@@ -115,9 +115,7 @@ class Player {
 
   toggle() {
     if (this.running) {
-      this.animator.pause();
-      this.ran = false;
-      this.ended = null;
+      this.seek(this.time); // the picture of a time is the same, whether it is played or sought
     } else {
       this.seek(this.time >= this.animator.duration - 1e-6 ? 0 : this.time);
       this.animator.play();
