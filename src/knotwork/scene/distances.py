@@ -120,6 +120,11 @@ class DistanceMeter:
         coal.distance(solid.geometry, placement, self._point, self._here, self._request, self._spot)
         return max(float(self._spot.min_distance), 0.0)
 
+    @property
+    def normal(self) -> FloatArray:
+        """Unit vector from the second solid to the first, of the last distance, shape (3,)."""
+        return -np.array(self._result.normal)
+
     def nearest(self, first: Placed, second: Placed) -> Nearest:
         """Nearest points of two solids, as `distance`."""
         if _cells_second(first, second):
@@ -127,7 +132,7 @@ class DistanceMeter:
             return Nearest(found.distance, found.points[::-1], -found.normal)
         distance = self.distance(first, second)
         points = np.array([self._result.getNearestPoint1(), self._result.getNearestPoint2()])
-        normal = -np.array(self._result.normal)
+        normal = self.normal
         if first.solid.cells is not None and second.solid.shape.kind == "ellipsoid":
             points = points @ second.rotation.T + second.origin
             normal = second.rotation @ normal

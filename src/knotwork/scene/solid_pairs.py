@@ -6,13 +6,17 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knotwork.robot.joint_tree import place_joints
 from knotwork.scene.containment import one_inside_the_other
 from knotwork.scene.distances import ROUNDING, DistanceMeter
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.solids import Placed
+from knotwork.scene.supports import support
 from knotwork.waypoints import FloatArray
+
+IndexArray = NDArray[np.intp]
 
 
 class SolidPairs:
@@ -26,6 +30,7 @@ class SolidPairs:
         pair: Pair of bodies that it belongs to, shape (c,).
         margin: Clearance to keep [m], shape (c,).
         exact: Whether one of the two is a mesh that is taken as it is, shape (c,).
+        convex: Whether both are convex, shape (c,).
         windows: From when to when [s] each pair of bodies is there, shape (p, 2).
     """
 
@@ -45,6 +50,8 @@ class SolidPairs:
         self.margin = np.array([model.pairs[k].margin for k in self.pair])
         exact = np.array([one.triangles is not None for one in self.solids])
         self.exact = exact[self.first] | exact[self.second]
+        convex = np.array([one.around is None for one in self.solids])
+        self.convex = convex[self.first] & convex[self.second]
         bodies = [(model.bodies[p.first], model.bodies[p.second]) for p in model.pairs]
         self.windows = np.array([(max(a.start, b.start), min(a.end, b.end)) for a, b in bodies])
         corners = np.array([one.corners for one in self.solids])
@@ -120,6 +127,11 @@ class SolidPairs:
             least[:, columns] = -np.inf
         return np.asarray(least)
 
+    @property
+    def normal(self) -> FloatArray:
+        """Unit vector from the second solid to the first, of the pair measured last, shape (3,)."""
+        return self._meter.normal
+
     def measured(
         self, combo: int, turn: FloatArray, shift: FloatArray, most: float = math.inf
     ) -> float:
@@ -132,6 +144,35 @@ class SolidPairs:
             most: Nothing beyond this is of interest [m], as in `DistanceMeter.distance`.
         """
         return self._meter.distance(*self.placed(combo, turn, shift), most)
+
+    def gaps(
+        self,
+        item: IndexArray,
+        combo: IndexArray,
+        normal: FloatArray,
+        turn: FloatArray,
+        shift: FloatArray,
+    ) -> FloatArray:
+        """How far planes across a direction keep two convex solids apart [m], shape (m,).
+
+        Args:
+            item: Which of the k placements, shape (m,).
+            combo: Which pair of solids, shape (m,).
+            normal: Unit vectors from the second to the first, shape (m, 3); those from half spaces
+                are replaced by the normals of their planes.
+            turn: Rotations of the solids' own axes, shape (k, s, 3, 3).
+            shift: Their origins [m], shape (k, s, 3).
+        """
+        for columns, plane in self._planes:
+            normal[np.isin(combo, columns)] = -plane[:3]
+        result = np.zeros(len(item))
+        for solids, direction in ((self.first[combo], -normal), (self.second[combo], normal)):
+            own = np.einsum("mji,mj->mi", turn[item, solids], direction)
+            result -= np.einsum("mi,mi->m", direction, shift[item, solids])
+            for s in set(solids.tolist()):
+                rows = np.flatnonzero(solids == s)
+                result[rows] -= support(self.solids[s], own[rows])
+        return result
 
     def placed(self, combo: int, turn: FloatArray, shift: FloatArray) -> tuple[Placed, Placed]:
         """The two solids of a pair where they are; arguments as in `measured`."""

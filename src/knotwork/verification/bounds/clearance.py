@@ -9,8 +9,10 @@ at least
 
     d − Σⱼ |Δqⱼ| ρⱼ
 
-all over the interval. Where that leaves open how near the bodies come, the interval is divided in
-three, and the middle part has its distance already.
+all over the interval. Convex bodies are also separated by the plane whose normal joins their
+nearest points at the middle, and only motion along this normal brings them nearer, to first order
+(`relative_motion`). The better of the two bounds counts. Where that leaves open how near the bodies
+come, the interval is divided in three, and the middle part has its distance already.
 """
 
 from __future__ import annotations
@@ -36,7 +38,8 @@ from knotwork.scene.distances import (
 from knotwork.scene.model import CollisionModel
 from knotwork.scene.solid_pairs import SolidPairs
 from knotwork.verification.bounds.contacts import ContactTimes
-from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.verification.bounds.polynomials import Intervals
+from knotwork.verification.bounds.relative_motion import RelativeMotion
 from knotwork.waypoints import FloatArray
 
 IndexArray = NDArray[np.intp]
@@ -133,6 +136,18 @@ def least_clearance(
     return min(found, key=lambda one: one.distance - one.margin)
 
 
+class Known(NamedTuple):
+    """What has been measured of m items, each a pair of solids at the middle of an interval.
+
+    Attributes:
+        distance: Between the solids [m], `nan` where it has not been measured; shape (m,).
+        normal: Unit vectors from the second to the first, shape (m, 3).
+    """
+
+    distance: FloatArray
+    normal: FloatArray
+
+
 class _Search:
     """The division of the time of a motion, for all pairs of solids together."""
 
@@ -152,9 +167,6 @@ class _Search:
         )
         self.margin = self.table.margin
         self.windows = self.table.windows.clip(curve.x[0], curve.x[-1])
-        carriers = model.joints.carriers[self.table.joint]
-        a, b = carriers[self.first], carriers[self.second]
-        self.between = (a & ~b).astype(float), (b & ~a).astype(float)
         self.least_part = PRECISION if precision is None else precision
         around = np.array([model.pairs[k].around for k in self.pair])
         part = np.where(around, AROUND_PRECISION, OWN_PRECISION)
@@ -171,9 +183,9 @@ class _Search:
         for low in range(0, len(first.piece), BLOCK):
             intervals = first[low : low + BLOCK]
             item, combo = self._there(intervals)
-            distance = np.full(len(item), np.nan)
+            known = Known(np.full(len(item), np.nan), np.zeros((len(item), 3)))
             while len(item):
-                intervals, item, combo, distance = self._level(intervals, item, combo, distance)
+                intervals, item, combo, known = self._level(intervals, item, combo, known)
         self._look_inside()
         return self._clearances()
 
@@ -200,19 +212,27 @@ class _Search:
         return item, combo
 
     def _level(
-        self, intervals: Intervals, item: IndexArray, combo: IndexArray, distance: FloatArray
-    ) -> tuple[Intervals, IndexArray, IndexArray, FloatArray]:
+        self, intervals: Intervals, item: IndexArray, combo: IndexArray, known: Known
+    ) -> tuple[Intervals, IndexArray, IndexArray, Known]:
         """Measure where it is needed, close what is decided, divide the rest in three."""
         middle = intervals.start + intervals.length / 2
         q = horner(self.curve.c[:, intervals.piece], middle[:, None])
         time = self.curve.x[intervals.piece] + middle
         rotation, origin = place_joints(self.model.joints, q)
-        motion = self._motions(self._moves(intervals, rotation, origin), item, combo)
+        motions = RelativeMotion(
+            self.model.joints, self.table, self.curve, intervals, rotation, origin
+        )
+        motion = motions.largest(item, combo)
         least = self.table.least(rotation, origin)[item, combo]
-        self._measure(time[item], rotation, origin, item, combo, distance, least, motion)
-        measured = ~np.isnan(distance)
-        lower = np.where(measured, distance - ROUNDING, least) - motion
-        decided = lower >= self._goal()[combo]
+        self._measure(time[item], rotation, origin, item, combo, known, least, motion)
+        distance = known.distance
+        lower = np.where(np.isnan(distance), least, distance - ROUNDING) - motion
+        goal = self._goal()[combo]
+        apart = np.flatnonzero(self.table.convex[combo] & (distance > 0.0) & (lower < goal))
+        where = item[apart], combo[apart], known.normal[apart]
+        gap = self.table.gaps(*where, *self.table.axes(rotation, origin)) - ROUNDING
+        lower[apart] = np.maximum(lower[apart], gap - motions.along(*where))
+        decided = lower >= goal
         small = motion <= self.resolution
         is_open = (
             ~(decided | small) if self.measurements.sum() < BUDGET else np.zeros(len(item), bool)
@@ -223,7 +243,8 @@ class _Search:
         half, at = intervals.length[item[left]] / 2, time[item[left]]
         np.minimum.at(self.undecided_from, combo[left], at - half)
         np.maximum.at(self.undecided_until, combo[left], at + half)
-        return _divided(intervals, item[is_open], combo[is_open], distance[is_open])
+        known = Known(distance[is_open], known.normal[is_open])
+        return _divided(intervals, item[is_open], combo[is_open], known)
 
     def _goal(self) -> FloatArray:
         """An interval is closed where its bound comes up to this [m], for each pair of solids."""
@@ -239,7 +260,7 @@ class _Search:
         origin: FloatArray,
         item: IndexArray,
         combo: IndexArray,
-        distance: FloatArray,
+        known: Known,
         least: FloatArray,
         motion: FloatArray,
     ) -> None:
@@ -254,12 +275,12 @@ class _Search:
             origin: Of all joints then [m], shape (k, n + 1, 3).
             item: Which of the k times each item is at.
             combo: Pair of solids of each item.
-            distance: Of each item [m]; `nan` where it has not been measured, and filled in.
+            known: What has been measured of each item; what is measured now is filled in.
             least: Distance that spheres prove of each item [m].
             motion: How far the solids of each item move against one another at most [m].
         """
         lower, first_goal = least - motion, self._goal()
-        waiting = np.flatnonzero(np.isnan(distance) & (lower < first_goal[combo]))
+        waiting = np.flatnonzero(np.isnan(known.distance) & (lower < first_goal[combo]))
         waiting = waiting[np.argsort(np.round(lower[waiting], DIGITS), kind="stable")]
         goal, smallest = first_goal.tolist(), self.distance.tolist()
         turn, shift = self.table.axes(rotation, origin)
@@ -269,39 +290,13 @@ class _Search:
                 continue
             enough = max(goal[c] + moved + 2 * ROUNDING, smallest[c])
             d = self.table.measured(c, turn[k], shift[k], enough)
-            distance[i] = d
+            known.distance[i], known.normal[i] = d, self.table.normal
             self.measurements[c] += 1
             if d < smallest[c] - 10.0**-DIGITS:
                 smallest[c] = self.distance[c] = d
                 self.time[c] = time[i]
                 part = max(self.least_part, self.precision[c] * abs(d))
                 goal[c] = max(d - part, self.margin[c]) if d > self.margin[c] else d - part
-
-    def _moves(self, intervals: Intervals, rotation: FloatArray, origin: FloatArray) -> FloatArray:
-        """How far each joint moves each solid that it carries, shape (k, n + 1, solids) [m]."""
-        joints = self.model.joints
-        k, n = origin.shape[:2]
-        rates = joint_rates(self.curve, intervals).bounds[1]
-        half = np.zeros((k, n))
-        half[:, 1:] = (rates[list(joints.column[1:])] * (intervals.length / 2)).T
-        corners = self.table.corners(rotation, origin)
-        moves = np.zeros((k, n, len(self.table.solids)))
-        for j in range(1, n):
-            own = np.flatnonzero(joints.carriers[self.table.joint, j])
-            axis = (rotation[:, j] @ joints.axis[j])[:, None, None]
-            lever = corners[:, own] - origin[:, j, None, :, None]
-            along = (axis @ lever)[:, :, 0]
-            square = (lever * lever).sum(axis=2) - along * along
-            off = np.sqrt(np.maximum(square.max(axis=2), 0.0))
-            moves[:, j, own] = half[:, j, None] * (joints.turns[j] * off + abs(joints.slides[j]))
-        return moves
-
-    def _motions(self, moves: FloatArray, item: IndexArray, combo: IndexArray) -> FloatArray:
-        """How far the two solids of each item move against one another at most [m]."""
-        a, b = self.between
-        total = (moves[:, :, self.first] * a.T).sum(axis=1)
-        total += (moves[:, :, self.second] * b.T).sum(axis=1)
-        return np.asarray(total[item, combo])
 
     def _look_inside(self) -> None:
         """Find solids inside meshes: if surfaces never meet, one look tells it for all time."""
@@ -361,8 +356,8 @@ class _Search:
 
 
 def _divided(
-    intervals: Intervals, item: IndexArray, combo: IndexArray, distance: FloatArray
-) -> tuple[Intervals, IndexArray, IndexArray, FloatArray]:
+    intervals: Intervals, item: IndexArray, combo: IndexArray, known: Known
+) -> tuple[Intervals, IndexArray, IndexArray, Known]:
     """Intervals of items that are still open, each in three parts; the middle ones are measured."""
     used, place = np.unique(item, return_inverse=True)
     third = intervals.length[used] / 3
@@ -373,6 +368,7 @@ def _divided(
         np.repeat(third, 3),
     )
     items = (3 * place[:, None] + np.arange(3)).ravel()
-    known = np.full((len(place), 3), np.nan)
-    known[:, 1] = distance
-    return parts, items, np.repeat(combo, 3), known.ravel()
+    distance, normal = np.full((len(place), 3), np.nan), np.zeros((len(place), 3, 3))
+    distance[:, 1], normal[:, 1] = known
+    parts_known = Known(distance.ravel(), normal.reshape(-1, 3))
+    return parts, items, np.repeat(combo, 3), parts_known

@@ -1,0 +1,134 @@
+"""How far solids can move against one another over intervals of time.
+
+Only the joints between two solids count: those that carry one of them and not the other. With lᵢ,
+the largest velocity of a point of a solid for one unit of joint i's velocity, a solid moves by no
+more than Σᵢ |Δqᵢ| lᵢ (`RelativeMotion.largest`).
+
+Along a fixed direction n the velocity of a point is n·v at the middle of the interval, a linear
+function of the point, and it changes by no more than the acceleration,
+
+    Σᵢ |q̈ᵢ| lᵢ + |q̇ᵢ| (|q̇ᵢ| + 2 Σⱼ |q̇ⱼ|) lᵢ,    j nearer to the base than i,
+
+since ∂²p/∂qⱼ∂qᵢ = zⱼ × ∂p/∂qᵢ (`RelativeMotion.along`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.critical_points import differentiate, horner
+from knotwork.robot.joint_tree import JointTree
+from knotwork.scene.solid_pairs import SolidPairs
+from knotwork.verification.bounds.polynomials import Intervals, joint_rates
+from knotwork.waypoints import FloatArray
+
+IndexArray = NDArray[np.intp]
+
+
+class RelativeMotion:
+    """Bounds on the motion of pairs of solids over k intervals."""
+
+    def __init__(
+        self,
+        joints: JointTree,
+        table: SolidPairs,
+        curve: PiecewisePolynomial,
+        intervals: Intervals,
+        rotation: FloatArray,
+        origin: FloatArray,
+    ) -> None:
+        """Place the solids at the middles of the intervals.
+
+        Args:
+            joints: What carries the solids.
+            table: Pairs of solids.
+            curve: Joint positions, trailing shape (d,).
+            intervals: When.
+            rotation: Of all joints at the middles, shape (k, n + 1, 3, 3).
+            origin: Of all joints then [m], shape (k, n + 1, 3).
+        """
+        self.joints, self.table, self.curve, self.intervals = joints, table, curve, intervals
+        self.origin, self.half = origin, intervals.length / 2
+        carriers = joints.carriers[table.joint]
+        a, b = carriers[table.first], carriers[table.second]
+        self.between = (a & ~b).astype(float), (b & ~a).astype(float)
+        columns = list(joints.column[1:])
+        rates = joint_rates(curve, intervals).bounds
+        self.speed, self.acceleration = np.zeros((2, *origin.shape[:2]))
+        self.speed[:, 1:], self.acceleration[:, 1:] = rates[1, columns].T, rates[2, columns].T
+        self.rate = np.zeros_like(self.speed)
+        middle = (intervals.start + self.half)[:, None]
+        velocity = horner(differentiate(curve.c[:, intervals.piece]), middle)
+        self.rate[:, 1:] = velocity[:, columns]
+        self.axis = (rotation @ joints.axis[:, :, None])[..., 0]
+        self.corners = table.corners(rotation, origin)
+        self.levers = self._levers(carriers)
+        self.moves = (self.speed * self.half[:, None])[:, :, None] * self.levers
+
+    def _levers(self, carriers: NDArray[np.bool_]) -> FloatArray:
+        """Largest speed of a point of each solid for a joint speed of 1, shape (k, n + 1, s)."""
+        joints = self.joints
+        k, n = self.origin.shape[:2]
+        levers = np.zeros((k, n, len(self.table.solids)))
+        for j in range(1, n):
+            own = np.flatnonzero(carriers[:, j])
+            arm = self.corners[:, own] - self.origin[:, j, None, :, None]
+            along = (self.axis[:, j, None, None, :] @ arm)[:, :, 0]
+            square = (arm * arm).sum(axis=2) - along * along
+            off = np.sqrt(np.maximum(square.max(axis=2), 0.0))
+            levers[:, j, own] = joints.turns[j] * off + abs(joints.slides[j])
+        return levers
+
+    def largest(self, item: IndexArray, combo: IndexArray) -> FloatArray:
+        """How far points of two solids move against one another at most [m], shape (m,).
+
+        Args:
+            item: Which interval, shape (m,).
+            combo: Which pair of solids, shape (m,).
+        """
+        a, b = self.between
+        total = (self.moves[:, :, self.table.first] * a.T).sum(axis=1)
+        total += (self.moves[:, :, self.table.second] * b.T).sum(axis=1)
+        return np.asarray(total[item, combo])
+
+    def along(self, item: IndexArray, combo: IndexArray, normal: FloatArray) -> FloatArray:
+        """How far two solids can approach each other along a direction [m], shape (m,).
+
+        Args:
+            item: Which interval, shape (m,).
+            combo: Which pair of solids, shape (m,).
+            normal: Unit vectors, shape (m, 3).
+        """
+        a, b = self.between
+        low_a, high_a, bend_a = self._along(item, self.table.first[combo], a[combo], normal)
+        low_b, high_b, bend_b = self._along(item, self.table.second[combo], b[combo], normal)
+        rate, half = np.maximum(high_a - low_b, high_b - low_a), self.half[item]
+        return np.asarray(rate * half + (bend_a + bend_b) * half * half / 2)
+
+    def _along(
+        self, item: IndexArray, solid: IndexArray, moved: FloatArray, normal: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Least and largest speed of points along a direction, and a bound on accelerations.
+
+        Args:
+            item: Which interval, shape (m,).
+            solid: Which solid, shape (m,).
+            moved: 1 for the joints that count, 0 for others, shape (m, n + 1).
+            normal: Unit vectors, shape (m, 3).
+        """
+        turns, slides, axis = self.joints.turns, self.joints.slides, self.axis[item]
+        rate = self.rate[item] * moved
+        turning = np.cross(normal[:, None], axis) * (rate * turns)[:, :, None]
+        sliding = rate * (slides * np.einsum("mij,mj->mi", axis, normal))
+        slope = turning.sum(axis=1)
+        level = sliding.sum(axis=1) - np.einsum("mij,mij->m", turning, self.origin[item])
+        speeds = level[:, None] + np.einsum("mi,mic->mc", slope, self.corners[item, solid])
+        # The levers hold at the middle: joints beyond move points farther from an axis.
+        moves, speed = self.moves[item, :, solid] * moved, self.speed[item] * moved
+        beyond = moves.sum(axis=1)[:, None] - moves.cumsum(axis=1)
+        levers = self.levers[item, :, solid] + turns * beyond
+        nearer = (turns * speed).cumsum(axis=1) - turns * speed
+        bends = self.acceleration[item] * moved + speed * (turns * speed + 2.0 * nearer)
+        return speeds.min(axis=1), speeds.max(axis=1), (bends * levers).sum(axis=1)
