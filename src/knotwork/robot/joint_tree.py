@@ -132,6 +132,31 @@ def place_joints(joints: JointTree, q: FloatArray) -> tuple[FloatArray, FloatArr
     return rotation, origin
 
 
+def frame_motion(
+    joints: JointTree, frame: Any, q: FloatArray, v: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position, rotation and velocity of a frame, in the axes of the URDF's root.
+
+    Args:
+        joints: The joints.
+        frame: Pinocchio's.
+        q: Configurations [rad or m], shape (k, d).
+        v: Their velocities [rad/s or m/s], shape (k, d).
+
+    Returns:
+        Shapes (k, 3) [m], (k, 3, 3) and (k, 3) [m/s].
+    """
+    joint = int(frame.parentJoint)
+    rotation, origin = place_joints(joints, q)
+    position = origin[:, joint] + rotation[:, joint] @ np.array(frame.placement.translation)
+    path = joints.path(joint)
+    axis = (rotation[:, path] @ joints.axis[path][..., None])[..., 0]
+    moved = np.cross(axis, position[:, None] - origin[:, path]) * joints.turns[path][:, None]
+    moved += axis * joints.slides[path][:, None]
+    velocity = np.einsum("kj,kji->ki", v[:, [joints.column[i] for i in path]], moved)
+    return position, rotation[:, joint] @ np.array(frame.placement.rotation), velocity
+
+
 def _turned(joints: JointTree, q: FloatArray) -> FloatArray:
     """Rotation matrices of all joints about their axes, shape (n + 1, k, 3, 3) (Rodrigues)."""
     angle = joints.turns[:, None] * q.T[list(joints.column)]

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
-from knotwork.robot.joint_tree import joint_tree
+from knotwork.robot.joint_tree import frame_motion, joint_tree
 from knotwork.tool_paths.progress import progress
 from knotwork.verification.bounds.adaptive import ROUNDING
 from knotwork.verification.bounds.chain import carried, tree_motion
@@ -72,7 +71,7 @@ class PathStretch:
     ) -> None:
         self.robot, self.curve, self.motion = robot, curve, motion
         self.frame = robot.require_tool()
-        self.joints, self.data = joint_tree(robot.model), robot.model.createData()
+        self.joints = joint_tree(robot.model)
         self.joint, self.lever = carried(robot.model, self.frame)
         ends = motion.arc_length(np.array([start, end]))
         self.low, self.high = float(ends[0]), float(ends[1])
@@ -104,15 +103,9 @@ class PathStretch:
 
     def _tool(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position [m], rotation and velocity [m/s] of the tool in the base frame."""
-        model, data, frame = self.robot.model, self.data, self.frame
+        frame = self.robot.model.frames[self.frame]
         q, v = self.curve(t), self.curve(t, 1)
-        position, rotation = np.empty((len(t), 3)), np.empty((len(t), 3, 3))
-        velocity = np.empty((len(t), 3))
-        for i in range(len(t)):
-            pin.forwardKinematics(model, data, q[i], v[i])
-            placed = pin.updateFramePlacement(model, data, frame)
-            position[i], rotation[i] = placed.translation, placed.rotation
-            velocity[i] = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED).linear
+        position, rotation, velocity = frame_motion(self.joints, frame, q, v)
         base = self.robot.base_placement.inverse()
         position = position @ base.rotation.T + base.translation
         return position, base.rotation @ rotation, velocity @ base.rotation.T
