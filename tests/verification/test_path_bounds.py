@@ -187,3 +187,24 @@ def test_a_tolerance_that_is_the_deviation_to_the_last_digit_stays_open(line: kw
         tolerance = found.value
     assert not found.proved
     assert found.value <= tolerance < found.bound < tolerance + 1e-9
+
+
+@pytest.mark.parametrize("ulps", [0, 1, 2, 1000])
+def test_times_that_differ_by_rounding_are_divided_as_one(line: kw.Plan, ulps: int) -> None:
+    """The full speed begins so many roundings after a break of the motion: no interval is lost."""
+    motion, path = line.trajectory.polynomial, line.scenario.paths[0].motion
+    whole = path.start_time, path.end_time
+    full = path.timing.full_speed[0] + path.start_time
+    inner = motion.x[(motion.x > full[0]) & (motion.x < full[1])]
+    later = float(inner[0])
+    for _ in range(ulps):
+        later = float(np.nextafter(later, np.inf))
+    arguments = line.space.robot, motion, path, whole
+    limits = PathLimits(1e-6, 1e-5, 1e-6)  # so near that intervals are divided
+    found = path_bounds(*arguments, (later, full[1]), 0.06, limits)
+    plain = path_bounds(*arguments, (float(inner[0]), full[1]), 0.06, limits)
+    assert len(found.use) == len(found.times) - 1
+    assert found.position.bound == pytest.approx(plain.position.bound, rel=0.05)
+    assert found.speed is not None
+    assert plain.speed is not None
+    assert found.speed.value == pytest.approx(plain.speed.value, rel=1e-3)
