@@ -14,7 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification.bounds.path import PathBound, PathLimits, path_bounds
+from knotwork.verification.bounds.path import PathBound, PathLimits, _divided, path_bounds
 from sweeps import examples
 
 ON = {"position": [450, -100, 60], "rpy": [180, 0, 0]}
@@ -189,22 +189,24 @@ def test_a_tolerance_that_is_the_deviation_to_the_last_digit_stays_open(line: kw
     assert found.value <= tolerance < found.bound < tolerance + 1e-9
 
 
-@pytest.mark.parametrize("ulps", [0, 1, 2, 1000])
-def test_times_that_differ_by_rounding_are_divided_as_one(line: kw.Plan, ulps: int) -> None:
-    """The full speed begins so many roundings after a break of the motion: no interval is lost."""
-    motion, path = line.trajectory.polynomial, line.scenario.paths[0].motion
-    whole = path.start_time, path.end_time
-    full = path.timing.full_speed[0] + path.start_time
-    inner = motion.x[(motion.x > full[0]) & (motion.x < full[1])]
-    later = float(inner[0])
-    for _ in range(ulps):
-        later = float(np.nextafter(later, np.inf))
-    arguments = line.space.robot, motion, path, whole
-    limits = PathLimits(1e-6, 1e-5, 1e-6)  # so near that intervals are divided
-    found = path_bounds(*arguments, (later, full[1]), 0.06, limits)
-    plain = path_bounds(*arguments, (float(inner[0]), full[1]), 0.06, limits)
-    assert len(found.use) == len(found.times) - 1
-    assert found.position.bound == pytest.approx(plain.position.bound, rel=0.05)
-    assert found.speed is not None
-    assert plain.speed is not None
-    assert found.speed.value == pytest.approx(plain.speed.value, rel=1e-3)
+@given(
+    parts=st.lists(st.integers(1, 5), min_size=3, max_size=20),
+    ulps=st.integers(1, 3),
+    scale=st.sampled_from([1e-3, 1.0, 1e6]),
+)
+@examples(40)
+def test_intervals_of_a_rounding_are_divided_into_equal_times(
+    parts: list[int], ulps: int, scale: float
+) -> None:
+    """Each time that was given is found once among those that divide, however equal these are."""
+    t = [scale]
+    for i in range(len(parts)):
+        after = t[-1]
+        for _ in range(ulps):
+            after = float(np.nextafter(after, np.inf))
+        t.append(after if i % 2 else 1.5 * t[-1])
+    times = np.array(t)
+    finer, old = _divided(times, np.array(parts, float), np.ones(len(parts)), 1000)
+    assert (np.diff(finer) >= 0.0).all()
+    np.testing.assert_array_equal(finer[old], times)
+    assert len(finer) == 1 + sum(parts)

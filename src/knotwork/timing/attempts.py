@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from knotwork.timing.bounds import lower_bound
 from knotwork.timing.care import first_care, form_of_care, keeps_limits, more_care
 from knotwork.timing.costs import terms, weighted
 from knotwork.timing.efforts import effort_shares
@@ -42,6 +43,9 @@ ROOM = 1.05
 MOST_TIMES = 12
 """How often a start is solved again, with more care, before it has failed."""
 
+NEARLY = 1.001
+"""A motion with rests that takes at most so many times the lower bound is not improved on."""
+
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
@@ -75,6 +79,10 @@ def solved_section(
         in each interval if it is the best; `None` if there is none.
     """
     best: Attempt | None = None
+    if problem.objective.only_time and problem.total is None and not problem.free.all():
+        rests = resting(problem, "resting")  # given durations may be so long that nothing is won
+        if rests is not None and rests.found.curve.x[-1] <= NEARLY * lower_bound(problem):
+            return rests
     for start, care in _starts(problem, watch, guess):
         found = _run(start, problem, watch, care)
         best = _better(best, found)
