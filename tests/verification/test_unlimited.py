@@ -117,6 +117,23 @@ def test_ordinary_motions_have_no_spike(
     assert judged(plan, task) == []
 
 
+@pytest.mark.parametrize("wait", [1e4, 1e6])
+def test_a_long_motion_of_short_moves_has_no_spike(wait: float) -> None:
+    """However far apart samples of the whole motion are."""
+    task: dict[str, Any] = {
+        "limits": {"velocity": 3, "acceleration": 20, "jerk": 8000},
+        "times": "fastest",
+        "waypoints": [
+            {"joints": {"a": 0.0}},
+            {"joints": {"a": 1.0}, "stop": True, "wait": wait},
+            {"joints": {"a": -0.5}},
+        ],
+    }
+    report = kw.plan(task).report
+    assert report.ok
+    assert not spikes(report)
+
+
 def test_a_limit_that_a_robot_does_not_have_is_said_with_the_peak() -> None:
     report = kw.plan(moved(2.0)).report
     (found,) = report.select(quantity="missing_limits")

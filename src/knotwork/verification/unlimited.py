@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.distinct import distinct
 from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
@@ -112,12 +113,23 @@ def sustained(curve: PiecewisePolynomial, order: int) -> tuple[FloatArray, float
         Greatest changes of velocity within a window, over its length, shape (d,), and the length
         [s]; of jerk the greatest changes of the mean acceleration from one step to the next.
     """
-    duration = float(curve.x[-1] - curve.x[0])
-    step = max(min(WINDOW, WINDOW_PART * duration) / STEPS, duration / MOST_SAMPLES)
-    half = np.linspace(curve.x[0], curve.x[-1], 2 * round(duration / step) + 1)
-    v = curve(half, 1)
+    start, end = float(curve.x[0]), float(curve.x[-1])
+    window = min(WINDOW, WINDOW_PART * (end - start))
+    step = window / STEPS
+    count = min(round(2.0 * (end - start) / step), MOST_SAMPLES)
+    # of a long motion these are few, so wherever a peak may be there are more
+    middles = distinct(np.linspace(start, end, count), curve.x, curve.extrema(order).peak_time)
+
+    def change(lag: float) -> FloatArray:
+        t = np.clip(middles, start + lag, end - lag)
+        before, after = (curve(np.clip(t + by, start, end), 1) for by in (-lag, lag))
+        if order == 2:
+            found = after - before
+        else:
+            found = after - 2.0 * curve(t, 1) + before
+        return np.asarray(np.abs(found).max(axis=0))
+
     if order == 3:
-        return np.abs(v[4:] - 2.0 * v[2:-2] + v[:-4]).max(axis=0) / step**2, 2.0 * step
-    v = v[::2]
-    changes = [np.abs(v[lag:] - v[:-lag]).max(axis=0) for lag in range(1, STEPS + 1)]
-    return np.max(changes, axis=0) / (STEPS * step), STEPS * step
+        return change(step) / step**2, 2.0 * step
+    changes = [change(0.5 * k * step) for k in range(1, STEPS + 1)]
+    return np.max(changes, axis=0) / window, window
