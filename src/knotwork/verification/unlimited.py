@@ -123,10 +123,7 @@ def sustained(curve: PiecewisePolynomial, order: int) -> tuple[FloatArray, float
     def change(lag: float) -> FloatArray:
         t = np.clip(middles, start + lag, end - lag)
         before, after = (curve(np.clip(t + by, start, end), 1) for by in (-lag, lag))
-        if order == 2:
-            found = after - before
-        else:
-            found = after - 2.0 * curve(t, 1) + before
+        found = after - before if order == 2 else after - 2.0 * curve(t, 1) + before
         return np.asarray(np.abs(found).max(axis=0))
 
     if order == 3:
