@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import knotwork as kw
+from judged import judged
 from knotwork.deviation import deviation_from_line, straight_path_deviation
 
 RADIAN = 0.1  # what a radian counts where the tool moves and turns at once [m]
@@ -107,9 +108,9 @@ def test_one_point_said_in_two_frames_is_a_turn_in_place() -> None:
         pin.rpy.rpyToMatrix(0, 0, math.radians(53)), np.array([-0.07, 0.11, 0.03])
     )
     place = jig.actInv(block.act(np.array([0.3, 0.1, 0.2])))
-    plan = kw.plan(
-        turn_in_place(frame="jig", pose={"position": place.tolist(), "rpy": [180, 0, 0]})
-    )
+    task = turn_in_place(frame="jig", pose={"position": place.tolist(), "rpy": [180, 0, 0]})
+    plan = kw.plan(task)
+    assert judged(plan, task) == []
     poses = [waypoint.pose for waypoint in plan.scenario.waypoints]  # type: ignore[union-attr]
     apart = np.linalg.norm(poses[0].translation - poses[1].translation)
     assert apart < 1e-15

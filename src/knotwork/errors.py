@@ -458,6 +458,18 @@ class RampError(PathError):
     lowest_acceleration: float = 0.0
 
 
+class SlowStretchError(PathError):
+    """A stretch of a tool path that is so slow that times don't resolve changes of speed.
+
+    Attributes:
+        stretch: Index of the slowest stretch.
+        lowest_speed: The speed from which on they do, its neighbours as fast [m/s].
+    """
+
+    stretch: int = 0
+    lowest_speed: float = 0.0
+
+
 class StretchTimeError(PathError):
     """A stretch of a tool path that can't take the time asked for.
 

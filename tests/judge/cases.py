@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -71,11 +71,12 @@ class Fault(NamedTuple):
     Attributes:
         right: Makes a right case.
         spoil: Makes one wrong of it.
-        kinds: What the judge may find then, and nothing else.
+        kinds: What the judge finds then, one at least, and nothing else.
         count: How many are made.
         samples: How densely the judge looks at limits that it samples.
         refused: Whether Knotwork may refuse it as wrong input.
         collisions: Whether the judge looks for these.
+        beside: What the judge may find too, where the fault is large.
     """
 
     right: Callable[[Rng, Shelf], Case]
@@ -85,6 +86,7 @@ class Fault(NamedTuple):
     samples: int = 1000
     refused: bool = False
     collisions: bool = False
+    beside: Collection[str] = ()
 
 
 def size(rng: Rng, decades: float = 3.0, least: float = 1.5) -> float:

@@ -139,21 +139,22 @@ def object_in_the_way(case: Case, rng: Rng, shelf: Shelf) -> Case:
     return case.with_data({"scene": scene})
 
 
-ANYTHING = {
-    *("pose", "velocity", "jump", "hold", "path", "orientation", "progress", "direction", "speed"),
-    *("position limit", "velocity limit", "acceleration limit", "jerk limit", "effort limit"),
-    *("tool speed", "end acceleration", "collision"),
-}
+RATES = {f"{kind} limit" for kind in ("velocity", "acceleration", "jerk", "effort")}
+LIMITS = RATES | {"tool speed", "position limit"}
+AT_PATH = LIMITS | {"path", "orientation", "speed", "velocity", "hold", "end acceleration"}
 ALONG = plan_case(path=True)
 FAULTS: dict[str, Fault] = {
-    name: Fault(right, spoil, ANYTHING, count, samples=300, collisions=collisions)
-    for name, right, spoil, count, collisions in (
-        ("a plan: back and forth on its path", ALONG, back_and_forth, 10, False),
-        ("a plan: late on its path", ALONG, late, 8, False),
-        ("a plan: off its path", ALONG, off_the_path, 8, False),
-        ("a plan: off a waypoint", plan_case(), off_a_waypoint, 10, False),
-        ("a plan: a waypoint elsewhere", plan_case(), waypoint_elsewhere, 8, False),
-        ("a plan: a limit", plan_case(robot=False), limit, 8, False),
-        ("a plan: an object in its way", plan_case(), object_in_the_way, 8, True),
+    name: Fault(right, spoil, kinds, count, 300, False, collisions, beside)
+    for name, right, spoil, kinds, beside, count, collisions in (
+        ("a plan: back and forth on its path", ALONG, back_and_forth,
+         {"direction"}, LIMITS | {"speed"}, 10, False),
+        ("a plan: late on its path", ALONG, late, {"speed"}, LIMITS, 8, False),
+        ("a plan: off its path", ALONG, off_the_path,
+         {"path", "orientation"}, LIMITS | {"speed"}, 8, False),
+        ("a plan: off a waypoint", plan_case(), off_a_waypoint, {"pose"}, AT_PATH, 10, False),
+        ("a plan: a waypoint elsewhere", plan_case(), waypoint_elsewhere, {"pose"}, (), 8, False),
+        ("a plan: a limit", plan_case(robot=False), limit, RATES - {"effort limit"}, (), 8, False),
+        ("a plan: an object in its way", plan_case(), object_in_the_way,
+         {"collision"}, (), 8, True),
     )
 }  # fmt: skip

@@ -155,6 +155,26 @@ def test_a_hole_in_which_the_plan_moves_is_not_decided(tmp_path: Path, deburring
         assert [verdict for verdict, _ in holes(one)] == ["failed"]
 
 
+@pytest.mark.parametrize("missing", [1, 2, 4])
+def test_a_hole_of_few_samples_of_a_coarse_log_is_not_decided(
+    tmp_path: Path, deburring: Plan, missing: int
+) -> None:
+    """A sample every 0.65 s; the plan moves far while they are missing."""
+    whole = record(deburring.trajectory, rate=1 / 0.65, noise=1e-4)
+    assert not holes(judge(tmp_path, deburring, whole))
+    at = np.arange(len(whole.time))
+    first = int(np.abs(whole.time - 4.5).argmin())
+    lost = judge(tmp_path, deburring, part(whole, (at < first) | (at >= first + missing)))
+    ((verdict, said),) = holes(lost)
+    assert (verdict, lost.ok) == ("failed", False)
+    assert f"{0.65 * (missing + 1):.4g} s" in said
+
+
+def test_a_coarse_log_without_equal_intervals_has_no_holes(tmp_path: Path, deburring: Plan) -> None:
+    whole = record(deburring.trajectory, rate=1 / 0.65, noise=1e-4, jitter=0.1)
+    assert not holes(judge(tmp_path, deburring, whole))
+
+
 def test_each_hole_is_said_and_none_before_and_after_the_plan(
     tmp_path: Path, deburring: Plan
 ) -> None:

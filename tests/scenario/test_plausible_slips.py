@@ -83,6 +83,37 @@ def test_degrees_in_a_file_in_radians_are_suspected_where_the_pose_is_refused_to
 
 
 @pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        ({"limits": {"velocity": 180}}, "limits.velocity is 180 rad/s"),
+        ({"limits": {"velocity": {"elbow_joint": 90}}}, "limits.velocity.elbow_joint is 90 rad/s"),
+    ],
+)
+def test_rates_in_degrees_are_suspected_in_limits(change: dict[str, Any], where: str) -> None:
+    (said,) = warned(task("rad", pose(3.14), **change))
+    assert f"{where}, more than two turns a second; if it is in degrees, say" in said
+    assert not warned(task("deg", pose(180), **change))
+
+
+def test_rates_in_degrees_are_suspected_at_waypoints() -> None:
+    turning = {**pose(3.14), "velocity": {"angular": [0, 0, 30]}}
+    del turning["stop"]
+    (said,) = warned(task("rad", turning, pose(3.14, 0.5)))
+    assert "waypoints[0].velocity.angular[2] is 30 rad/s" in said
+    ends = [{"joints": {"a": 0, "b": 0}}, {"after": 9, "joints": {"a": 1, "b": 1}}]
+    passing = {"after": 9, "joints": {"a": 0.5, "b": 0.5}, "velocity": {"a": 45, "b": 45}}
+    data = {"waypoints": [ends[0], passing, ends[1]], "joint_units": {"a": "m"}}
+    (said,) = warned(data)
+    assert "waypoints[1].velocity.b is 45 rad/s" in said
+
+
+@pytest.mark.parametrize("limits", [{"velocity": 12}, {"velocity": {"a": 180}}])
+def test_rates_that_joints_have_are_not(limits: dict[str, Any]) -> None:
+    points = [{"joints": {"a": 0, "b": 0}}, {"after": 9, "joints": {"a": 1, "b": 1}}]
+    assert not warned({"joint_units": {"a": "m"}, "limits": limits, "waypoints": points})
+
+
+@pytest.mark.parametrize(
     ("change", "meant"),
     [
         ({"robot": "UR5"}, "'ur5'"),
@@ -126,7 +157,10 @@ def test_a_file_without_a_start_says_that_the_way_to_its_first_waypoint_is_not_p
     data = task("rad", first, pose(3.14, 0.5))
     assert not kw.plan(task("rad", pose(3.14))).report.select(quantity="no_start")
     del data["start"]
-    (said,) = kw.plan(data).report.select(quantity="no_start")
+    report = kw.plan(data).report
+    (said,) = report.select(quantity="no_start")
+    assert "\n  Not planned " in str(report)
+    assert " the way to 'first': the file has no start\n" in str(report)
     assert said.verdict == "information"
     assert "the way to 'first', from home or wherever the arm stands, is not planned" in str(said)
     home = kw.load_robot("ur5").configurations["home"]

@@ -314,6 +314,33 @@ def test_every_figure_leaves_out_a_named_configuration(back: bool, tmp_path: Pat
     assert row["position_use"] < 0.9 * used
 
 
+@pytest.mark.parametrize("place", ["start", "between"])
+def test_every_figure_leaves_out_joint_values_that_are_not_varied(place: str) -> None:
+    """Whether or not they have a name, and in the middle of the task as before it."""
+    names = kw.load_robot("ur5").joint_names
+    values = dict(zip(names, [0.0, -1.6, 0.05, -1.5, -1.57, 6.2], strict=True))
+    task = standing(values if place == "start" else "home", back=False)
+    if place == "between":
+        task["waypoints"].insert(1, {"joints": values, "after": 4, "stop": True})
+    (row,) = kw.sweep(task, {"waypoints[0].after": [4]}, workers=0).rows()
+    plan = kw.plan(task)
+    (whole,) = plan.report.select(quantity="smallest_singular_value")
+    assert whole.value < 0.5 * row["smallest_singular_value"]
+    used = max(one.use for one in plan.report.select(quantity="position"))
+    assert row["position_use"] < 0.9 * used
+
+
+def test_joint_values_that_are_varied_count() -> None:
+    """Next to a singularity, in the middle of the task."""
+    names = kw.load_robot("ur5").joint_names
+    values = dict(zip(names, [0.0, -1.6, 1.0, -1.5, -1.57, 0.0], strict=True))
+    task = standing("home", back=False)
+    task["waypoints"].insert(1, {"joints": values, "after": 4, "stop": True})
+    study = kw.sweep(task, {"waypoints[1].joints.wrist_2_joint": [-0.05, -1.0]}, workers=0)
+    near, far = (row["smallest_singular_value"] for row in study.rows())
+    assert near < 0.02 < 0.1 < far
+
+
 def test_a_start_that_is_varied_counts() -> None:
     """Next to a singularity it is the worst of the motion, and not the same in all rows."""
     start = dict(kw.load_robot("ur5").configurations)["home"].tolist()

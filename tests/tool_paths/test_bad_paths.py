@@ -264,3 +264,28 @@ def test_orientations_beside_tangent_and_another_end_are_errors(
         ran = knotwork("plan", file)
         assert ran.code == 2
         assert said in " ".join(ran.err.split())
+
+
+@pytest.mark.parametrize("speed", [1e-6, 1e-9])
+@pytest.mark.parametrize("stops", [True, False])
+def test_a_speed_so_slow_that_times_do_not_resolve_its_ramps_is_named(
+    tmp_path: Path, speed: float, stops: bool
+) -> None:
+    rows: list[dict[str, Any]] = [
+        {"after": 2, "stop": True, "pose": {"position": [450, -100, 60], "rpy": [180, 0, 0]}},
+        {"along": "line", "speed": speed, "pose": {"position": [450, 50, 60]}},
+        {"after": 2, "pose": {"position": [450, 90, 90], "rpy": [180, 0, 0]}},
+    ]
+    if stops:
+        rows[1]["stop"] = True
+    units = {"length": "mm", "angle": "deg"}
+    task = {"units": units, "robot": "ur5", "start": "home", "waypoints": rows}
+    file = tmp_path / "slow.yaml"
+    file.write_text(yaml.safe_dump(task), encoding="utf-8")
+    with pytest.raises(kw.InputError) as error:
+        kw.load_scenario(file)
+    said = str(error.value)
+    assert re.search(r"slow\.yaml: line \d+: waypoints\[1\]\.speed: is so slow that times", said)
+    least = float(re.search(r"at least ([0-9.e-]+) mm/s", said)[1])  # type: ignore[index]
+    rows[1]["speed"] = 1.001 * least
+    kw.load_scenario(task)

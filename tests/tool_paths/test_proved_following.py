@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 
 import knotwork as kw
+from judged import judged, judged_along
 from knotwork.errors import PathError
 from knotwork.verification.bounds.path import PathLimits, path_bounds
 from sweeps import first_of
@@ -68,6 +69,15 @@ def test_what_is_followed_is_proved(count: int) -> None:
             continue
         followed += 1
         assert not unproved(path, motion, 0.03, allowed), seed
+        turned = np.abs(path.pose(path.length).rotation - path.pose(0.0).rotation).max() > 1e-9
+        # it begins and ends at full speed: to the judge its ramps are over at once
+        found = judged_along(
+            motion, "ur5", path.pose(0.0), path.curves[0].points, 0.03, acceleration=1e9,
+            but=("velocity", *(("orientation", "pose") if turned else ())),
+            path=allowed["tolerance"], path_orientation=allowed["orientation_tolerance"],
+            path_speed=allowed["speed_tolerance"],
+        )  # fmt: skip
+        assert not found, seed
     assert followed > count / 2
 
 
@@ -93,8 +103,10 @@ CIRCLE = {
 
 @pytest.mark.parametrize("knots", ["paper", "balanced", {"balanced": 0.1}, {"balanced": 0.45}])
 def test_the_knots_asked_for_hold_the_path_too(knots: Any) -> None:
-    plan = kw.plan(scenario(CIRCLE, tolerances={"path": 0.005}, knots=knots))
+    task = scenario(CIRCLE, tolerances={"path": 0.005}, knots=knots)
+    plan = kw.plan(task)
     assert plan.report.ok
+    assert not judged(plan, task)
 
 
 @pytest.mark.parametrize("arguments", [{"planner": "modified-hermite:balanced"}, {"knots": 0.2}])
@@ -107,8 +119,10 @@ def test_a_slow_stretch_before_a_fast_one_keeps_its_own_speed() -> None:
     slow.pop("stop")
     fast = {"name": "fast", "along": {"arc": {"through": [400, -50, 60]}}, "speed": 200}
     fast.update(pose={"position": [350, -100, 60]}, stop=True)
-    plan = kw.plan(scenario(slow, fast, tolerances={"path": 1, "path_speed": 0.0005}))
+    task = scenario(slow, fast, tolerances={"path": 1, "path_speed": 0.0005})
+    plan = kw.plan(task)
     assert plan.report.ok
+    assert not judged(plan, task)
 
 
 def test_a_tolerance_that_rounding_leaves_no_room_for_is_refused() -> None:
@@ -123,7 +137,9 @@ def test_a_full_circle_there_and_back_with_a_tool_that_turns_with_it() -> None:
     there = {**CIRCLE, "orientation": "tangent"}
     back = {**there, "along": {"arc": {"centre": [400, -100, 60], "normal": [0, 0, -1]}}}
     back["name"] = "back"
-    plan = kw.plan(scenario(there, back))
+    task = scenario(there, back)
+    plan = kw.plan(task)
     assert plan.report.ok
+    assert not judged(plan, task)
     wrist = plan.trajectory.position(plan.scenario.times[1:])[:, -1]
     np.testing.assert_allclose(np.abs(np.diff(wrist)), 2.0 * np.pi, atol=1e-6)

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import knotwork as kw
+from judged import judged, judged_along
 from knotwork.errors import FollowingError
 from sweeps import examples
 
@@ -28,6 +29,8 @@ HOME = ARM.configuration("home")
 TOP = np.array([0.45, -0.1, 0.25])
 DOWN = np.diag([1.0, -1.0, -1.0])
 
+TURNING = ("orientation", "pose", "velocity")
+"""What the judge does not read of a path: a tool that turns with each point."""
 FACTOR = 1.5
 """A motion accelerates by no more than this factor more than its path."""
 SAMPLES = 100
@@ -94,19 +97,20 @@ def test_a_seam_on_a_dome_comes_to_rest_without_a_spike(
     first["quaternion_xyzw"] = table[0, 3:].tolist()
     along = {"along": {"points": str(tmp_path / "seam.csv")}, "speed": 100}
     on, off = ({"stop": True} if stop else {} for stop in stops)
-    plan = kw.plan(
-        {
-            "units": {"length": "mm", "angle": "deg"},
-            "robot": "ur5",
-            "start": "home",
-            "path": {"acceleration": acceleration},
-            "waypoints": [
-                {"name": "on", "time": 3, "pose": first, **on},
-                {"name": "off", "pose": last, **along, **off},
-            ],
-        }
-    )
+    task: dict[str, Any] = {
+        "units": {"length": "mm", "angle": "deg"},
+        "robot": "ur5",
+        "start": "home",
+        "path": {"acceleration": acceleration},
+        "waypoints": [
+            {"name": "on", "time": 3, "pose": first, **on},
+            {"name": "off", "pose": last, **along, **off},
+        ],
+    }
+    plan = kw.plan(task)
     plan.report.raise_if_failed()
+    task["waypoints"][1]["along"] = {"points": table[:, :3].tolist()}
+    assert not [one for one in judged(plan, task) if one.kind not in TURNING]
     assert_smooth(plan.scenario.paths[0].motion, plan.trajectory.polynomial)
     assert len(plan.joint_waypoints.time) <= 20
 
@@ -148,6 +152,11 @@ def test_a_path_with_stops_is_followed_without_spikes(
         [curve.length], [speed], acceleration=acceleration, start_speed=0, end_speed=0
     )
     assert_smooth(tp.TimedPath(path, profile), motion.polynomial)
+    start = pin.SE3(path.pose(0.0).rotation, points[0])
+    assert not judged_along(
+        motion, "ur5", start, points, speed,
+        acceleration=acceleration, but=TURNING if oriented else (),
+    )  # fmt: skip
 
 
 TINY = st.floats(-12.0, -2.0).map(lambda power: 10.0**power)

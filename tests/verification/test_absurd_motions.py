@@ -83,6 +83,22 @@ def test_the_command_tells_the_least_time_of_a_move_that_has_none(
     assert "0.1002 s or more is sufficient for the mean, and they have 1e-12 s" in said
 
 
+@pytest.mark.parametrize("given", ["approach", "edge start"])
+def test_free_times_beside_an_absurd_one_are_not_searched_for(given: str) -> None:
+    """With rests between its waypoints the motion is hardly longer than any other."""
+    task = shipped("ur5_deburring") | {"times": "fastest"}
+    for one in task["waypoints"]:
+        one.pop("after", None)
+        one.pop("time", None)
+        if one.get("name") == given:
+            one["after"] = 1.5e6
+    plan = kw.plan(task)
+    assert plan.chosen is not None
+    first, _ = plan.chosen.runs
+    assert (first.status, first.iterations) == ("resting", 0)
+    assert first.trajectory.duration <= 1.001 * first.lower_bound
+
+
 def test_clearances_that_are_not_looked_for_never_pass(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the check that finds the broken limit is taken out."""
     plan = kw.plan(mistyped("kinova_dispense", 1e-3))

@@ -14,7 +14,7 @@ import knotwork as kw
 from judged import judged
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.trajectory import JointTrajectory
-from knotwork.verification.bounds.path import PathBound, PathLimits, path_bounds
+from knotwork.verification.bounds.path import PathBound, PathLimits, _divided, path_bounds
 from sweeps import examples
 
 ON = {"position": [450, -100, 60], "rpy": [180, 0, 0]}
@@ -187,3 +187,26 @@ def test_a_tolerance_that_is_the_deviation_to_the_last_digit_stays_open(line: kw
         tolerance = found.value
     assert not found.proved
     assert found.value <= tolerance < found.bound < tolerance + 1e-9
+
+
+@given(
+    parts=st.lists(st.integers(1, 5), min_size=3, max_size=20),
+    ulps=st.integers(1, 3),
+    scale=st.sampled_from([1e-3, 1.0, 1e6]),
+)
+@examples(40)
+def test_intervals_of_a_rounding_are_divided_into_equal_times(
+    parts: list[int], ulps: int, scale: float
+) -> None:
+    """Each time that was given is found once among those that divide, however equal these are."""
+    t = [scale]
+    for i in range(len(parts)):
+        after = t[-1]
+        for _ in range(ulps):
+            after = float(np.nextafter(after, np.inf))
+        t.append(after if i % 2 else 1.5 * t[-1])
+    times = np.array(t)
+    finer, old = _divided(times, np.array(parts, float), np.ones(len(parts)), 1000)
+    assert (np.diff(finer) >= 0.0).all()
+    np.testing.assert_array_equal(finer[old], times)
+    assert len(finer) == 1 + sum(parts)

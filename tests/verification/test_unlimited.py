@@ -1,4 +1,4 @@
-"""What no limit forbids: limits that a robot does not have, and accelerations out of proportion."""
+"""What no limit forbids: limits that a robot does not have, and peaks out of proportion."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from scipy.interpolate import BSpline
 
 import knotwork as kw
 from judged import judged
+from knotwork.verification import Finding
+from shipped import SCENARIO_FILES
 from sweeps import examples
 
 ARM = kw.load_robot("ur5")
@@ -65,11 +67,31 @@ def test_one_that_no_arm_has_fails() -> None:
     assert found in report.failures
 
 
-@pytest.mark.parametrize(("size", "width"), [(100.0, 0.2), (0.9, 0.01)])
+def test_a_jerk_out_of_all_proportion_is_among_the_first_lines() -> None:
+    """Its acceleration is no larger than what the motion needs."""
+    plan = kw.plan(moved(2.0))
+    report = kw.check(shaken(plan, 0.5, 0.004), plan.scenario)
+    (found,) = report.warnings
+    assert (found.quantity, found.name, report.ok) == ("jerk_spike", "elbow_joint", True)
+    assert found.value == pytest.approx(750.0, rel=0.02)
+    assert found.time == pytest.approx(0.8, abs=0.01)
+    assert "warning: joint 'elbow_joint': jerk peaks at " in str(report).splitlines()[1]
+
+
+@pytest.mark.parametrize(("size", "width"), [(100.0, 0.2), (0.9, 0.05), (0.05, 0.004)])
 def test_one_that_lasts_or_is_feeble_is_no_spike(size: float, width: float) -> None:
     plan = kw.plan(moved(2.0))
-    report = kw.check(shaken(plan, size, width), plan.scenario)
-    assert not report.select(quantity="acceleration_spike")
+    assert not spikes(kw.check(shaken(plan, size, width), plan.scenario))
+
+
+def spikes(report: kw.Report) -> list[Finding]:
+    return [*report.select(quantity="acceleration_spike"), *report.select(quantity="jerk_spike")]
+
+
+@pytest.mark.parametrize("name", SCENARIO_FILES)
+def test_no_shipped_motion_has_a_spike(name: str) -> None:
+    """Nor the fastest ones, whose acceleration changes its sign within milliseconds."""
+    assert not spikes(kw.plan(SCENARIO_FILES[name]).report)
 
 
 @given(
@@ -91,8 +113,25 @@ def test_ordinary_motions_have_no_spike(
         waypoints[1] |= {"wait": 100.0 * 10.0**power}
     task = {"planner": planner, "waypoints": waypoints}
     plan = kw.plan(task)
-    assert not plan.report.select(quantity="acceleration_spike")
+    assert not spikes(plan.report)
     assert judged(plan, task) == []
+
+
+@pytest.mark.parametrize("wait", [1e4, 1e6])
+def test_a_long_motion_of_short_moves_has_no_spike(wait: float) -> None:
+    """However far apart samples of the whole motion are."""
+    task: dict[str, Any] = {
+        "limits": {"velocity": 3, "acceleration": 20, "jerk": 8000},
+        "times": "fastest",
+        "waypoints": [
+            {"joints": {"a": 0.0}},
+            {"joints": {"a": 1.0}, "stop": True, "wait": wait},
+            {"joints": {"a": -0.5}},
+        ],
+    }
+    report = kw.plan(task).report
+    assert report.ok
+    assert not spikes(report)
 
 
 def test_a_limit_that_a_robot_does_not_have_is_said_with_the_peak() -> None:

@@ -74,9 +74,9 @@ def _duration(chosen: ChosenTimes) -> str:
         )
     if chosen.status == "resting":
         return (
-            f"times chosen: {chosen.duration:.6g} s: every limit is kept, but no start of the "
-            "solver led to a solution, so the arm rests between waypoints, and a shorter motion "
-            f"may exist (lower bound {chosen.lower_bound:.6g} s)"
+            f"times chosen: {chosen.duration:.6g} s: every limit is kept, but the arm rests "
+            "between waypoints, and a shorter motion may exist "
+            f"(lower bound {chosen.lower_bound:.6g} s)"
         )
     if chosen.gap < 1e-6:
         return f"times chosen: {chosen.duration:.6g} s in all, which was given or can't be less"

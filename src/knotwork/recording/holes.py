@@ -6,12 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.refined import part
 from knotwork.recording.alignment import Alignment
 from knotwork.verification import Finding
+from knotwork.waypoints import FloatArray
 
 FEW = 5.5
 """A log without a sample for longer than this many of its periods has a hole."""
+FEWEST, FAR = 1.75, 0.1
+"""So has one without a sample for longer than this many, if a joint of the plan moves meanwhile by
+more than this part of its whole range."""
 HIDDEN = 4.0
 """A plan that moves no farther than this many standard deviations of the noise stands."""
 
@@ -26,18 +31,27 @@ def hole_findings(alignment: Alignment) -> Iterator[Finding]:
     time = log.time - alignment.start
     known = np.concatenate(([plan.start_time], time, [plan.end_time]))
     known = np.sort(np.clip(known, plan.start_time, plan.end_time))
-    for i in np.flatnonzero(np.diff(known) > FEW * log.period):
+    far = FAR * _range(plan.polynomial)
+    for i in np.flatnonzero(np.diff(known) > FEWEST * log.period):
         start, end = float(known[i]), float(known[i + 1])
-        found = part(plan.polynomial, start, end).extrema(0)
-        moves = found.maximum - found.minimum > HIDDEN * alignment.curve.noise.position
-        yield _finding(start, end, log.period, moves=bool(moves.any()))
+        moved = _range(part(plan.polynomial, start, end))
+        moves = moved > HIDDEN * alignment.curve.noise.position
+        allowed = FEWEST if (moves & (moved > far)).any() else FEW
+        if end - start > allowed * log.period:
+            yield _finding(start, end, log.period, allowed, moves=bool(moves.any()))
 
 
-def _finding(start: float, end: float, period: float, *, moves: bool) -> Finding:
+def _range(curve: PiecewisePolynomial) -> FloatArray:
+    """How far each joint moves in all, shape (d,)."""
+    found = curve.extrema(0)
+    return found.maximum - found.minimum
+
+
+def _finding(start: float, end: float, period: float, allowed: float, *, moves: bool) -> Finding:
     lasts = end - start
     text = (
         f"the log has no sample from {start:.3f} s to {end:.3f} s: {lasts:.4g} s, "
-        f"{lasts / period:.0f} times its interval of {1e3 * period:.4g} ms; the plan "
+        f"{lasts / period:.3g} times its interval of {1e3 * period:.4g} ms; the plan "
     )
     text += (
         "moves there, so it is not decided what the robot did"
@@ -52,8 +66,8 @@ def _finding(start: float, end: float, period: float, *, moves: bool) -> Finding
         verdict="failed" if moves else "warning",
         message=text,
         value=lasts,
-        limit=FEW * period,
-        margin=FEW * period - lasts,
+        limit=allowed * period,
+        margin=allowed * period - lasts,
         unit="s",
         time=start,
         interval=(start, end),

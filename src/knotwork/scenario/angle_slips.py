@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from knotwork.documents import Document, Location
 
 WHOLE_TURN = 2.0 * np.pi * 1.001
 """Angles above this [rad], a whole turn with what files round, are probably degrees."""
+FAST_TURN = 2.0 * WHOLE_TURN
+"""Rates above this [rad/s], two turns a second, are probably degrees: few joints are as fast."""
 ROUNDED = 0.002
 """A part of a turn in radians may be off by this much [rad]: 3.14, 1.57."""
 FEW = 4
@@ -22,10 +24,13 @@ LEAST_TURN = 1.5
 _ANGLES = ("rpy", "angles", "rotation_vector")
 
 
+_What = Literal["joint angle", "angle of a pose", "rate"]
+
+
 class _Angle(NamedTuple):
     where: str
     value: float
-    joint: bool
+    what: _What
 
 
 def angle_slips(document: Document, units: Mapping[str, str]) -> list[str]:
@@ -37,15 +42,18 @@ def angle_slips(document: Document, units: Mapping[str, str]) -> list[str]:
     """
     angles = list(_angles(document, units))
     if (document.data.get("units") or {}).get("angle", "rad") == "rad":
+        bounds = {"rate": (FAST_TURN, "rad/s, more than two turns a second")}
+        angle = (WHOLE_TURN, "rad, more than a whole turn")
         return [
-            f"{one.where} is {one.value:g} rad, more than a whole turn; if it is in degrees, say "
+            f"{one.where} is {one.value:g} {words}; if it is in degrees, say "
             "`units: {angle: deg}`"
             for one in angles
-            if abs(one.value) > WHOLE_TURN
+            for bound, words in [bounds.get(one.what, angle)]
+            if abs(one.value) > bound
         ]
     slips = []
-    for joint, what in ((True, "joint angle"), (False, "angle of a pose")):
-        alike = [one for one in angles if one.joint == joint]
+    for what in ("joint angle", "angle of a pose"):
+        alike = [one for one in angles if one.what == what]
         if _plausibly_radians(alike):
             largest = max(alike, key=lambda one: abs(one.value))
             slips.append(
@@ -64,16 +72,27 @@ def _plausibly_radians(angles: list[_Angle]) -> bool:
         times = np.round(values / part)
         if ((times > 0) & (np.abs(values - times * part) <= ROUNDED)).any():
             return True
-    joints = np.array([abs(one.value) for one in angles if one.joint and one.value])
+    joints = np.array([abs(one.value) for one in angles if one.what == "joint angle" and one.value])
     odd = (2.0 * joints) % 1.0 != 0.0
     return bool(joints.size >= FEW and joints.max() >= LEAST_TURN and 2 * odd.sum() >= odd.size)
 
 
 def _angles(document: Document, units: Mapping[str, str]) -> Iterator[_Angle]:
     for location, key, value in _numbers(document.data, ()):
-        joint = location[0] == "start" or location[2:3] == ("joints",)
-        if units.get(key) == "rad" if joint else key in _ANGLES:
-            yield _Angle(document.where(location), value, joint)
+        what = _what(location, key, units)
+        if what is not None:
+            yield _Angle(document.where(location), value, what)
+
+
+def _what(location: Location, key: str, units: Mapping[str, str]) -> _What | None:
+    turning = units.get(key) == "rad"
+    if location[0] == "start" or location[2:3] == ("joints",):
+        return "joint angle" if turning else None
+    if key in _ANGLES:
+        return "angle of a pose"
+    of_all = location == ("limits", "velocity") and "rad" in units.values()
+    of_one = (turning or key == "angular") and "velocity" in location[1:3]
+    return "rate" if of_all or of_one else None
 
 
 def _numbers(data: Any, location: Location, key: str = "") -> Iterator[tuple[Location, str, float]]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from knotwork.errors import CornerError, PathError, RampError, StretchTimeError
+from knotwork.errors import CornerError, PathError, RampError, SlowStretchError, StretchTimeError
 from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
@@ -192,10 +192,20 @@ class PathReader:
                 (f"at most {text(fits, '/s')}, or " if fits else "")
                 + f"path: {{acceleration: {error.lowest_acceleration / unit:.6g}}} or more",
             ) from error
+        except SlowStretchError as error:
+            k, least = error.stretch, error.lowest_speed
+            by_speed = isinstance(given[k].speed, float)
+            raise self.curves.document.error(
+                ("waypoints", first + 1 + k, "speed" if by_speed else _time_key(given[k])),
+                f"is so slow that times do not resolve the changes of speed: {error}",
+                f"at least {text(least, '/s')}"
+                if by_speed
+                else f"at most {asked.lengths[k] / least:.6g} s for this stretch",
+            ) from error
         except StretchTimeError as error:
             k, upper = error.stretch, f" and at most {error.most:.6g} s"
             raise self.curves.document.error(
-                ("waypoints", first + 1 + k, "after" if given[k].after else "time"),
+                ("waypoints", first + 1 + k, _time_key(given[k])),
                 f"leaves {durations[k]:.6g} s, but the path is {text(asked.lengths[k])} long "
                 f"here, and with its changes of speed it takes at least {error.least:.6g} s"
                 f"{'' if error.most == np.inf else upper} at {text(limit, '/s²')}",
@@ -209,11 +219,15 @@ class PathReader:
             wanted = durations[k]
             if wanted is not None and abs(taken - wanted) > AGREE * taken:
                 raise self.curves.document.error(
-                    ("waypoints", first + 1 + k, "after" if one.after else "time"),
+                    ("waypoints", first + 1 + k, _time_key(one)),
                     f"leaves {wanted:.6g} s, but at the speed given the path takes {taken:.6g} s",
                     "speed or time, not both",
                 )
         return timing, found
+
+
+def _time_key(waypoint: PathWaypoint) -> str:
+    return "after" if waypoint.after else "time"
 
 
 def kind_of(waypoint: PathWaypoint) -> str:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from knotwork import errors
+from knotwork.documents import Location
 from knotwork.errors import InputError
 from knotwork.pipeline import Plan, plan
 from knotwork.scenario import Scenario
@@ -54,8 +56,8 @@ class Outcome:
     plan_time: float = 0.0
 
 
-def outcome_of(scenario: Scenario) -> Outcome:
-    """Plan a scenario, and say what became of it, whatever that is."""
+def outcome_of(scenario: Scenario, varied: Collection[Location] = ()) -> Outcome:
+    """Plan a scenario in which some places are varied, and say what became of it, whatever."""
     begin = time.perf_counter()
     try:
         made = plan(scenario)
@@ -63,12 +65,12 @@ def outcome_of(scenario: Scenario) -> Outcome:
         return refused(error, time.perf_counter() - begin)
     except Exception as error:  # a fault of Knotwork in one row is not the end of the others
         return crashed(error, time.perf_counter() - begin)
-    return judged(made, time.perf_counter() - begin)
+    return judged(made, varied, time.perf_counter() - begin)
 
 
-def judged(made: Plan, plan_time: float) -> Outcome:
+def judged(made: Plan, varied: Collection[Location], plan_time: float) -> Outcome:
     """The outcome of a motion."""
-    figures = row_figures(made)
+    figures = row_figures(made, varied)
     failures = made.report.failures
     if not failures:
         return Outcome(PASSED, "", _reservation(len(made.report.sampled)), figures, plan_time)

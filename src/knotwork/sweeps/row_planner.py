@@ -71,7 +71,7 @@ class RowPlanner:
             return refused(error)
         except Exception as error:
             return crashed(error)
-        return outcome_of(scenario)
+        return outcome_of(scenario, self._block.locations)
 
     def _scenario(self, row: int) -> Scenario:
         """The scenario of a row, read once."""

@@ -1,19 +1,23 @@
-"""Figures of a row without the named configurations at which every row stands.
+"""Figures of a row without the places at which every row stands.
 
-A motion that begins at home is never better there than home is, whatever is varied. Where such a
-configuration of the robot file, passed at rest, is the worst of a motion, the figure does not tell
-rows apart. Then it is taken over the task alone: from the first waypoint that the tool's pose, a
-tool path or a held object gives to the last one. The task is no worse than the whole motion, so
-rows whose motion is worse than that place somewhere stay behind.
+A motion that begins at home is never better there than home is, whatever is varied. So it is at
+every waypoint given by joint values that are not varied, unless an object is taken or left there.
+Where such a waypoint is the worst of a motion, the figure does not tell rows apart. Then it is
+taken over the rest alone: from each other waypoint to the next one. That is no worse than the whole
+motion, so rows whose motion is worse than that place somewhere stay behind.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from functools import cache
+from itertools import groupby
 
+from knotwork.documents import Location
 from knotwork.pipeline import Plan
 from knotwork.polynomial.refined import part
+from knotwork.scenario import ScenarioWaypoint
 from knotwork.sweeps.figures import FIGURES, RowFigure
 from knotwork.verification.bounds.clearance import PARTS
 from knotwork.verification.collisions import collisions
@@ -24,19 +28,20 @@ from knotwork.waypoints import CartesianWaypoint
 
 INSTANT = 1e-3
 """Length [s] of the stretch of motion that is examined for one time."""
-REST = 1e-9
-"""A joint that is slower stands [rad/s or m/s]."""
-NAMED = 1e-9
-"""Joints as near to a named configuration are in it [rad or m]."""
 NEAR = 1 / PARTS
 """A worst value is located to this fraction of the motion."""
 AS_BAD = 1e-6
 """Values that differ by a smaller part are equal."""
 
 
-def row_figures(plan: Plan) -> dict[str, float | None]:
-    """All figures of a row, by name."""
-    rests, task = _rests(plan), _task(plan)
+def row_figures(plan: Plan, varied: Collection[Location] = ()) -> dict[str, float | None]:
+    """All figures of a row, by name.
+
+    Args:
+        plan: The motion.
+        varied: Places in the scenario's document that are not the same in all rows.
+    """
+    shared, others = _divided(plan, varied)
 
     @cache
     def between(start: float, end: float) -> Plan:
@@ -44,7 +49,7 @@ def row_figures(plan: Plan) -> dict[str, float | None]:
 
     def found(figure: RowFigure) -> float | None:
         whole = figure.of(plan)
-        if whole is None or not figure.at_rest or task is None:
+        if whole is None or not figure.at_rest or not others:
             return whole
         worst = [
             one.time
@@ -52,45 +57,37 @@ def row_figures(plan: Plan) -> dict[str, float | None]:
             if one.time is not None and whole in (one.value, one.use)
         ]
         near = NEAR * plan.trajectory.duration
-        at = [rest for rest in rests if any(abs(time - rest) <= near for time in worst)]
+        at = [rest for rest in shared if any(abs(time - rest) <= near for time in worst)]
         values = [figure.of(between(time, time)) for time in at]
         if any(value is not None and _as_bad(value, whole, figure) for value in values):
-            return figure.of(between(*task))
+            left = [value for one in others if (value := figure.of(between(*one))) is not None]
+            return (min if figure.more_is_better else max)(left, default=None)
         return whole
 
     return {name: found(figure) for name, figure in FIGURES.items()}
 
 
-def _task(plan: Plan) -> tuple[float, float] | None:
-    """From when to when [s] the task lasts; `None` where it is given by joint values alone."""
-    scenario = plan.scenario
-    handled = {name for one in scenario.scene.held for name in (one.take, one.leave)}
-    times = [
-        one.time
-        for one in scenario.waypoints
-        if isinstance(one, CartesianWaypoint) or one.name in handled
-    ]
-    return (min(times), max(times)) if times else None
+def _divided(
+    plan: Plan, varied: Collection[Location]
+) -> tuple[list[float], list[tuple[float, float]]]:
+    """Times [s] of waypoints that all rows share; from when to when the others follow another."""
+    handled = {name for one in plan.scenario.scene.held for name in (one.take, one.leave)}
 
+    def is_shared(one: ScenarioWaypoint) -> bool:
+        if isinstance(one, CartesianWaypoint) or one.name in handled:
+            return False
+        where = one.joints.location
+        return not any(place[: len(where)] == where[: len(place)] for place in varied)
 
-def _rests(plan: Plan) -> list[float]:
-    """Times [s] at which the arm stands in a named configuration, outside its task."""
-    task, robot, motion = _task(plan), plan.space.robot, plan.trajectory
-    if task is None or robot is None:
-        return []
-
-    def is_named(time: float) -> bool:
-        q = motion.position(time)
-        return any(abs(q - one).max() <= NAMED for one in robot.configurations.values())
-
-    return [
-        one.time
-        for one in plan.scenario.waypoints
-        if not isinstance(one, CartesianWaypoint)
-        and not task[0] <= one.time <= task[1]
-        and abs(motion.velocity(one.time)).max() <= REST
-        and is_named(one.time)
-    ]
+    shared: list[float] = []
+    others: list[tuple[float, float]] = []
+    for alike, waypoints in groupby(plan.scenario.waypoints, key=is_shared):
+        times = [one.time for one in waypoints]
+        if alike:
+            shared += times
+        else:
+            others.append((times[0], times[-1]))
+    return shared, others
 
 
 def _between(plan: Plan, start: float, end: float) -> Plan:

@@ -42,6 +42,9 @@ ROOM = 1.05
 MOST_TIMES = 12
 """How often a start is solved again, with more care, before it has failed."""
 
+NEARLY = 1.001
+"""A motion with rests is not improved on if it takes at most so many times what is given of it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
@@ -75,6 +78,9 @@ def solved_section(
         in each interval if it is the best; `None` if there is none.
     """
     best: Attempt | None = None
+    rests = _beside_what_is_long(problem)
+    if rests is not None:
+        return rests
     for start, care in _starts(problem, watch, guess):
         found = _run(start, problem, watch, care)
         best = _better(best, found)
@@ -85,6 +91,15 @@ def solved_section(
     if best is not None and best.status == "optimal":
         return best
     return _better(best, resting(problem, "stopped" if watch.late(found=False) else "resting"))
+
+
+def _beside_what_is_long(problem: TimingProblem) -> Attempt | None:
+    """The motion with rests, if the time that is free in it is nothing beside that given."""
+    given = float(np.nansum(problem.duration))
+    if not (problem.objective.only_time and problem.free.any() and given):
+        return None
+    rests = resting(problem, "resting")
+    return rests if rests is not None and rests.found.curve.x[-1] <= NEARLY * given else None
 
 
 def _better(one: Attempt | None, other: Attempt | None) -> Attempt | None:

@@ -68,8 +68,8 @@ class TimedMotion(ReadOnlyArrays):
         acceleration: Joint accelerations at the waypoints, shape (n, d).
         lower_bound: No motion through these waypoints that keeps the limits is shorter [s].
         status: `"optimal"`, or `"stopped"` where the budget ended first: the motion keeps every
-            limit, but a better one may exist; or `"resting"` where no start led to a solution and
-            the arm comes to rest in each interval.
+            limit, but a better one may exist; or `"resting"` where no start led to a solution,
+            or hardly anything could be won, and the arm comes to rest in each interval.
         binding: Where which limit is met, by interval, the longest first.
         objective: Value of each term, by name, before it is weighted: `"time"` [s], and the
             integrals that have a weight.

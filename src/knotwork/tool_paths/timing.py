@@ -15,13 +15,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.errors import PathError, RampError, StretchTimeError
+from knotwork.errors import PathError, RampError, SlowStretchError, StretchTimeError
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.critical_points import horner
 from knotwork.waypoints import FloatArray, read_only
 
 ROUNDING = 1e-9
 """How much longer than a stretch its ramps may be, relative to it: they are shortened then."""
+
+RESOLVED = 1e-12
+"""A change of speed takes at least this part of the time of the path: times resolve it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +134,7 @@ def speed_profile(
         WaypointDataError: Arrays are not finite or of another shape.
         PathError: A length, a speed or the acceleration is not greater than zero.
         RampError: A stretch is too short for its ramps; its data give a feasible one.
+        SlowStretchError: A stretch is so slow that times don't resolve its ramps.
 
     >>> timing = kw.tool_paths.speed_profile(
     ...     [0.1], [0.05], start_speed=0.0, end_speed=0.0, acceleration=0.5)
@@ -156,7 +160,7 @@ def speed_profile(
     after = [stop if i in stops else _End(float(speed[i + 1])) for i in range(count - 1)]
     after += [_outer_end(end_speed, "end_speed")]
     totals = np.concatenate(([0.0], np.cumsum(length)))
-    breaks, coefficients, times, full = [0.0], [], [0.0], []
+    breaks, coefficients, times, full, taken = [0.0], [], [0.0], [], []
     for i in range(count):
         ends = before[i], after[i]
         named = "the path" if count == 1 else f"stretch {i}"
@@ -168,9 +172,26 @@ def speed_profile(
             if T > 0.0:
                 breaks.append(float(end))
                 coefficients.append(c)
+                taken.append(T)
         times.append(float(starts[-1]))
+    _check_resolved(min(taken), np.diff(times), speed)
     curve = PiecewisePolynomial(np.array(coefficients).T, breaks)
     return Timing(curve, np.array(times), np.array(full), speed)
+
+
+def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) -> None:
+    """Refuse a piece [s] that is too short for the time that the path takes."""
+    least = RESOLVED * float(durations.sum())
+    if shortest >= least:
+        return
+    k = int(durations.argmax())
+    raise SlowStretchError(
+        f"stretch {k} takes {durations[k]:.6g} s at {speeds[k]:.6g} m/s: times don't resolve its "
+        f"changes of speed, which take {shortest:.3g} s",
+        stretch=k,
+        # a ramp takes longer in proportion to the speed, and the path as much less
+        lowest_speed=math.sqrt(least / shortest) * float(speeds[k]),
+    )
 
 
 def _stretch(

@@ -85,14 +85,16 @@ def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
     home = space.robot.configurations.get("home")
     if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_PLACE):
         return
+    first = scenario.waypoints[0].name
     yield Finding(
-        "Motion",
-        "motion",
-        "",
-        "no_start",
-        "information",
-        f"the way to {scenario.waypoints[0].name!r}, from home or wherever the arm stands, is not "
-        "planned nor checked: the file has no `start`",
+        group="Not planned",
+        subject="motion",
+        name="",
+        quantity="no_start",
+        verdict="information",
+        message=f"the way to {first!r}, from home or wherever the arm stands, is not planned nor "
+        "checked: the file has no `start`",
+        brief=f"the way to {first!r}: the file has no start",
     )
 
 

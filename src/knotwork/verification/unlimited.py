@@ -1,4 +1,4 @@
-"""What no limit forbids: limits that a robot does not have, and accelerations out of proportion."""
+"""What no limit forbids: limits that a robot does not have, and peaks out of proportion."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES, rate_unit
+from knotwork.distinct import distinct
+from knotwork.joint_quantities import DERIVATIVES, JOINT_QUANTITIES, MAGNITUDES, rate_unit
 from knotwork.joint_space import JointSpace
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.scenario import Scenario
@@ -16,16 +17,18 @@ from knotwork.verification.remedies import rounded_corner
 from knotwork.waypoints import FloatArray
 
 NO_LIMIT = "No limit known"
+PROPORTION = 20.0
+"""A spike is at least this many times as large as what any joint keeps up."""
+FEEBLE = {2: 1.0, 3: 100.0}
+"""No spike is below this, by order [rad/s², rad/s³ or m]: drives don't feel it."""
+HARMFUL = {2: 1e3, 3: np.inf}
+"""A spike above this fails [rad/s², rad/s³ or m]: no arm's joint accelerates like that. Jerk has no
+such bound below the one above which acceleration jumps."""
 WINDOW = 0.1
 """An acceleration that lasts this long is part of the motion [s]; for a short motion see below."""
 WINDOW_PART = 0.25
-PROPORTION = 20.0
-"""A spike is at least this many times as large as any acceleration that lasts."""
-FEEBLE = 1.0
-"""No spike is below this [rad/s² or m/s²]: drives don't feel it."""
-HARMFUL = 1e3
-"""A spike above this fails [rad/s² or m/s²]: no arm's joint accelerates like that."""
 STEPS, MOST_SAMPLES = 10, 100_000
+"""A jerk that lasts for two of so many steps of a window is part of the motion."""
 
 
 def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
@@ -63,50 +66,67 @@ def missing_limits(motion: Motion, scenario: Scenario, space: JointSpace) -> Ite
 
 
 def spikes(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
-    """Find accelerations that are many times as large as any that the motion keeps up.
+    """Find accelerations and jerks that are many times as large as any that the motion keeps up.
 
     A joint that accelerates by `a` for a while changes its velocity by as much. Where an
     acceleration peaks far above all that velocities change by, it is there and gone: nothing in the
-    task asks for it.
+    task asks for it. So it is with jerk. A joint is named once, by its acceleration first.
     """
-    peaks, times = (getattr(motion.curve.extrema(2), one) for one in ("peak", "peak_time"))
-    kept_up, window = sustained(motion.curve)
-    for unit in sorted(set(space.joint_units)):
-        own = np.array([one == unit for one in space.joint_units])
-        most = float(kept_up[own].max())
-        allowed = max(PROPORTION * most, FEEBLE)
-        for i in np.flatnonzero(own & (peaks > allowed)):
-            name, value, time = space.joint_names[i], float(peaks[i]), float(times[i])
-            as_text, acceleration = scenario.units.text, rate_unit(unit, 2)
-            fails = space.robot is not None and value > HARMFUL
-            proportion = f"{value / most:.3g} times the" if most else "far above the"
-            yield Finding(
-                group="Continuity",
-                subject="joint",
-                name=name,
-                quantity="acceleration_spike",
-                verdict="failed" if fails else "warning",
-                message=f"joint {name!r}: acceleration peaks at {as_text(value, acceleration)} at "
-                f"{time:.6g} s, {between(scenario, time)}: {proportion} "
-                f"{as_text(most, acceleration)} that any joint keeps up for {window:.3g} s; "
-                + (rounded_corner(time, scenario) or "a spike that nothing in the task asks for"),
-                value=value,
-                limit=allowed,
-                margin=allowed - value,
-                unit=acceleration,
-                time=time,
-            )
+    named: set[str] = set()
+    for order in (2, 3):
+        peaks, times = (getattr(motion.curve.extrema(order), one) for one in ("peak", "peak_time"))
+        kept_up, window = sustained(motion.curve, order)
+        for unit in sorted(set(space.joint_units)):
+            own = np.array([one == unit for one in space.joint_units])
+            most = float(kept_up[own].max())
+            allowed = max(PROPORTION * most, FEEBLE[order])
+            for i in np.flatnonzero(own & (peaks > allowed)):
+                name, value, time = space.joint_names[i], float(peaks[i]), float(times[i])
+                if name in named:
+                    continue
+                named.add(name)
+                fails = space.robot is not None and value > HARMFUL[order]
+                words, rate = scenario.units.text, rate_unit(unit, order)
+                proportion = f"{value / most:.3g} times the" if most else "far above the"
+                yield Finding(
+                    group="Continuity",
+                    subject="joint",
+                    name=name,
+                    quantity=f"{DERIVATIVES[order]}_spike",
+                    verdict="failed" if fails else "warning",
+                    message=f"joint {name!r}: {DERIVATIVES[order]} peaks at {words(value, rate)} "
+                    f"at {time:.6g} s, {between(scenario, time)}: {proportion} "
+                    f"{words(most, rate)} that any joint keeps up for {window:.3g} s; "
+                    + (rounded_corner(time, scenario) or "nothing in the task asks for a spike"),
+                    value=value,
+                    limit=allowed,
+                    margin=allowed - value,
+                    unit=rate,
+                    time=time,
+                )
 
 
-def sustained(curve: PiecewisePolynomial) -> tuple[FloatArray, float]:
-    """Greatest accelerations that joints keep up for some time.
+def sustained(curve: PiecewisePolynomial, order: int) -> tuple[FloatArray, float]:
+    """Greatest accelerations (order 2) or jerks (order 3) that joints keep up for some time.
 
     Returns:
         Greatest changes of velocity within a window, over its length, shape (d,), and the length
-        [s].
+        [s]; of jerk the greatest changes of the mean acceleration from one step to the next.
     """
-    duration = float(curve.x[-1] - curve.x[0])
-    step = max(min(WINDOW, WINDOW_PART * duration) / STEPS, duration / MOST_SAMPLES)
-    v = curve(np.linspace(curve.x[0], curve.x[-1], round(duration / step) + 1), 1)
-    changes = [np.abs(v[lag:] - v[:-lag]).max(axis=0) for lag in range(1, STEPS + 1)]
-    return np.max(changes, axis=0) / (STEPS * step), STEPS * step
+    start, end = float(curve.x[0]), float(curve.x[-1])
+    window = min(WINDOW, WINDOW_PART * (end - start))
+    step = window / STEPS
+    count = min(round(2.0 * (end - start) / step), MOST_SAMPLES)
+    # of a long motion these are few, so wherever a peak may be there are more
+    middles = distinct(np.linspace(start, end, count), curve.x, curve.extrema(order).peak_time)
+
+    def change(lag: float) -> FloatArray:
+        t = np.clip(middles, start + lag, end - lag)
+        before, after = (curve(np.clip(t + by, start, end), 1) for by in (-lag, lag))
+        found = after - before if order == 2 else after - 2.0 * curve(t, 1) + before
+        return np.asarray(np.abs(found).max(axis=0))
+
+    if order == 3:
+        return change(step) / step**2, 2.0 * step
+    changes = [change(0.5 * k * step) for k in range(1, STEPS + 1)]
+    return np.max(changes, axis=0) / window, window
