@@ -205,7 +205,8 @@ def test_options_that_are_refused(options: dict[str, Any], said: str) -> None:
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(kw.InputError, match=r"'distributed'.*knotwork\[sweep\]"):
-        kw.sweep(LIFT, VARY, workers=2)
+        kw.sweep(LIFT, VARY, scheduler="tcp://host:8786")
+    assert len(kw.sweep(LIFT, VARY, workers=2, chunk=5)) == 10  # needs no Dask
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     with pytest.raises(kw.InputError, match=r"'pyarrow'.*knotwork\[sweep\]"):
         kw.sweep(LIFT, VARY, workers=0)

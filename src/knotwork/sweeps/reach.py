@@ -9,8 +9,7 @@ end of the arm's reach: planning has better means for that, and decides.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -28,8 +27,8 @@ from knotwork.planner_options import planner_options
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.sweeps.outcome import OUT_OF_REACH, REFUSED, Outcome
-from knotwork.sweeps.placing import Pose
 from knotwork.task_to_joint.branches import check_branch
+from knotwork.waypoints import CartesianWaypoint
 
 FEW, MANY = 24, 300
 """Searches for every pose that fails from the start, and for the worst pose of a row left then."""
@@ -47,47 +46,32 @@ OUTSIDE = "all joint positions that lead to it are outside the limits"
 SEARCHED = f"none of {MANY} searches for joint positions inside the limits comes near it"
 
 
-@dataclass(frozen=True)
-class PosesOfRow:
-    """What a row asks of its robot.
-
-    Attributes:
-        scenario: One with the row's robot, tool and limits.
-        poses: Where the tool is to be.
-    """
-
-    scenario: Scenario
-    poses: Sequence[Pose]
-
-
 class ReachTest:
     """Finds rows with poses out of reach; keeps the robots it has loaded."""
 
     def __init__(self) -> None:
         self._robots: dict[str, Robot | None] = {}
 
-    def refused(self, asked: Mapping[int, PosesOfRow]) -> dict[int, Outcome]:
+    def refused(self, scenarios: Mapping[int, Scenario]) -> dict[int, Outcome]:
         """Find rows with a pose that no joint positions inside the limits lead to.
 
         What is found depends on the rows given together in no digit, as neither a closed form nor
         the searches for one pose know the others.
 
         Args:
-            asked: By row.
+            scenarios: By row.
 
         Returns:
             The outcomes of those that are refused, by row.
         """
         groups: dict[str, list[int]] = {}
-        keys: dict[int, str] = {}  # rows that are not read anew share a scenario
-        for row, one in asked.items():
-            key = keys.setdefault(id(one.scenario), _robot_key(one.scenario))
-            groups.setdefault(key, []).append(row)
+        for row, scenario in scenarios.items():
+            groups.setdefault(_robot_key(scenario), []).append(row)
         found: dict[int, Outcome] = {}
         for key, rows in groups.items():
-            robot = self._robot(key, asked[rows[0]].scenario)
+            robot = self._robot(key, scenarios[rows[0]])
             if robot is not None:
-                targets = [(row, *pose) for row in rows for pose in asked[row].poses]
+                targets = [(row, *pose) for row in rows for pose in _poses(scenarios[row])]
                 found |= _refused(robot, targets)
         return found
 
@@ -101,6 +85,14 @@ class ReachTest:
             except InputError:
                 self._robots[key] = None  # planning says what is wrong
         return self._robots[key]
+
+
+def _poses(scenario: Scenario) -> Iterator[tuple[str, Any]]:
+    """Name and pose of the waypoints that planning solves first; a path follows from its start."""
+    along = {i for path in scenario.paths for i in range(path.first + 1, path.last + 1)}
+    for i, waypoint in enumerate(scenario.waypoints):
+        if isinstance(waypoint, CartesianWaypoint) and i not in along:
+            yield waypoint.name, waypoint.pose
 
 
 def _robot_key(scenario: Scenario) -> str:

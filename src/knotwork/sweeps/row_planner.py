@@ -1,125 +1,54 @@
-"""Where rows are planned, one block of a study at a time: in this process, or in a child of it."""
+"""What plans the rows of a study: in this process, or in a child of it."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from knotwork.documents import Document, Edits, Location, edited
-from knotwork.errors import InputError, KnotworkError
+from knotwork.documents import Document, Edits, edited
+from knotwork.errors import KnotworkError
+from knotwork.pipeline import Plan, plan
 from knotwork.scenario import Scenario, scenario_of
-
-if TYPE_CHECKING:
-    from knotwork.pipeline import Plan
-    from knotwork.sweeps.outcome import Outcome
-    from knotwork.sweeps.placing import Placing
-    from knotwork.sweeps.reach import ReachTest
-
-
-@dataclass(frozen=True)
-class Block:
-    """Some rows of a study, with all that is needed to plan them.
-
-    Attributes:
-        document: The scenario that is varied.
-        locations: The places that are varied in it.
-        values: For each row of the block the values, by row.
-    """
-
-    document: Document
-    locations: tuple[Location, ...]
-    values: Mapping[int, tuple[Any, ...]]
-
-    def edits(self, row: int) -> Edits:
-        """The values of a row that replace those of the document."""
-        return dict(zip(self.locations, self.values[row], strict=True))
+from knotwork.sweeps.outcome import Outcome, judged, without_motion
+from knotwork.sweeps.reach import ReachTest
 
 
 class RowPlanner:
-    """Plans rows of the block it was given last.
+    """Plans rows, each given by a scenario's document and the values in place of its own.
 
     Robots and meshes are loaded once, since those that load them remember what they have loaded.
     """
 
     def __init__(self) -> None:
-        self._block = Block(Document(None), (), {})
-        self._scenarios: dict[int, Scenario] = {}
-        self._placing: Placing | None = None
-        self._reach: ReachTest | None = None
+        self._read: dict[int, Scenario] = {}
+        self._reach = ReachTest()
 
-    def begin(self, block: Block, tested: bool) -> dict[int, Outcome]:
-        """Take a block, and find the rows that need not be planned.
+    def call(self, method: str, *arguments: Any, limit: float) -> Any:
+        """Call a method as a `Child` does, in this process and without a time limit."""
+        return getattr(self, method)(*arguments)
 
-        Args:
-            block: The rows.
-            tested: Whether their poses are tested for being reachable.
-
-        Returns:
-            Outcomes of rows that are wrong, or out of reach.
-        """
-        self._block, self._scenarios = block, {}
-        return self._tested(block) if tested else {}
-
-    def outcome(self, row: int) -> Outcome:
-        """Plan a row."""
-        from knotwork.sweeps.outcome import crashed, outcome_of, refused
-
-        try:
-            scenario = self._scenario(row)
-        except InputError as error:
-            return refused(error)
-        except Exception as error:
-            return crashed(error)
-        return outcome_of(scenario)
-
-    def _scenario(self, row: int) -> Scenario:
-        """The scenario of a row, read once."""
-        if row not in self._scenarios:
-            document = edited(self._block.document, self._block.edits(row))
-            self._scenarios[row] = scenario_of(document)
-        return self._scenarios[row]
-
-    def _tested(self, block: Block) -> dict[int, Outcome]:
-        from knotwork.sweeps.outcome import refused
-        from knotwork.sweeps.placing import poses_of
-        from knotwork.sweeps.reach import PosesOfRow, ReachTest
-
-        self._reach = self._reach or ReachTest()
-        self._place(block.document)
-        asked: dict[int, PosesOfRow] = {}
-        known: dict[int, Outcome] = {}
-        for row in block.values:
-            placing = self._placing
-            moved = placing.poses(block.edits(row)) if placing is not None else None
-            if placing is not None and moved is not None:
-                asked[row] = PosesOfRow(placing.scenario, moved)
-                continue
+    def tested(self, document: Document, rows: Mapping[int, Edits]) -> dict[int, Outcome]:
+        """Outcomes of those rows that need not be planned: they are wrong, or out of reach."""
+        self._read, known = {}, dict[int, Outcome]()
+        for row, edits in rows.items():
             try:
-                scenario = self._scenario(row)
-            except InputError as error:
-                known[row] = refused(error)
-            except Exception:
-                continue  # `outcome` says so
-            else:
-                asked[row] = PosesOfRow(scenario, poses_of(scenario))
-        return known | self._reach.refused(asked)
+                self._read[row] = scenario_of(edited(document, edits))
+            except Exception as error:
+                known[row] = without_motion(error)
+        return known | self._reach.refused(self._read)
 
-    def _place(self, document: Document) -> None:
-        """Be ready for rows of a document in which frames are placed otherwise."""
-        from knotwork.sweeps.placing import Placing
-
-        if self._placing is not None and self._placing.document == document:
-            return
+    def outcome(self, row: int, document: Document, edits: Edits) -> Outcome:
+        """Plan a row, which is not read again where it was tested last."""
+        begin = time.perf_counter()
         try:
-            self._placing = Placing(document)
-        except InputError:  # rows may be right where it is wrong
-            self._placing = None
+            made = plan(self._read.get(row) or scenario_of(edited(document, edits)))
+            return judged(made, time.perf_counter() - begin)
+        except Exception as error:  # a fault of Knotwork in one row is not the end of the others
+            return without_motion(error, time.perf_counter() - begin)
 
     def plan(self, scenario: Any) -> Plan | KnotworkError:
         """Plan a scenario, or give the error that says why not."""
-        from knotwork.pipeline import plan
-
         try:
             return plan(scenario)
         except KnotworkError as error:

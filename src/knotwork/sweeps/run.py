@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import io
+import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -15,22 +15,14 @@ from knotwork.arguments import finite_number
 from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
-from knotwork.sweeps.child import refuse_own_checks
+from knotwork.sweeps.child import Child, refuse_own_checks
+from knotwork.sweeps.chunks import BLOCK, Chunk, chunk_of, planned
 from knotwork.sweeps.folder import StudyFolder, create, is_study, refuse_study, reopen
-from knotwork.sweeps.outcome import PASSED
-from knotwork.sweeps.packages import arrow, distributed
+from knotwork.sweeps.outcome import PASSED, Outcome
+from knotwork.sweeps.rows import arrow, to_parquet
 from knotwork.sweeps.spec import StudySpec, scenario_document
 from knotwork.sweeps.study import Study, study_of
 from knotwork.sweeps.variations import make_axes
-from knotwork.sweeps.work import (
-    BLOCK,
-    ChildWorker,
-    Chunk,
-    FinishedChunk,
-    chunk_of,
-    columns_of,
-    outcomes,
-)
 
 TIME_LIMIT = 60.0
 """Of one row by default [s]."""
@@ -146,8 +138,8 @@ def sweep(
     _check_count("samples", samples, 1)
     if scheduler is not None or workers:
         refuse_own_checks("give workers=0, with which this process plans")
-    if scheduler is not None or workers > 1:
-        distributed()
+    if scheduler is not None:
+        executors.distributed()
     axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
     spec = StudySpec(scenario_document(scenario), axes, limit)
@@ -163,11 +155,9 @@ def sweep(
         made = reopen(folder, spec)
     else:
         size = chunk or _chunk_size(spec, workers, scheduler)
-        # what is in memory is a folder that is never made
-        made = create(folder, spec, size) if folder is not None else StudyFolder(Path(), spec, size)
-    run = _Run(made, in_memory=folder is None, progress=progress, stop_after=stop_after)
-    run.go(workers, scheduler)
-    return run.study()
+        made = create(folder, spec, size) if folder is not None else StudyFolder(None, spec, size)
+    _Run(made, progress, stop_after).go(workers, scheduler)
+    return study_of(made)
 
 
 class _Run:
@@ -176,28 +166,21 @@ class _Run:
     def __init__(
         self,
         folder: StudyFolder,
-        *,
-        in_memory: bool,
         progress: Callable[[SweepProgress], None] | None,
         stop_after: int | None,
     ) -> None:
-        self.folder, self.in_memory = folder, in_memory
-        self.progress, self.stop_after = progress, stop_after
-        self.kept: dict[int, bytes] = {}
-        self.finished = set() if in_memory else set(folder.finished())
-        self.passed = self.done = 0
-        if self.finished:
-            verdicts = study_of(folder)["verdict"]
-            self.done, self.passed = len(verdicts), verdicts.count(PASSED)
-        self.before, self.begin = self.done, 0.0
+        self.folder, self.progress, self.stop_after = folder, progress, stop_after
+        self.finished = folder.finished().keys()
+        verdicts = study_of(folder)["verdict"] if self.finished else []
+        self.before = self.done = len(verdicts)
+        self.passed, self.begin = verdicts.count(PASSED), 0.0
 
     def chunks(self) -> Iterator[Chunk]:
         """The rows left to be planned; the time runs from when the first is asked for."""
         self.begin = time.monotonic()
-        columns = columns_of(self.folder.spec)
         for index in range(self.folder.count):
             if index not in self.finished:
-                yield chunk_of(self.folder.spec, columns, index, self.folder.size)
+                yield chunk_of(self.folder.spec, index, self.folder.size)
 
     def go(self, workers: int, scheduler: str | None) -> None:
         """Plan the rows that are left."""
@@ -205,27 +188,20 @@ class _Run:
             return
         if scheduler is not None:
             results = executors.on_scheduler(self.chunks(), scheduler)
-        elif workers > 1:
-            results = executors.on_local_cluster(self.chunks(), workers)
+        elif workers:
+            results = executors.in_children(self.chunks(), workers)
         else:
-            results = (executors.in_one_child if workers else executors.here)(self.chunks())
+            results = executors.here(self.chunks())
         with closing(results):  # type: ignore[type-var]
-            for chunk in results:
-                self._keep(chunk)
+            for index, rows in results:
+                self._keep(index, rows)
                 if self._enough():
                     return
 
-    def _keep(self, chunk: FinishedChunk) -> None:
-        if self.in_memory:
-            self.kept[chunk.index] = chunk.content
-        else:
-            try:
-                self.folder.write(chunk.index, chunk.content)
-            except InputError as error:
-                if is_study(self.folder.path):
-                    error.add(executors.KEPT)
-                raise
-        self.done, self.passed = self.done + chunk.rows, self.passed + chunk.passed
+    def _keep(self, index: int, rows: Mapping[int, Outcome]) -> None:
+        self.folder.write(index, to_parquet(self.folder.spec, rows))
+        self.done += len(rows)
+        self.passed += sum(one.verdict == PASSED for one in rows.values())
         if self.progress is not None:
             seconds = time.monotonic() - self.begin
             total = len(self.folder.spec)
@@ -233,13 +209,6 @@ class _Run:
 
     def _enough(self) -> bool:
         return self.stop_after is not None and self.passed >= self.stop_after
-
-    def study(self) -> Study:
-        """The finished rows."""
-        if not self.in_memory:
-            return study_of(self.folder)
-        files = [io.BytesIO(content) for _, content in sorted(self.kept.items())]
-        return Study(self.folder.spec, files)
 
 
 def _check_count(name: str, value: int | None, least: int) -> None:
@@ -280,21 +249,19 @@ def _chunk_size(spec: StudySpec, workers: int, scheduler: str | None) -> int:
     """Rows in about two seconds of work, by planning some of them."""
     if workers == 0 and scheduler is None:
         return BLOCK
-    worker, columns, times = ChildWorker(), columns_of(spec), []
+    times: list[float] = []
     begin = time.perf_counter()
-    try:
-        for i, row in enumerate(_spread(len(spec), PILOTS)):
-            for _, _, done in outcomes(chunk_of(spec, columns, row, 1), worker):
-                if i:  # the first one loads what all of them need
-                    times.append(done.plan_time)
+    with closing(Child()) as child:
+        for row in _spread(len(spec), PILOTS):
+            _, rows = planned(chunk_of(spec, row, 1), child)
+            times += [one.plan_time for one in rows.values()]
             if time.perf_counter() - begin > PILOT_TIME:
                 break
-    finally:
-        worker.close()
-    mean = sum(times) / len(times) if times else CHUNK_TIME
+    times = times[1:] or [CHUNK_TIME]  # the first one loads what all of them need
+    mean = sum(times) / len(times)
     work = CHUNK_TIME
     if scheduler is not None:
         workers = max(1, executors.thread_count(scheduler))
         work = max(work, CENTRAL_TIME * workers)
     size = min(work / max(mean, 1e-6), MOST_IN_CHUNK, len(spec) / (LEAST_CHUNKS * workers))
-    return executors.power_of_two(size)
+    return 1 << math.floor(math.log2(max(1.0, size)))

@@ -13,14 +13,12 @@ from knotwork import storage
 from knotwork.errors import InputError
 from knotwork.pipeline import plan
 from knotwork.scenario import Scenario, scenario_of
-from knotwork.sweeps.chunk_rows import MOST_BYTES, read_rows
 from knotwork.sweeps.field_unit import unit_of
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
-from knotwork.sweeps.packages import arrow
+from knotwork.sweeps.rows import MOST_BYTES, arrow, read_rows, schema_of
 from knotwork.sweeps.spec import StudySpec
-from knotwork.sweeps.work import columns_of, schema_of
 from knotwork.units import Units
 
 if TYPE_CHECKING:
@@ -61,17 +59,16 @@ class Study:
             InputError: A file of the folder can't be read.
         """
         pa, _ = arrow()
-        schema = schema_of(self.columns, self.spec.digest)
-        parts, left = [schema.empty_table()], MOST_BYTES
+        parts, left = [schema_of(self.spec).empty_table()], MOST_BYTES
         for file in self._files:
-            parts.append(read_rows(file, schema, len(self.spec), left))
+            parts.append(read_rows(file, self.spec, left))
             left -= parts[-1].nbytes
         return pa.concat_tables(parts).sort_by("row")
 
     @property
     def columns(self) -> dict[str, str]:
         """Columns and their types; `row`, the varied fields, the verdict, and the figures."""
-        return columns_of(self.spec)
+        return self.spec.columns
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -205,4 +202,4 @@ def _best(figure: RowFigure, passing: list[dict[str, Any]]) -> dict[str, Any]:
 
 def study_of(folder: StudyFolder) -> Study:
     """The finished rows of the study in a folder."""
-    return Study(folder.spec, [folder.file(i) for i in folder.finished()], folder.path)
+    return Study(folder.spec, list(folder.finished().values()), folder.path)
