@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -16,6 +15,7 @@ from knotwork.sweeps.outcome import Outcome
 from knotwork.sweeps.spec import StudySpec
 
 HOW = "pip install 'knotwork[sweep]'"
+WIDEST = 10**9
 STUDY_KEY = "knotwork.study"
 """In the metadata of a file of rows: the digest of their study."""
 MOST_BYTES = 2_000_000_000
@@ -68,7 +68,7 @@ def _cells(spec: StudySpec, row: int, done: Outcome) -> list[Any]:
 
 
 def _text(cell: Any) -> str:
-    return cell if isinstance(cell, str) else re.sub(r"\n +", " ", flow(cell))
+    return cell if isinstance(cell, str) else flow(cell, width=WIDEST)
 
 
 def read_rows(file: Any, spec: StudySpec, most_bytes: int) -> Any:
