@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import faulthandler
+import importlib
 import os
 import pickle
 import queue
@@ -34,6 +35,8 @@ POLL = 1.0
 # One process is one thread of work; NumPy's would slow down the others.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
+_Question = tuple[Callable[..., Any], tuple[Any, ...], float]
+"""A function, its arguments, and the time that it may take [s]."""
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
@@ -61,19 +64,19 @@ def refuse_own_checks(instead: str) -> None:
 
 
 class Child:
-    """A child process with a `RowPlanner`; started at its first call, and again after its end."""
+    """A child process; started at its first call, and again after its end."""
 
     def __init__(self) -> None:
         self._process: Any = None
         self._closed = False
 
-    def call(self, method: str, *arguments: Any, limit: float) -> Any:
-        """Call a method of the planner; once more if the child ends, as others may have ended it.
+    def call(self, function: Callable[..., Any], *arguments: Any, limit: float) -> Any:
+        """Call a function there; once more if the child ends, as others may have ended it.
 
         A system that is short of memory ends processes whose rows are in order.
 
         Args:
-            method: Its name.
+            function: One of a module.
             arguments: What it takes.
             limit: Time that it may take [s].
 
@@ -81,12 +84,13 @@ class Child:
             ChildTimeoutError: It took longer.
             ChildCrashedError: The process ended both times, or this was closed.
         """
+        question = function, arguments, min(limit, LONGEST)
         try:
-            return self._asked((method, arguments, min(limit, LONGEST)))
+            return self._asked(question)
         except ChildCrashedError:
-            return self._asked((method, arguments, min(limit, LONGEST)))
+            return self._asked(question)
 
-    def _asked(self, question: tuple[str, tuple[Any, ...], float]) -> Any:
+    def _asked(self, question: _Question) -> Any:
         if self._closed:
             raise ChildCrashedError("it was closed")
         if self._process is None:
@@ -202,15 +206,13 @@ def main() -> None:
     # An interrupt from the keyboard goes to the parent, which ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     faulthandler.dump_traceback_later(START_LIMIT, exit=True, file=nothing)
-    from knotwork.sweeps.row_planner import RowPlanner
-
-    planner = RowPlanner()
+    importlib.import_module("knotwork.sweeps.outcome")
     _send(sink, (True, None))
-    for method, arguments, limit in _calls(source):
+    for function, arguments, limit in _calls(source):
         # a thread without Python, which nothing that a row does can hold up
         faulthandler.dump_traceback_later(limit, exit=True, file=nothing)
         try:
-            answer = True, getattr(planner, method)(*arguments)
+            answer = True, function(*arguments)
         except Exception as error:
             answer = False, error
         _send(sink, answer)
@@ -222,9 +224,9 @@ def _send(sink: Any, answer: tuple[bool, Any]) -> None:
     sink.flush()
 
 
-def _calls(source: Any) -> Iterator[tuple[str, tuple[Any, ...], float]]:
+def _calls(source: Any) -> Iterator[_Question]:
     """Calls of the parent; when that has gone this process ends, whatever it is about."""
-    asked: queue.SimpleQueue[tuple[str, tuple[Any, ...], float]] = queue.SimpleQueue()
+    asked: queue.SimpleQueue[_Question] = queue.SimpleQueue()
 
     def listen() -> None:
         code = 1

@@ -7,17 +7,25 @@ import concurrent.futures
 import math
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
+from knotwork.documents import Document, Edits
 from knotwork.errors import InputError
 from knotwork.export.packages import needed
-from knotwork.sweeps.child import Child, as_ready, by_children
-from knotwork.sweeps.chunks import Chunk, Planned, planned
+from knotwork.sweeps.child import (
+    Child,
+    ChildCrashedError,
+    ChildTimeoutError,
+    as_ready,
+    by_children,
+)
 from knotwork.sweeps.folder import KEPT
-from knotwork.sweeps.row_planner import RowPlanner
+from knotwork.sweeps.outcome import CRASHED, TIME_LIMIT, Outcome, outcome_of
 from knotwork.sweeps.rows import HOW, own_version
+from knotwork.sweeps.spec import StudySpec
 
 AHEAD = 3
 """Chunks that are handed over for each worker of Dask: one is planned, the next ones wait."""
@@ -38,16 +46,57 @@ _LOST = (
 )
 
 
+@dataclass(frozen=True)
+class Chunk:
+    """Rows that are planned in one go and written to one file.
+
+    Attributes:
+        index: Of the chunk.
+        document: The scenario that is varied.
+        rows: By row the values in place of the document's.
+        time_limit: Of one row [s].
+    """
+
+    index: int
+    document: Document
+    rows: Mapping[int, Edits]
+    time_limit: float
+
+
+Planned = tuple[int, dict[int, Outcome]]
+"""Index of a chunk, and the outcomes of its rows."""
+
+
+def chunk_of(spec: StudySpec, index: int, size: int) -> Chunk:
+    """Cut a chunk out of a study."""
+    rows = range(index * size, min((index + 1) * size, len(spec)))
+    return Chunk(index, spec.document, {row: spec.edits(row) for row in rows}, spec.time_limit)
+
+
 def here(chunks: Iterator[Chunk]) -> Iterator[Planned]:
     """Plan chunks in this process, one after the other; a crash ends it."""
-    planner = RowPlanner()
     for chunk in chunks:
-        yield planned(chunk, planner)
+        yield chunk.index, {row: outcome_of(chunk.document, e) for row, e in chunk.rows.items()}
+
+
+def in_child(child: Child, chunk: Chunk) -> Planned:
+    """Plan a chunk in a child process, whatever happens to that."""
+
+    def outcome(edits: Edits) -> Outcome:
+        begin = time.perf_counter()
+        try:
+            found: Outcome = child.call(outcome_of, chunk.document, edits, limit=chunk.time_limit)
+        except (ChildTimeoutError, ChildCrashedError) as error:
+            what = TIME_LIMIT if isinstance(error, ChildTimeoutError) else CRASHED
+            return Outcome(what, what, str(error), {}, time.perf_counter() - begin)
+        return found
+
+    return chunk.index, {row: outcome(edits) for row, edits in chunk.rows.items()}
 
 
 def in_children(chunks: Iterator[Chunk], workers: int) -> Iterator[Planned]:
     """Plan chunks in child processes, in the order in which they are ready."""
-    return by_children(lambda child, chunk: planned(chunk, child), chunks, workers)
+    return by_children(in_child, chunks, workers)
 
 
 def distributed() -> Any:
@@ -80,7 +129,7 @@ def _by_worker(chunk: Chunk) -> Planned:
     """Plan a chunk in the child process of this thread of one of Dask's workers."""
     if not hasattr(_own, "child"):
         _own.child = Child()
-    return planned(chunk, _own.child)
+    return in_child(_own.child, chunk)
 
 
 def thread_count(address: str) -> int:

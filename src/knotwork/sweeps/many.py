@@ -9,7 +9,7 @@ from typing import Any
 
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, KnotworkError, shown
-from knotwork.pipeline import Plan
+from knotwork.pipeline import Plan, plan
 from knotwork.scenario import Scenario
 from knotwork.sweeps.child import (
     Child,
@@ -61,7 +61,7 @@ def plan_many(
 
     def planned(child: Child, place: int) -> tuple[int, Plan | KnotworkError]:
         try:
-            return place, child.call("plan", given[place], limit=limit)
+            return place, child.call(_plan, given[place], limit=limit)
         except (ChildTimeoutError, ChildCrashedError) as error:
             return place, KnotworkError(str(error))
         except Exception as error:  # a fault in one is not the end of the others
@@ -69,3 +69,10 @@ def plan_many(
 
     found = dict(by_children(planned, range(len(given)), min(count, max(1, len(given)))))
     return [found[place] for place in range(len(given))]
+
+
+def _plan(scenario: Any) -> Plan | KnotworkError:
+    try:
+        return plan(scenario)
+    except KnotworkError as error:
+        return error

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 
 from knotwork import errors
-from knotwork.pipeline import Plan
+from knotwork.documents import Document, Edits, edited
+from knotwork.pipeline import Plan, plan
+from knotwork.scenario import scenario_of
+from knotwork.sweeps.reach import out_of_reach
 from knotwork.sweeps.shared_rest import row_figures
 
 PASSED, FAILED, REFUSED, TIME_LIMIT, CRASHED = VERDICTS = (
@@ -51,8 +55,20 @@ class Outcome:
     plan_time: float = 0.0
 
 
-def judged(made: Plan, plan_time: float) -> Outcome:
-    """The outcome of a motion."""
+def outcome_of(document: Document, edits: Edits) -> Outcome:
+    """Plan a document with other values, if its poses are not out of reach."""
+    begin = time.perf_counter()
+    try:
+        scenario = scenario_of(edited(document, edits))
+        if message := out_of_reach(scenario):
+            return Outcome(REFUSED, OUT_OF_REACH, message)
+        made = plan(scenario)
+        return _judged(made, time.perf_counter() - begin)
+    except Exception as error:  # a fault of Knotwork in one row is not the end of the others
+        return _without_motion(error, time.perf_counter() - begin)
+
+
+def _judged(made: Plan, plan_time: float) -> Outcome:
     figures, failures = row_figures(made), made.report.failures
     if failures:
         return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)
@@ -62,8 +78,7 @@ def judged(made: Plan, plan_time: float) -> Outcome:
     return Outcome(PASSED, "", message, figures, plan_time)
 
 
-def without_motion(error: Exception, plan_time: float = 0.0) -> Outcome:
-    """The outcome of a scenario that there is no motion for, or that Knotwork has a fault with."""
+def _without_motion(error: Exception, plan_time: float) -> Outcome:
     for kind, reason in _REASONS:
         if isinstance(error, kind):
             return Outcome(REFUSED, reason, str(error), {}, plan_time)

@@ -16,7 +16,7 @@ from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
 from knotwork.sweeps.child import Child, refuse_own_checks
-from knotwork.sweeps.chunks import BLOCK, Chunk, chunk_of, planned
+from knotwork.sweeps.executors import Chunk, chunk_of
 from knotwork.sweeps.folder import StudyFolder, create, is_study, refuse_study, reopen
 from knotwork.sweeps.outcome import PASSED, Outcome
 from knotwork.sweeps.rows import arrow, to_parquet
@@ -32,6 +32,8 @@ CENTRAL_TIME = 0.02
 """Twice what handing out a chunk and writing its rows takes, which one process does for all workers
 [s]: of hundreds of workers it would be the first at its limit, so their chunks are larger."""
 MOST_IN_CHUNK = 4096
+HERE = 8
+"""Rows in a chunk that this process plans."""
 PILOTS, PILOT_TIME = 8, 4.0
 """Rows that are planned to learn how long they take, and when that is enough [s]."""
 LEAST_CHUNKS = 4
@@ -248,12 +250,12 @@ def _refuse_wrong_values(spec: StudySpec) -> None:
 def _chunk_size(spec: StudySpec, workers: int, scheduler: str | None) -> int:
     """Rows in about two seconds of work, by planning some of them."""
     if workers == 0 and scheduler is None:
-        return BLOCK
+        return HERE
     times: list[float] = []
     begin = time.perf_counter()
     with closing(Child()) as child:
         for row in _spread(len(spec), PILOTS):
-            _, rows = planned(chunk_of(spec, row, 1), child)
+            _, rows = executors.in_child(child, chunk_of(spec, row, 1))
             times += [one.plan_time for one in rows.values()]
             if time.perf_counter() - begin > PILOT_TIME:
                 break
