@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,9 @@ from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
 from knotwork.sweeps.child import Child, refuse_own_checks
-from knotwork.sweeps.executors import Chunk, chunk_of
+from knotwork.sweeps.executors import Chunk, Planned, chunk_of
 from knotwork.sweeps.folder import StudyFolder, create, is_study, refuse_study, reopen
-from knotwork.sweeps.outcome import PASSED, Outcome
+from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.rows import arrow, to_parquet
 from knotwork.sweeps.spec import StudySpec, scenario_document
 from knotwork.sweeps.study import Study, study_of
@@ -92,9 +93,9 @@ def sweep(
 ) -> Study:
     """Plan and check a scenario with other values, a row for each combination of them.
 
-    First the poses of all rows are tested for being reachable, many at once. A row whose scenario
-    hangs or crashes says so, and the others go on. The rows are the same, but for the time to plan,
-    with any number of workers.
+    A row whose poses are certainly out of reach is not planned. One whose scenario hangs or crashes
+    says so, and the others go on. The rows are the same, but for the time to plan, with any number
+    of workers.
 
     Args:
         scenario: As for `knotwork.plan`.
@@ -107,9 +108,8 @@ def sweep(
         seed: Of the random numbers.
         out: Folder for the study; by default it is in memory only.
         resume: Go on with the study in the folder.
-        workers: Processes that plan: from two on a Dask cluster of this machine, 1 for one child
-            process, 0 for this process, where no time limit is kept and a crash is the end. By
-            default as many as there are processors.
+        workers: Child processes that plan; 0 for this process, where no time limit is kept and a
+            crash is the end. By default as many as there are processors.
         scheduler: Address of a Dask scheduler, in place of `workers`.
         stop_after: Stop once this many rows pass.
         time_limit: Of one row [s].
@@ -158,59 +158,44 @@ def sweep(
     else:
         size = chunk or _chunk_size(spec, workers, scheduler)
         made = create(folder, spec, size) if folder is not None else StudyFolder(None, spec, size)
-    _Run(made, progress, stop_after).go(workers, scheduler)
+    run = executors.here if workers == 0 else partial(executors.in_children, workers=workers)
+    if scheduler is not None:
+        run = partial(executors.on_scheduler, address=scheduler)
+    _plan_rest(made, run, progress, math.inf if stop_after is None else stop_after)
     return study_of(made)
 
 
-class _Run:
-    """One run of a study: hands out chunks, keeps what comes back."""
+def _plan_rest(
+    folder: StudyFolder,
+    run: Callable[[Iterator[Chunk]], Iterator[Planned]],
+    progress: Callable[[SweepProgress], None] | None,
+    most: float,
+) -> None:
+    """Plan the rows that are left, until enough pass; what is finished is kept at once."""
+    spec, finished = folder.spec, folder.finished().keys()
+    verdicts = study_of(folder)["verdict"] if finished else []
+    before = done = len(verdicts)
+    passed, begin = verdicts.count(PASSED), 0.0
 
-    def __init__(
-        self,
-        folder: StudyFolder,
-        progress: Callable[[SweepProgress], None] | None,
-        stop_after: int | None,
-    ) -> None:
-        self.folder, self.progress, self.stop_after = folder, progress, stop_after
-        self.finished = folder.finished().keys()
-        verdicts = study_of(folder)["verdict"] if self.finished else []
-        self.before = self.done = len(verdicts)
-        self.passed, self.begin = verdicts.count(PASSED), 0.0
+    def chunks() -> Iterator[Chunk]:
+        nonlocal begin
+        begin = time.monotonic()  # there are processes that ask for the first one
+        for index in range(folder.count):
+            if index not in finished:
+                yield chunk_of(spec, index, folder.size)
 
-    def chunks(self) -> Iterator[Chunk]:
-        """The rows left to be planned; the time runs from when the first is asked for."""
-        self.begin = time.monotonic()
-        for index in range(self.folder.count):
-            if index not in self.finished:
-                yield chunk_of(self.folder.spec, index, self.folder.size)
-
-    def go(self, workers: int, scheduler: str | None) -> None:
-        """Plan the rows that are left."""
-        if self._enough() or len(self.finished) == self.folder.count:
-            return
-        if scheduler is not None:
-            results = executors.on_scheduler(self.chunks(), scheduler)
-        elif workers:
-            results = executors.in_children(self.chunks(), workers)
-        else:
-            results = executors.here(self.chunks())
-        with closing(results):  # type: ignore[type-var]
-            for index, rows in results:
-                self._keep(index, rows)
-                if self._enough():
-                    return
-
-    def _keep(self, index: int, rows: Mapping[int, Outcome]) -> None:
-        self.folder.write(index, to_parquet(self.folder.spec, rows))
-        self.done += len(rows)
-        self.passed += sum(one.verdict == PASSED for one in rows.values())
-        if self.progress is not None:
-            seconds = time.monotonic() - self.begin
-            total = len(self.folder.spec)
-            self.progress(SweepProgress(self.done, total, self.passed, self.before, seconds))
-
-    def _enough(self) -> bool:
-        return self.stop_after is not None and self.passed >= self.stop_after
+    if passed >= most or len(finished) == folder.count:
+        return
+    with closing(run(chunks())) as results:  # type: ignore[type-var]
+        for index, rows in results:
+            folder.write(index, to_parquet(spec, rows))
+            done += len(rows)
+            passed += sum(one.verdict == PASSED for one in rows.values())
+            if progress is not None:
+                seconds = time.monotonic() - begin
+                progress(SweepProgress(done, len(spec), passed, before, seconds))
+            if passed >= most:
+                return
 
 
 def _check_count(name: str, value: int | None, least: int) -> None:
