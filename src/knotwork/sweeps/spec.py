@@ -76,7 +76,7 @@ class StudySpec:
 
     @cached_property
     def columns(self) -> dict[str, str]:
-        """Columns of the rows, and their types: number, varied fields, verdict and figures."""
+        """The type of each column of the rows; number, varied fields, verdict and figures."""
         kinds = dict.fromkeys(TEXTS, "string") | dict.fromkeys((*FIGURES, "plan_time"), "double")
         varied = {}
         for axis in self.axes:
