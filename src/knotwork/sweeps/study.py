@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -10,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork import storage
+from knotwork.documents import Location, description_of
 from knotwork.errors import InputError
 from knotwork.pipeline import plan
 from knotwork.scenario import Scenario, scenario_of
-from knotwork.sweeps.field_unit import unit_of
+from knotwork.scenario.schema import ScenarioFile
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
@@ -91,9 +93,18 @@ class Study:
     @cached_property
     def titles(self) -> dict[str, str]:
         """The varied fields, by their column, with its unit in brackets where it is known."""
-        units = (unit_of(location, self.units) for location in self.spec.locations)
+        units = map(self._unit_of, self.spec.locations)
         pairs = zip(self.varied, units, strict=True)
         return {name: f"{name} [{unit}]" if unit else name for name, unit in pairs}
+
+    def _unit_of(self, location: Location) -> str:
+        """The unit that the schema's description has in brackets; empty for one of several."""
+        text = description_of(ScenarioFile, self.spec.document.data, location)
+        found = set(re.findall(r" \[([^\]]+)\]", text))
+        unit = found.pop() if len(found) == 1 else ""
+        if " or " in unit:
+            return ""
+        return unit.replace("length", self.units.length).replace("angle", self.units.angle)
 
     @cached_property
     def units(self) -> Units:
