@@ -1,10 +1,9 @@
-"""Sweeps: rows a second, one worker and two, what Dask takes, and memory.
+"""Sweeps: rows a second, one process and two, what Dask takes, and memory.
 
-The study is a grid of placements of the block of `ur5_deburring`. It is made by a local cluster of
-two workers; a coarser grid is made by one child process without Dask and by clusters of one worker
-and of two, for what Dask takes and how much faster two are. Times of the processor are told
+The study is a grid of placements of the block of `ur5_deburring`. It is made by two processes; a
+coarser grid is made by one, by two, and by two workers of Dask. Times of the processor are measured
 apart, so that a machine with other work disturbs them little: those of the processes that plan, and
-those of all others (Dask's workers, its scheduler and client, writing the files). Rates are by the
+those of all others (this one, Dask's scheduler and workers, writing the files). Rates are by the
 clock, and ratios of them mean something on a quiet machine only.
 
 From these figures the script works out what a study of a million rows on a hundred machines takes,
@@ -20,6 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import click
 import psutil
@@ -27,7 +27,6 @@ from rich.console import Console
 
 import knotwork as kw
 import results
-from knotwork.sweeps import executors
 from knotwork.sweeps.run import CENTRAL_TIME
 from results import Table
 
@@ -85,8 +84,8 @@ def usage() -> tuple[float, float, float]:
     return planning, others, memory
 
 
-def measured(vary: dict[str, str], workers: int, chunk: int, folder: Path) -> Run:
-    """Make the study, and measure from its first finished chunk to its last."""
+def measured(vary: dict[str, str], chunk: int, folder: Path, **by: Any) -> Run:
+    """Make the study by some workers, and measure from its first finished chunk to its last."""
     run, begin = Run(), (0.0, 0.0, 0.0)
 
     def watch(at: kw.sweeps.SweepProgress) -> None:
@@ -103,7 +102,7 @@ def measured(vary: dict[str, str], workers: int, chunk: int, folder: Path) -> Ru
             run.rows = at.total - run.rows
             run.memory.append(memory)
 
-    kw.sweep("ur5_deburring", vary, out=folder, workers=workers, chunk=chunk, progress=watch)
+    kw.sweep("ur5_deburring", vary, out=folder, chunk=chunk, progress=watch, **by)
     run.size = sum(file.stat().st_size for file in folder.glob("chunks/*/*.parquet"))
     return run
 
@@ -117,12 +116,12 @@ def central_cost(folder: Path) -> float:
         if at.done in (50, at.total):
             begin.append(usage()[1])
 
-    with by_one_worker():
+    with cluster(1) as scheduler:
         kw.sweep(
             {"waypoints": ends},
             {"waypoints[1].after": "1:2:450"},
             out=folder,
-            workers=1,
+            scheduler=scheduler,
             chunk=1,
             progress=watch,
         )
@@ -133,7 +132,7 @@ def estimate(run: Run, central: float) -> Table:
     """What a million rows on a hundred machines take.
 
     Args:
-        run: With one worker of Dask.
+        run: With two workers of Dask.
         central: Time of the processor of all but planning for a chunk [s].
     """
     row, cores = run.planning / run.rows, MACHINES * CORES
@@ -167,7 +166,7 @@ def placements(rows: int) -> dict[str, str]:
 
 
 @click.command()
-@click.option("--rows", default=10_000, help="Rows of the study of two workers, about.")
+@click.option("--rows", default=10_000, help="Rows of the study of two processes, about.")
 @click.option("--compared", default=640, help="Rows of the studies that are compared, about.")
 @click.option("--chunk", default=8, help="Rows in a chunk.")
 @results.save_option
@@ -175,16 +174,21 @@ def main(rows: int, compared: int, chunk: int, save: Path | None) -> None:
     """Measure sweeps."""
     vary, runs = placements(compared), dict[str, Run]()
     with tempfile.TemporaryDirectory() as folder:
-        runs["no Dask"] = measured(vary, 1, chunk, Path(folder) / "alone")
-        with by_one_worker():
-            runs["1 worker"] = measured(vary, 1, chunk, Path(folder) / "one")
-        runs["2 workers"] = measured(vary, 2, chunk, Path(folder) / "two")
-        runs["2 workers, all"] = measured(placements(rows), 2, chunk, Path(folder) / "all")
-        alone = kw.Study.open(Path(folder) / "alone").table.drop_columns(["plan_time"])
-        for name in ("one", "two"):
+        runs["1 process"] = measured(vary, chunk, Path(folder) / "one", workers=1)
+        runs["2 processes"] = measured(vary, chunk, Path(folder) / "two", workers=2)
+        with cluster(2) as scheduler:
+            runs["Dask, 2 workers"] = measured(
+                vary, chunk, Path(folder) / "dask", scheduler=scheduler
+            )
+        if rows > compared:
+            runs["2 processes, all"] = measured(
+                placements(rows), chunk, Path(folder) / "all", workers=2
+            )
+        alone = kw.Study.open(Path(folder) / "one").table.drop_columns(["plan_time"])
+        for name in ("two", "dask"):
             other = kw.Study.open(Path(folder) / name).table.drop_columns(["plan_time"])
             if not other.equals(alone):
-                raise click.ClickException(f"the rows of {name} worker(s) differ")
+                raise click.ClickException(f"the rows of {name} differ")
         central = central_cost(Path(folder) / "light")
     load = os.getloadavg()[0]
     table = Table(
@@ -212,23 +216,24 @@ def main(rows: int, compared: int, chunk: int, save: Path | None) -> None:
     )
     console = Console(width=120)
     table.show(console)
-    scaling = runs["2 workers"].rate / runs["1 worker"].rate
-    console.print(f"from 1 to 2 workers: {scaling:.2f} times the rows a second")
-    estimate(runs["1 worker"], central).show(console)
+    scaling = runs["2 processes"].rate / runs["1 process"].rate
+    console.print(f"from 1 to 2 processes: {scaling:.2f} times the rows a second")
+    estimate(runs["Dask, 2 workers"], central).show(console)
     if save is not None:
         data = {name: vars(run) for name, run in runs.items()}
         results.save(save, "sweep", {"load": load, "scaling": scaling, "central": central, **data})
 
 
 @contextmanager
-def by_one_worker() -> Iterator[None]:
-    """Have `workers=1` make a cluster of one worker, which it does without."""
-    original = executors.in_one_child
-    executors.in_one_child = lambda chunks: executors.on_local_cluster(chunks, 1)
-    try:
-        yield
-    finally:
-        executors.in_one_child = original
+def cluster(workers: int) -> Iterator[str]:
+    """Run a Dask cluster of this machine; its address."""
+    import distributed
+
+    local: Any = distributed.LocalCluster
+    with local(
+        n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=50
+    ) as made:
+        yield made.scheduler_address
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ def main(folder: Path, places: int = 41, angles: int = 36) -> None:
     print(f"wrote {picture}")
 
 
-if __name__ == "__main__":  # the workers import this file
+if __name__ == "__main__":
     main(
         Path(sys.argv[1] if len(sys.argv) > 1 else "placement_study"),
         *(int(count) for count in sys.argv[2:4]),

@@ -45,7 +45,7 @@ def test_everything_else_stays_to_the_letter() -> None:
         TEXT.replace("times: fastest # chosen", "# chosen")
         .replace("joints: {a: 0,", "after: 0.25\n    joints: {a: 0,")
         .replace("{fastest: true}", "0.3333333333333333")
-        .replace("fastest: true\n      at_least: 0.5", "1e-05")
+        .replace("fastest: true\n      at_least: 0.5", "1.0e-05")
         .replace('"free"', "{a: -1.5, b: 2}")
         .replace(
             "# The end.\n",
@@ -53,7 +53,7 @@ def test_everything_else_stays_to_the_letter() -> None:
             "chosen:\n"
             "  - times: [0.0, 0.5]\n"
             "    velocities:\n"
-            '      "by the way, on": {a: 1.0}\n',
+            "      by the way, on: {a: 1.0}\n",
         )
     )
 

@@ -277,8 +277,8 @@ def test_paths_in_a_frozen_file_hold_from_its_own_folder(tmp_path: Path) -> None
         "waypoints:\n  - joints: {shoulder: 0, elbow: 0}\n  - joints: {shoulder: 1, elbow: 1}\n"
     )
     saved = kw.plan(source).save(tmp_path / "out")[0].parent / "scenario.yaml"
-    assert 'mesh: "../box.stl"' in saved.read_text()
-    assert 'file: "../dot.csv"' in saved.read_text()
+    assert "mesh: ../box.stl" in saved.read_text()
+    assert "file: ../dot.csv" in saved.read_text()
     assert kw.plan(saved).report.ok
 
 

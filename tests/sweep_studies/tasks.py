@@ -29,26 +29,16 @@ PLACED: dict[str, Any] = {
 }
 
 
-def _running(processes: list[psutil.Process], word: str) -> list[psutil.Process]:
-    """Those whose command line has a word."""
+def planning(process: psutil.Process) -> list[psutil.Process]:
+    """Processes below one that plan rows."""
     found = []
-    for one in processes:
+    for one in process.children(recursive=True):
         try:
-            if word in " ".join(one.cmdline()):
+            if "knotwork.sweeps.child" in one.cmdline():
                 found.append(one)
         except psutil.Error:  # it has ended meanwhile
             continue
     return found
-
-
-def planning(process: psutil.Process) -> list[psutil.Process]:
-    """Processes below one that plan rows."""
-    return _running(process.children(recursive=True), "knotwork.sweeps.child")
-
-
-def workers_of(process: psutil.Process) -> list[psutil.Process]:
-    """Dask's workers that a process has started, whether they have begun to plan or not."""
-    return _running(process.children(), "spawn_main")
 
 
 def ended(process: psutil.Process) -> bool:

@@ -1,4 +1,4 @@
-"""Studies by a real Dask cluster of this machine, some of whose processes are killed."""
+"""Studies by several processes and by a Dask cluster, some of whose processes are killed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 
 import psutil
 import pytest
-from tasks import LIFT, all_end, planning, workers_of
+from tasks import LIFT, all_end, planning
 
 import knotwork as kw
 from patience import PATIENCE
@@ -36,22 +36,29 @@ def without_time(study: kw.Study) -> Any:
     return study.table.drop_columns(["plan_time"])
 
 
+def cluster_of(workers: int, threads: int) -> Any:
+    """A cluster of this machine, to be used by its address."""
+    import distributed
+
+    return distributed.LocalCluster(
+        n_workers=workers, threads_per_worker=threads, dashboard_address=":0", silence_logs=50
+    )
+
+
 @pytest.fixture(scope="module")
 def serial() -> Any:
     """The rows as one process makes them, without Dask."""
     return without_time(kw.sweep(TASK, VARY, workers=0, **OPTIONS))
 
 
-def test_a_worker_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> None:
+def test_a_process_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> None:
     killed: list[int] = []
 
     def kill_one(at: kw.sweeps.SweepProgress) -> None:
         if at.done >= ROWS // 4 and not killed:
-            worker = planning(psutil.Process())[0].parent()
-            assert worker is not None
-            assert worker.pid != os.getpid()
-            worker.send_signal(signal.SIGKILL)
-            killed.append(worker.pid)
+            child = planning(psutil.Process())[0]
+            child.kill()
+            killed.append(child.pid)
             assert at.done < ROWS
 
     study = kw.sweep(TASK, VARY, out=tmp_path / "study", workers=2, progress=kill_one, **OPTIONS)
@@ -64,16 +71,20 @@ def test_a_worker_that_is_killed_costs_nothing(serial: Any, tmp_path: Path) -> N
 def test_finished_chunks_that_are_lost_with_their_workers_are_planned_again(serial: Any) -> None:
     killed: list[psutil.Process] = []
 
-    def kill_all(at: kw.sweeps.SweepProgress) -> None:
-        if at.done >= ROWS // 4 and not killed:
-            time.sleep(2.0)  # mostly the workers have finished what they have by then, and keep it
-            killed.extend(workers_of(psutil.Process()))
-            for worker in killed:
-                worker.kill()
-            psutil.wait_procs(killed)
-            time.sleep(0.2)  # the scheduler sees it, and others need longer to start
+    with cluster_of(2, 1) as cluster:
 
-    study = kw.sweep(TASK, VARY, workers=2, progress=kill_all, **OPTIONS)
+        def kill_all(at: kw.sweeps.SweepProgress) -> None:
+            if at.done >= ROWS // 4 and not killed:
+                time.sleep(2.0)  # mostly they have finished what they have by then, and keep it
+                below = planning(psutil.Process())
+                killed.extend({one.parent() for one in below} - {None})  # type: ignore[arg-type]
+                for worker in killed:
+                    worker.kill()
+                psutil.wait_procs(killed)
+                time.sleep(0.2)  # the scheduler sees it, and others need longer to start
+
+        address = cluster.scheduler_address
+        study = kw.sweep(TASK, VARY, scheduler=address, progress=kill_all, **OPTIONS)
     assert len(killed) == 2
     assert without_time(study).equals(serial)
 
@@ -129,7 +140,7 @@ def test_rows_do_not_depend_on_what_was_planned_before() -> None:
 
 @pytest.mark.parametrize("lost", [0, 1])
 def test_an_interrupt_ends_all_and_says_how_to_go_on(lost: int, tmp_path: Path) -> None:
-    """Also where a worker has taken the place of a lost one."""
+    """Also where a process has taken the place of a lost one."""
     folder = tmp_path / "study"
     command = ["sweep", "ur5_deburring", "--vary", "frames.block.position[0]=400:500:3000"]
     run = subprocess.Popen(
@@ -142,10 +153,10 @@ def test_an_interrupt_ends_all_and_says_how_to_go_on(lost: int, tmp_path: Path) 
     while not list(folder.glob("chunks/*/*.parquet")):
         assert run.poll() is None
         time.sleep(0.05)
-    this, before = psutil.Process(run.pid), workers_of(psutil.Process(run.pid))
-    for worker in before[:lost]:
-        worker.kill()
-    while lost and not any(planning(one) for one in workers_of(this) if one not in before):
+    this, before = psutil.Process(run.pid), planning(psutil.Process(run.pid))
+    for child in before[:lost]:
+        child.kill()
+    while lost and not any(one not in before for one in planning(this)):
         assert run.poll() is None
         time.sleep(0.05)
     below = this.children(recursive=True)
@@ -158,11 +169,7 @@ def test_an_interrupt_ends_all_and_says_how_to_go_on(lost: int, tmp_path: Path) 
 
 
 def test_a_scheduler_by_its_address(serial: Any) -> None:
-    import distributed
-
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
-    ) as cluster:
+    with cluster_of(1, 2) as cluster:
         study = kw.sweep(TASK, VARY, scheduler=cluster.scheduler_address, **OPTIONS)
     assert without_time(study).equals(serial)
 
@@ -178,11 +185,7 @@ def check_nothing_is_lost(
     folder: Path, serial: Any, break_it: Callable[[Any], None], said: str
 ) -> None:
     """A study whose cluster something is done to ends with an error, and is gone on with."""
-    import distributed
-
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, dashboard_address=":0", silence_logs=50
-    ) as cluster:
+    with cluster_of(1, 2) as cluster:
 
         def midway(at: kw.sweeps.SweepProgress) -> None:
             if at.done >= ROWS // 4:
@@ -220,7 +223,6 @@ def test_a_scheduler_that_loses_all_workers_costs_no_finished_chunk(
 ) -> None:
     monkeypatch.setattr("knotwork.sweeps.executors.RECOUNT", 0.1)
     monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_ABSENCE", 0.5)
-    monkeypatch.setattr("knotwork.sweeps.executors.LONGEST_FETCH", 5.0)
 
     def dismiss(cluster: Any) -> None:
         cluster.scale(0)

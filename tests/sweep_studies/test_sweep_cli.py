@@ -128,6 +128,7 @@ def test_progress_has_rate_time_left_and_how_many_pass(
     monkeypatch.setenv("COLUMNS", "200")
     ran = knotwork("sweep", task, "--vary", "rate=100")
     assert "2500 of 10000 rows, 20 a second, 6 min 15 s left, 500 pass (20 %)" in ran.err
+    assert "━" in ran.err
 
 
 def test_a_log_of_a_sweep_has_lines_of_progress(

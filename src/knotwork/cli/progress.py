@@ -1,4 +1,4 @@
-"""Progress of what takes long, on standard error: one line of a terminal, or lines of a log."""
+"""Progress of what takes long, on standard error: a line of a terminal, or lines of a log."""
 
 from __future__ import annotations
 
@@ -22,65 +22,65 @@ LOG_INTERVAL = 30.0
 
 @contextmanager
 def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None] | None]:
-    """Show how far a solve has come.
+    """Show how far a solve has come, in a line of a terminal that is cleared in the end.
 
     Args:
         name: What is solved.
         quiet: Show nothing.
     """
-    with _line(quiet) as say:
-
-        def show(at: Progress) -> None:
-            if say is not None and at.seconds >= SHOWN_AFTER:
-                say(
-                    f"{name}: choosing times, {at.seconds:.0f} s, step {at.iterations}, "
-                    f"{100 * at.done:.0f} % of the waypoints done, limits off by {at.violation:.1e}"
-                )
-
-        yield show if say is not None else None
-
-
-@contextmanager
-def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
-    """Show rows, rate, time left and how many pass.
-
-    Where no terminal is, as in a log, a line is added every half minute.
-    """
-    last = time.monotonic()
-
-    def log(text: str) -> None:
-        nonlocal last
-        if time.monotonic() - last >= LOG_INTERVAL:
-            last = time.monotonic()
-            echo(text, err=True)
-
-    with _line(quiet) as say:
-        if quiet or sys.stderr is None:
-            yield None
-            return
-        if say is not None:
-            say("planning some rows, to learn how long they take")
-        yield lambda at: (say or log)(progress_line(at))
-
-
-@contextmanager
-def _line(quiet: bool) -> Iterator[Callable[[str], None] | None]:
-    """A line of a terminal to write text into, cleared in the end; `None` where there is none."""
-    if quiet or sys.stderr is None or not sys.stderr.isatty():
+    if quiet or not _on_terminal():
         yield None
         return
     from rich.console import Console
 
     status = Console(stderr=True).status("", spinner="line")
 
-    def say(text: str) -> None:
-        status.update(text)
-        status.start()
+    def show(at: Progress) -> None:
+        if at.seconds >= SHOWN_AFTER:
+            status.update(
+                f"{name}: choosing times, {at.seconds:.0f} s, step {at.iterations}, "
+                f"{100 * at.done:.0f} % of the waypoints done, limits off by {at.violation:.1e}"
+            )
+            status.start()
 
     try:
-        yield say
+        yield show
     finally:
         status.stop()
+
+
+@contextmanager
+def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
+    """Show rows, rate, time left and how many pass, with a bar that is cleared in the end.
+
+    Where no terminal is, as in a log, a line is added every half minute.
+    """
+    if quiet or sys.stderr is None:
+        yield None
+    elif _on_terminal():
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn
+
+        columns = BarColumn(bar_width=12), TextColumn("{task.description}", markup=False)
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("planning some rows, to learn how long they take", total=None)
+            yield lambda at: bar.update(
+                task, total=at.total, completed=at.done, description=progress_line(at)
+            )
+    else:
+        last = time.monotonic()
+
+        def log(at: SweepProgress) -> None:
+            nonlocal last
+            if time.monotonic() - last >= LOG_INTERVAL:
+                last = time.monotonic()
+                echo(progress_line(at), err=True)
+
+        yield log
+
+
+def _on_terminal() -> bool:
+    return sys.stderr is not None and sys.stderr.isatty()
 
 
 def progress_line(at: SweepProgress) -> str:

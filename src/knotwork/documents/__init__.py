@@ -6,7 +6,7 @@ error.
 
 from knotwork.documents.document import Document, Location, field_path
 from knotwork.documents.edits import REMOVED, Edits, edited, edited_text
-from knotwork.documents.validation import validate
+from knotwork.documents.validation import description_of, validate
 from knotwork.documents.values import Finite, Number, Positive, StrictModel, Text, by_kind
 from knotwork.documents.xml_text import check_xml, parse_xml
 from knotwork.documents.yaml_text import parse, read, read_text
@@ -23,6 +23,7 @@ __all__ = [
     "Text",
     "by_kind",
     "check_xml",
+    "description_of",
     "edited",
     "edited_text",
     "field_path",

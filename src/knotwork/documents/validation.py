@@ -38,6 +38,11 @@ def validate(model: type[ModelT], document: Document) -> ModelT:
     raise DocumentError(document.file, list(dict.fromkeys(problems)), complete=not many)
 
 
+def description_of(model: type[BaseModel], data: Any, location: Location) -> str:
+    """The description of the field that some data of a model has at a location."""
+    return _resolve(model, data, location).description or ""
+
+
 class _Place(NamedTuple):
     """The place of an error in the data, and the models that stand there.
 

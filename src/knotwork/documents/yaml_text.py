@@ -56,6 +56,20 @@ for _kind, _, _first in _SCALARS:
 _Loader.add_implicit_resolver(_TAG + "null", re.compile(r"^$"), [""])
 
 
+class Dumper(yaml.SafeDumper):
+    """Writes what is read here as the same; lists are further right than their key."""
+
+    yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
+
+    def ignore_aliases(self, data: Any) -> bool:
+        """Write everything out."""
+        return True
+
+    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
+        """Begin a collection."""
+        super().increase_indent(flow, False)
+
+
 class _Reader:
     """Turns a tree of YAML nodes into a `Document`'s data and lines.
 

@@ -1,131 +1,135 @@
-"""Where chunks are planned: in this process, in a child of it, or by the workers of Dask."""
+"""Where chunks are planned: in this process, in children of it, or by the workers of Dask."""
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
+import concurrent.futures
 import math
-import secrets
-import signal
-import tempfile
 import threading
 import time
-from collections.abc import Iterator
-from itertools import islice
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
+from knotwork.documents import Document, Edits
 from knotwork.errors import InputError
-from knotwork.sweeps.packages import dask_config, distributed, own_version
-from knotwork.sweeps.work import (
-    ChildWorker,
-    Chunk,
-    FinishedChunk,
-    HereWorker,
-    perform,
-    perform_in_child,
+from knotwork.export.packages import needed
+from knotwork.sweeps.child import (
+    Child,
+    ChildCrashedError,
+    ChildTimeoutError,
+    as_ready,
+    by_children,
 )
+from knotwork.sweeps.folder import KEPT
+from knotwork.sweeps.outcome import CRASHED, TIME_LIMIT, Outcome, outcome_of
+from knotwork.sweeps.rows import HOW, own_version
+from knotwork.sweeps.spec import StudySpec
 
 AHEAD = 3
-"""Chunks that are handed over for each worker: one is planned, the next ones wait for it."""
+"""Chunks that are handed over for each worker of Dask: one is planned, the next ones wait."""
 RECOUNT = 5.0
-"""Time until the workers are counted again [s]."""
-QUIET = {
-    "distributed.worker.profile.enabled": False,
-    "distributed.worker.memory.monitor-interval": "5s",
-    "distributed.admin.system-monitor.interval": "10s",
-    "distributed.admin.tick.interval": "1s",
-}
-"""Dask's workers watch themselves closely, which takes a twentieth of a processor."""
-SILENT = 50
-"""Level of logging that keeps Dask from writing of workers that are lost; they are replaced."""
+"""Time until the workers are counted again, as they come and go [s]."""
 CONNECT_TIMEOUT = 20.0
 """To a scheduler [s]."""
 LONGEST_ABSENCE = 300.0
 """Longest time that chunks wait for a worker [s]."""
-LONGEST_ANSWER = LONGEST_FETCH = 60.0
-"""Longest time for an answer of the scheduler, and for a finished chunk to arrive [s]."""
-GLANCE = 0.02
-"""Time between polls for finished chunks [s]."""
-PLANNED_AGAIN = ("lost", "pending")
-"""What Dask says of a result that was lost with its worker before it was fetched."""
-LOST = "the connection to the scheduler was lost"
-KEPT = "what is finished is kept, go on with --resume"
+LONGEST_ANSWER = 60.0
+"""Longest time for an answer of the scheduler [s]."""
+_LOST = (
+    OSError,
+    RuntimeError,
+    asyncio.CancelledError,
+    asyncio.TimeoutError,
+    concurrent.futures.CancelledError,
+)
 
 
-def here(chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
-    """Plan chunks in this process, one after the other; a crash ends it."""
-    worker = HereWorker()
-    for chunk in chunks:
-        yield perform(chunk, worker)
+@dataclass(frozen=True)
+class Chunk:
+    """Rows that are planned in one go and written to one file.
 
-
-def in_one_child(chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
-    """Plan chunks in a child process, one after the other."""
-    worker = ChildWorker()
-    try:
-        for chunk in chunks:
-            yield perform(chunk, worker)
-    finally:
-        worker.close()
-
-
-def on_local_cluster(chunks: Iterator[Chunk], workers: int) -> Iterator[FinishedChunk]:
-    """Plan chunks on a Dask cluster of this machine, in the order in which they are ready."""
-    dask = distributed()
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(dask_config().set(QUIET))
-        try:
-            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="knotwork-"))
-            with _interrupts_for_this_process():
-                cluster = dask.LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address=":0",
-                    memory_limit=0,
-                    local_directory=folder,
-                    silence_logs=SILENT,
-                    preload=[__name__],
-                )
-        except (RuntimeError, OSError) as error:  # for example a worker was ended from outside
-            raise InputError(
-                f"the {workers} worker processes could not be started ({error}); a script that "
-                'starts some must have `if __name__ == "__main__":`'
-            ) from error
-        stack.enter_context(cluster)
-        yield from _by(stack.enter_context(dask.Client(cluster)), chunks)
-
-
-def dask_setup(_worker: Any) -> None:
-    """Called by Dask in a worker: one that replaces a lost one, too, ignores an interrupt."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-@contextlib.contextmanager
-def _interrupts_for_this_process() -> Iterator[None]:
-    """Have processes that are started meanwhile ignore an interrupt from the keyboard.
-
-    This one ends them, and what each of them would say of it is of no use.
+    Attributes:
+        index: Of the chunk.
+        document: The scenario that is varied.
+        rows: By row the values in place of the document's.
+        time_limit: Of one row [s].
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+
+    index: int
+    document: Document
+    rows: Mapping[int, Edits]
+    time_limit: float
 
 
-def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[FinishedChunk]:
-    """Plan chunks on the workers of a scheduler, in the order in which they are ready.
+Planned = tuple[int, dict[int, Outcome]]
+"""Index of a chunk, and the outcomes of its rows."""
+
+
+def chunk_of(spec: StudySpec, index: int, size: int) -> Chunk:
+    """Cut a chunk out of a study."""
+    rows = range(index * size, min((index + 1) * size, len(spec)))
+    return Chunk(index, spec.document, {row: spec.edits(row) for row in rows}, spec.time_limit)
+
+
+def here(chunks: Iterator[Chunk]) -> Iterator[Planned]:
+    """Plan chunks in this process, one after the other; a crash ends it."""
+    for chunk in chunks:
+        yield chunk.index, {row: outcome_of(chunk.document, e) for row, e in chunk.rows.items()}
+
+
+def in_child(child: Child, chunk: Chunk) -> Planned:
+    """Plan a chunk in a child process, whatever happens to that."""
+
+    def outcome(edits: Edits) -> Outcome:
+        begin = time.perf_counter()
+        try:
+            found: Outcome = child.call(outcome_of, chunk.document, edits, limit=chunk.time_limit)
+        except (ChildTimeoutError, ChildCrashedError) as error:
+            what = TIME_LIMIT if isinstance(error, ChildTimeoutError) else CRASHED
+            return Outcome(what, what, str(error), {}, time.perf_counter() - begin)
+        return found
+
+    return chunk.index, {row: outcome(edits) for row, edits in chunk.rows.items()}
+
+
+def in_children(chunks: Iterator[Chunk], workers: int) -> Iterator[Planned]:
+    """Plan chunks in child processes, in the order in which they are ready."""
+    return by_children(in_child, chunks, workers)
+
+
+def distributed() -> Any:
+    """The package `distributed`, Dask's scheduler.
 
     Raises:
-        InputError: There is no scheduler at the address, or its workers can't plan for it.
+        InputError: It can't be imported.
+    """
+    return needed("distributed", "a sweep with a scheduler", HOW)
+
+
+def on_scheduler(chunks: Iterator[Chunk], address: str) -> Iterator[Planned]:
+    """Plan chunks by the workers of a scheduler, in the order in which they are ready.
+
+    Raises:
+        InputError: There is no scheduler at the address, its workers can't plan for it, the
+            scheduler or all workers are lost, or a chunk ended the workers it was given to.
     """
     with _client(address) as client:
         _check_workers(client, address)
-        yield from _by(client, chunks)
+        pool, places = client.get_executor(pure=False), _Places(client)
+        with _connected():
+            yield from as_ready(lambda chunk: pool.submit(_by_worker, chunk), chunks, places)
+
+
+_own = threading.local()
+
+
+def _by_worker(chunk: Chunk) -> Planned:
+    """Plan a chunk in the child process of this thread of one of Dask's workers."""
+    if not hasattr(_own, "child"):
+        _own.child = Child()
+    return in_child(_own.child, chunk)
 
 
 def thread_count(address: str) -> int:
@@ -135,7 +139,34 @@ def thread_count(address: str) -> int:
         InputError: There is no scheduler at the address.
     """
     with _client(address) as client, _connected():
-        return sum(client.nthreads(callback_timeout=LONGEST_ANSWER).values())
+        return _threads(client)
+
+
+def _threads(client: Any) -> int:
+    return sum(client.nthreads(callback_timeout=LONGEST_ANSWER).values())
+
+
+class _Places:
+    """How many chunks may be under way; the workers are counted now and then."""
+
+    def __init__(self, client: Any) -> None:
+        self._client, self._count, self._counted = client, 0, -math.inf
+        self._present = time.monotonic()
+
+    def __call__(self) -> int:
+        """At least some, for workers that may come.
+
+        Raises:
+            InputError: There have been no workers for long.
+        """
+        now = time.monotonic()
+        if now - self._counted > RECOUNT:
+            self._count, self._counted = _threads(self._client), now
+        if self._count:
+            self._present = now
+        elif now - self._present > LONGEST_ABSENCE:
+            raise InputError(f"all workers are lost, and no others came; {KEPT}")
+        return AHEAD * max(1, self._count)
 
 
 def _client(address: str) -> Any:
@@ -165,98 +196,14 @@ def _check_workers(client: Any, address: str) -> None:
             )
 
 
-def _by(client: Any, chunks: Iterator[Chunk]) -> Iterator[FinishedChunk]:
-    """Hand chunks over as earlier ones become ready, so that few are under way at any time.
-
-    Raises:
-        InputError: The scheduler or all workers are lost, or a chunk ended the workers it was given
-            to.
-    """
-    waiting, crew, under_way = distributed().as_completed(raise_errors=False), _Crew(client), 0
-    while True:
-        for chunk in islice(chunks, max(0, AHEAD * crew.count() - under_way)):
-            key = f"knotwork-{secrets.token_hex(4)}-{chunk.index}"
-            with _connected():
-                waiting.add(client.submit(perform_in_child, chunk, key=key, pure=False))
-            under_way += 1
-        if not under_way:
-            return
-        ready = waiting.next_batch(block=False)
-        if not ready:
-            time.sleep(GLANCE)
-        for done in ready:
-            finished = _fetched(done)
-            if finished is None:
-                waiting.add(done)
-                continue
-            under_way -= 1
-            yield finished
-            done.release()
-
-
-class _Crew:
-    """How many chunks the workers can plan at once, counted now and then, as they come and go."""
-
-    def __init__(self, client: Any) -> None:
-        self._client, self._count, self._counted = client, 0, -math.inf
-        self._gone: float | None = None
-
-    def count(self) -> int:
-        """At least 1.
-
-        Raises:
-            InputError: There have been no workers for long, or there is no scheduler.
-        """
-        now = time.monotonic()
-        if now - self._counted > RECOUNT:
-            with _connected():
-                threads = self._client.nthreads(callback_timeout=LONGEST_ANSWER)
-            self._count, self._counted = sum(threads.values()), now
-            if self._count:
-                self._gone = None
-            elif self._gone is None:
-                self._gone = now
-            elif now - self._gone > LONGEST_ABSENCE:
-                raise InputError(f"all workers are lost, and no others came; {KEPT}")
-        return max(1, self._count)
-
-
-@contextlib.contextmanager
+@contextmanager
 def _connected() -> Iterator[None]:
-    """Say in words that the scheduler is lost, whatever Dask raises."""
+    """Say in words what went wrong at the scheduler, whatever Dask raises."""
     try:
         yield
-    except (OSError, RuntimeError, asyncio.TimeoutError, asyncio.CancelledError) as error:
-        raise InputError(f"{LOST}; {KEPT}") from error
-
-
-def _fetched(future: Any) -> FinishedChunk | None:
-    """The rows of a chunk; `None` if they were lost on the way and are planned again.
-
-    Raises:
-        InputError: There will be none.
-    """
-    if future.status in PLANNED_AGAIN:
-        return None
-    try:
-        finished: FinishedChunk = future.result(timeout=LONGEST_FETCH)
-    except Exception as error:  # what a chunk or Dask may raise is not known here
-        late = isinstance(error, TimeoutError | asyncio.TimeoutError)
-        if late and future.status not in ("error", "cancelled"):
-            return None
-        raise _lost(future) from None
-    return finished
-
-
-def _lost(future: Any) -> InputError:
-    reason = LOST
-    if future.status == "error":
-        with contextlib.suppress(Exception):
-            reason = str(future.exception())
-    number = future.key.rpartition("-")[2]
-    return InputError(f"chunk {number} could not be planned: {reason}; {KEPT}")
-
-
-def power_of_two(count: float) -> int:
-    """The largest power of two up to a number, at least 1."""
-    return int(2 ** math.floor(math.log2(count))) if count >= 1 else 1
+    except InputError:
+        raise
+    except _LOST as error:
+        raise InputError(f"the connection to the scheduler was lost; {KEPT}") from error
+    except Exception as error:  # of a chunk, or of Dask
+        raise InputError(f"rows could not be planned: {error}; {KEPT}") from None

@@ -67,7 +67,11 @@ def _extreme(pick: Callable[[list[float]], float], values: Iterable[float | None
     return pick(known) if known else None
 
 
-def _clearance(plan: Plan, around: bool) -> float | None:
+def _found(pick: Callable[[list[float]], float], quantity: str, plan: Plan) -> float | None:
+    return _extreme(pick, (one.value for one in plan.report.select(quantity=quantity)))
+
+
+def _clearance(around: bool, plan: Plan) -> float | None:
     """Least clearance to what stands around, or of the robot and what it holds to itself."""
     names = {one.name for one in plan.scenario.scene.objects}
 
@@ -78,49 +82,25 @@ def _clearance(plan: Plan, around: bool) -> float | None:
     return _extreme(min, (one.value for one in found if is_around(one.name) == around))
 
 
-def _singular_value(plan: Plan) -> float | None:
-    found = plan.report.select(quantity="smallest_singular_value")
-    return _extreme(min, (one.value for one in found))
-
-
-def _deviation(plan: Plan) -> float | None:
-    found = plan.report.select(quantity="path_deviation")
-    return _extreme(max, (one.value for one in found))
-
-
 def _squared_effort(plan: Plan) -> float | None:
     robot = plan.space.robot
     return None if robot is None else squared_effort(robot, plan.trajectory)
 
 
+_SINGULAR = "smallest_singular_value"
+_least_singular, _deviation = (
+    partial(_found, min, _SINGULAR),
+    partial(_found, max, "path_deviation"),
+)
+_outer, _inner = partial(_clearance, True), partial(_clearance, False)
+
 FIGURES: dict[str, RowFigure] = {
     one.name: one
     for one in (
         RowFigure("duration", "duration", "s", False, lambda plan: plan.trajectory.duration),
-        RowFigure(
-            "smallest_singular_value",
-            "smallest singular value",
-            "",
-            True,
-            _singular_value,
-            at_rest="smallest_singular_value",
-        ),
-        RowFigure(
-            "clearance",
-            "clearance to what stands around",
-            "m",
-            True,
-            partial(_clearance, around=True),
-            at_rest="clearance",
-        ),
-        RowFigure(
-            "self_clearance",
-            "clearance to itself",
-            "m",
-            True,
-            partial(_clearance, around=False),
-            at_rest="clearance",
-        ),
+        RowFigure(_SINGULAR, "smallest singular value", "", True, _least_singular, _SINGULAR),
+        RowFigure("clearance", "clearance to what stands around", "m", True, _outer, "clearance"),
+        RowFigure("self_clearance", "clearance to itself", "m", True, _inner, "clearance"),
         *(_use(quantity) for quantity in (*JOINT_QUANTITIES, *_TOOL_LIMITS)),
         RowFigure("path_deviation", "deviation from the path", "m", False, _deviation),
         RowFigure("squared_effort", "integral of torque squared", "N²m²s", False, _squared_effort),

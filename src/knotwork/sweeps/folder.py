@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from knotwork import storage
 from knotwork.documents import read_text
 from knotwork.errors import InputError
-from knotwork.sweeps.packages import own_version
+from knotwork.sweeps.rows import own_version
 from knotwork.sweeps.spec import VERSION, StudySpec, first_difference, spec_from_dict
 
 STUDY, CHUNKS = "study.json", "chunks"
 FORMAT = "knotwork.study"
+KEPT = "what is finished is kept, go on with --resume"
 PER_FOLDER = 1000
 """Files in a folder at most; folders of many thousands are slow to list."""
 
@@ -23,22 +25,19 @@ class StudyFolder:
     """The folder of one study.
 
     Attributes:
-        path: Of the folder.
+        path: Of the folder; `None` keeps the rows in memory.
         spec: The study.
         size: Rows in a chunk.
     """
 
-    def __init__(self, path: Path, spec: StudySpec, size: int) -> None:
+    def __init__(self, path: Path | None, spec: StudySpec, size: int) -> None:
         self.path, self.spec, self.size = path, spec, size
+        self._kept: dict[int, bytes] = {}
 
     @property
     def count(self) -> int:
         """Number of chunks, finished or not."""
         return -(-len(self.spec) // self.size)
-
-    def file(self, index: int) -> Path:
-        """File of a chunk."""
-        return self.path / CHUNKS / f"{index // PER_FOLDER:04d}" / f"{index:07d}.parquet"
 
     def write(self, index: int, content: bytes) -> None:
         """Write the rows of a chunk, whole or not at all.
@@ -46,18 +45,32 @@ class StudyFolder:
         Raises:
             InputError: It can't be written, or the study is gone.
         """
+        if self.path is None:
+            self._kept[index] = content
+            return
         if not is_study(self.path):
             raise InputError(f"{self.path}: {STUDY} was removed while the study was planned")
-        storage.write_file(self.file(index), content)
+        try:
+            storage.write_file(_file(self.path, index), content)
+        except InputError as error:
+            error.add(KEPT)
+            raise
 
-    def finished(self) -> Iterator[int]:
-        """Indices of the chunks that are finished, in order."""
-        folders = sorted((self.path / CHUNKS).glob("*/"))
-        for folder in folders:
+    def finished(self) -> dict[int, Any]:
+        """Files of the chunks that are finished by their index, in order."""
+        if self.path is None:
+            return {index: io.BytesIO(content) for index, content in sorted(self._kept.items())}
+        found = {}
+        for folder in sorted((self.path / CHUNKS).glob("*/")):
             storage.finish_interrupted(folder)
             for file in sorted(folder.glob("*.parquet")):
-                if file.stem.isdecimal() and file == self.file(int(file.stem)):
-                    yield int(file.stem)
+                if file.stem.isdecimal() and file == _file(self.path, int(file.stem)):
+                    found[int(file.stem)] = file
+        return found
+
+
+def _file(folder: Path, index: int) -> Path:
+    return folder / CHUNKS / f"{index // PER_FOLDER:04d}" / f"{index:07d}.parquet"
 
 
 def is_study(path: Path | str) -> bool:
@@ -86,7 +99,7 @@ def create(path: Path, spec: StudySpec, size: int) -> StudyFolder:
     """
     folder = StudyFolder(path, spec, size)
     refuse_study(path)
-    if next(folder.finished(), None) is not None:
+    if folder.finished():
         raise InputError(
             f"{path} holds rows of a study, and no {STUDY} that says of which; give another folder"
         )
@@ -155,8 +168,7 @@ def reopen(path: Path, spec: StudySpec) -> StudyFolder:
             f"{path} holds another study: {difference}; give the same scenario and values, or "
             "another folder"
         )
-    folder = _opened(path, data)
-    return StudyFolder(path, spec, folder.size)
+    return StudyFolder(path, spec, _opened(path, data).size)
 
 
 def _read(path: Path) -> dict[str, Any]:

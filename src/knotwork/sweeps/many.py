@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from knotwork.arguments import finite_number
 from knotwork.errors import InputError, KnotworkError, shown
-from knotwork.pipeline import Plan
+from knotwork.pipeline import Plan, plan
 from knotwork.scenario import Scenario
 from knotwork.sweeps.child import (
     Child,
     ChildCrashedError,
     ChildTimeoutError,
-    again_if_ended,
+    by_children,
     refuse_own_checks,
 )
 from knotwork.sweeps.run import TIME_LIMIT
@@ -60,26 +58,21 @@ def plan_many(
             raise InputError(
                 f"scenarios[{i}] is {shown(one)}; accepted: a name, a path, a mapping or a scenario"
             )
-    children: list[Child] = []
-    own = threading.local()
 
-    def planned(scenario: Any) -> Plan | KnotworkError:
-        if not hasattr(own, "child"):
-            own.child = Child()
-            children.append(own.child)
+    def planned(child: Child, place: int) -> tuple[int, Plan | KnotworkError]:
         try:
-            found: Plan | KnotworkError = again_if_ended(
-                lambda: own.child.call("plan", scenario, limit=limit)
-            )
+            return place, child.call(_plan, given[place], limit=limit)
         except (ChildTimeoutError, ChildCrashedError) as error:
-            return KnotworkError(str(error))
+            return place, KnotworkError(str(error))
         except Exception as error:  # a fault in one is not the end of the others
-            return KnotworkError(f"internal error: {type(error).__name__}: {error}")
-        return found
+            return place, KnotworkError(f"internal error: {type(error).__name__}: {error}")
 
-    with ThreadPoolExecutor(min(count, max(1, len(given)))) as pool:
-        try:
-            return list(pool.map(planned, given))
-        finally:  # inside, as the pool waits for what is under way when an interrupt ends this
-            for child in children:
-                child.close()
+    found = dict(by_children(planned, range(len(given)), min(count, max(1, len(given)))))
+    return [found[place] for place in range(len(given))]
+
+
+def _plan(scenario: Any) -> Plan | KnotworkError:
+    try:
+        return plan(scenario)
+    except KnotworkError as error:
+        return error

@@ -7,10 +7,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from knotwork import errors
-from knotwork.documents import Location
-from knotwork.errors import InputError
+from knotwork.documents import Document, Edits, Location, edited
 from knotwork.pipeline import Plan, plan
-from knotwork.scenario import Scenario
+from knotwork.scenario import scenario_of
+from knotwork.sweeps.reach import out_of_reach
 from knotwork.sweeps.shared_rest import row_figures
 
 PASSED, FAILED, REFUSED, TIME_LIMIT, CRASHED = VERDICTS = (
@@ -56,41 +56,32 @@ class Outcome:
     plan_time: float = 0.0
 
 
-def outcome_of(scenario: Scenario, varied: Collection[Location] = ()) -> Outcome:
-    """Plan a scenario in which some places are varied, and say what became of it, whatever."""
+def outcome_of(document: Document, edits: Edits) -> Outcome:
+    """Plan a document with other values, if its poses are not out of reach."""
     begin = time.perf_counter()
     try:
+        scenario = scenario_of(edited(document, edits))
+        if message := out_of_reach(scenario):
+            return Outcome(REFUSED, OUT_OF_REACH, message)
         made = plan(scenario)
-    except InputError as error:
-        return refused(error, time.perf_counter() - begin)
+        return _judged(made, edits, time.perf_counter() - begin)
     except Exception as error:  # a fault of Knotwork in one row is not the end of the others
-        return crashed(error, time.perf_counter() - begin)
-    return judged(made, varied, time.perf_counter() - begin)
+        return _without_motion(error, time.perf_counter() - begin)
 
 
-def judged(made: Plan, varied: Collection[Location], plan_time: float) -> Outcome:
-    """The outcome of a motion."""
-    figures = row_figures(made, varied)
-    failures = made.report.failures
-    if not failures:
-        return Outcome(PASSED, "", _reservation(len(made.report.sampled)), figures, plan_time)
-    return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)
+def _judged(made: Plan, varied: Collection[Location], plan_time: float) -> Outcome:
+    figures, failures = row_figures(made, varied), made.report.failures
+    if failures:
+        return Outcome(FAILED, failures[0].title, str(failures[0]), figures, plan_time)
+    sampled = len(made.report.sampled)
+    are = "is" if sampled == 1 else "are"
+    message = f"{sampled} of its requirements {are} sampled only" if sampled else ""
+    return Outcome(PASSED, "", message, figures, plan_time)
 
 
-def _reservation(sampled: int) -> str:
-    """What to know of a row that passes."""
-    if not sampled:
-        return ""
-    return f"{sampled} of its requirements {'is' if sampled == 1 else 'are'} sampled only"
-
-
-def crashed(error: Exception, plan_time: float = 0.0) -> Outcome:
-    """The outcome of a scenario that Knotwork has a fault with."""
+def _without_motion(error: Exception, plan_time: float) -> Outcome:
+    for kind, reason in _REASONS:
+        if isinstance(error, kind):
+            return Outcome(REFUSED, reason, str(error), {}, plan_time)
     message = f"internal error: {type(error).__name__}: {error}"
     return Outcome(CRASHED, CRASHED, message, {}, plan_time)
-
-
-def refused(error: InputError, plan_time: float = 0.0) -> Outcome:
-    """The outcome of a scenario that there is no motion for."""
-    reason = next(name for kind, name in _REASONS if isinstance(error, kind))
-    return Outcome(REFUSED, reason, str(error), {}, plan_time)

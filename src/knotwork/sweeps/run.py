@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import io
+import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +16,14 @@ from knotwork.arguments import finite_number
 from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario
 from knotwork.sweeps import executors
-from knotwork.sweeps.child import refuse_own_checks
+from knotwork.sweeps.child import Child, refuse_own_checks
+from knotwork.sweeps.executors import Chunk, Planned, chunk_of
 from knotwork.sweeps.folder import StudyFolder, create, is_study, refuse_study, reopen
 from knotwork.sweeps.outcome import PASSED
-from knotwork.sweeps.packages import arrow, distributed
+from knotwork.sweeps.rows import arrow, to_parquet
 from knotwork.sweeps.spec import StudySpec, scenario_document
 from knotwork.sweeps.study import Study, study_of
 from knotwork.sweeps.variations import make_axes
-from knotwork.sweeps.work import (
-    BLOCK,
-    ChildWorker,
-    Chunk,
-    FinishedChunk,
-    chunk_of,
-    columns_of,
-    outcomes,
-)
 
 TIME_LIMIT = 60.0
 """Of one row by default [s]."""
@@ -40,6 +33,8 @@ CENTRAL_TIME = 0.02
 """Twice what handing out a chunk and writing its rows takes, which one process does for all workers
 [s]: of hundreds of workers it would be the first at its limit, so their chunks are larger."""
 MOST_IN_CHUNK = 4096
+HERE = 8
+"""Rows in a chunk that this process plans."""
 PILOTS, PILOT_TIME = 8, 4.0
 """Rows that are planned to learn how long they take, and when that is enough [s]."""
 LEAST_CHUNKS = 4
@@ -98,9 +93,9 @@ def sweep(
 ) -> Study:
     """Plan and check a scenario with other values, a row for each combination of them.
 
-    First the poses of all rows are tested for being reachable, many at once. A row whose scenario
-    hangs or crashes says so, and the others go on. The rows are the same, but for the time to plan,
-    with any number of workers.
+    A row whose poses are certainly out of reach is not planned. One whose scenario hangs or crashes
+    says so, and the others go on. The rows are the same, but for the time to plan, with any number
+    of workers.
 
     Args:
         scenario: As for `knotwork.plan`.
@@ -113,9 +108,8 @@ def sweep(
         seed: Of the random numbers.
         out: Folder for the study; by default it is in memory only.
         resume: Go on with the study in the folder.
-        workers: Processes that plan: from two on a Dask cluster of this machine, 1 for one child
-            process, 0 for this process, where no time limit is kept and a crash is the end. By
-            default as many as there are processors.
+        workers: Child processes that plan; 0 for this process, where no time limit is kept and a
+            crash is the end. By default as many as there are processors.
         scheduler: Address of a Dask scheduler, in place of `workers`.
         stop_after: Stop once this many rows pass.
         time_limit: Of one row [s].
@@ -146,8 +140,8 @@ def sweep(
     _check_count("samples", samples, 1)
     if scheduler is not None or workers:
         refuse_own_checks("give workers=0, with which this process plans")
-    if scheduler is not None or workers > 1:
-        distributed()
+    if scheduler is not None:
+        executors.distributed()
     axes = make_axes(vary or {}, rows=rows, together=together, samples=samples, seed=seed)
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
     spec = StudySpec(scenario_document(scenario), axes, limit)
@@ -163,83 +157,45 @@ def sweep(
         made = reopen(folder, spec)
     else:
         size = chunk or _chunk_size(spec, workers, scheduler)
-        # what is in memory is a folder that is never made
-        made = create(folder, spec, size) if folder is not None else StudyFolder(Path(), spec, size)
-    run = _Run(made, in_memory=folder is None, progress=progress, stop_after=stop_after)
-    run.go(workers, scheduler)
-    return run.study()
+        made = create(folder, spec, size) if folder is not None else StudyFolder(None, spec, size)
+    run = executors.here if workers == 0 else partial(executors.in_children, workers=workers)
+    if scheduler is not None:
+        run = partial(executors.on_scheduler, address=scheduler)
+    _plan_rest(made, run, progress, math.inf if stop_after is None else stop_after)
+    return study_of(made)
 
 
-class _Run:
-    """One run of a study: hands out chunks, keeps what comes back."""
+def _plan_rest(
+    folder: StudyFolder,
+    run: Callable[[Iterator[Chunk]], Iterator[Planned]],
+    progress: Callable[[SweepProgress], None] | None,
+    most: float,
+) -> None:
+    """Plan the rows that are left, until enough pass; what is finished is kept at once."""
+    spec, finished = folder.spec, folder.finished().keys()
+    verdicts = study_of(folder)["verdict"] if finished else []
+    before = done = len(verdicts)
+    passed, begin = verdicts.count(PASSED), 0.0
 
-    def __init__(
-        self,
-        folder: StudyFolder,
-        *,
-        in_memory: bool,
-        progress: Callable[[SweepProgress], None] | None,
-        stop_after: int | None,
-    ) -> None:
-        self.folder, self.in_memory = folder, in_memory
-        self.progress, self.stop_after = progress, stop_after
-        self.kept: dict[int, bytes] = {}
-        self.finished = set() if in_memory else set(folder.finished())
-        self.passed = self.done = 0
-        if self.finished:
-            verdicts = study_of(folder)["verdict"]
-            self.done, self.passed = len(verdicts), verdicts.count(PASSED)
-        self.before, self.begin = self.done, 0.0
+    def chunks() -> Iterator[Chunk]:
+        nonlocal begin
+        begin = time.monotonic()  # there are processes that ask for the first one
+        for index in range(folder.count):
+            if index not in finished:
+                yield chunk_of(spec, index, folder.size)
 
-    def chunks(self) -> Iterator[Chunk]:
-        """The rows left to be planned; the time runs from when the first is asked for."""
-        self.begin = time.monotonic()
-        columns = columns_of(self.folder.spec)
-        for index in range(self.folder.count):
-            if index not in self.finished:
-                yield chunk_of(self.folder.spec, columns, index, self.folder.size)
-
-    def go(self, workers: int, scheduler: str | None) -> None:
-        """Plan the rows that are left."""
-        if self._enough() or len(self.finished) == self.folder.count:
-            return
-        if scheduler is not None:
-            results = executors.on_scheduler(self.chunks(), scheduler)
-        elif workers > 1:
-            results = executors.on_local_cluster(self.chunks(), workers)
-        else:
-            results = (executors.in_one_child if workers else executors.here)(self.chunks())
-        with closing(results):  # type: ignore[type-var]
-            for chunk in results:
-                self._keep(chunk)
-                if self._enough():
-                    return
-
-    def _keep(self, chunk: FinishedChunk) -> None:
-        if self.in_memory:
-            self.kept[chunk.index] = chunk.content
-        else:
-            try:
-                self.folder.write(chunk.index, chunk.content)
-            except InputError as error:
-                if is_study(self.folder.path):
-                    error.add(executors.KEPT)
-                raise
-        self.done, self.passed = self.done + chunk.rows, self.passed + chunk.passed
-        if self.progress is not None:
-            seconds = time.monotonic() - self.begin
-            total = len(self.folder.spec)
-            self.progress(SweepProgress(self.done, total, self.passed, self.before, seconds))
-
-    def _enough(self) -> bool:
-        return self.stop_after is not None and self.passed >= self.stop_after
-
-    def study(self) -> Study:
-        """The finished rows."""
-        if not self.in_memory:
-            return study_of(self.folder)
-        files = [io.BytesIO(content) for _, content in sorted(self.kept.items())]
-        return Study(self.folder.spec, files)
+    if passed >= most or len(finished) == folder.count:
+        return
+    with closing(run(chunks())) as results:  # type: ignore[type-var]
+        for index, rows in results:
+            folder.write(index, to_parquet(spec, rows))
+            done += len(rows)
+            passed += sum(one.verdict == PASSED for one in rows.values())
+            if progress is not None:
+                seconds = time.monotonic() - begin
+                progress(SweepProgress(done, len(spec), passed, before, seconds))
+            if passed >= most:
+                return
 
 
 def _check_count(name: str, value: int | None, least: int) -> None:
@@ -279,22 +235,20 @@ def _refuse_wrong_values(spec: StudySpec) -> None:
 def _chunk_size(spec: StudySpec, workers: int, scheduler: str | None) -> int:
     """Rows in about two seconds of work, by planning some of them."""
     if workers == 0 and scheduler is None:
-        return BLOCK
-    worker, columns, times = ChildWorker(), columns_of(spec), []
+        return HERE
+    times: list[float] = []
     begin = time.perf_counter()
-    try:
-        for i, row in enumerate(_spread(len(spec), PILOTS)):
-            for _, _, done in outcomes(chunk_of(spec, columns, row, 1), worker):
-                if i:  # the first one loads what all of them need
-                    times.append(done.plan_time)
+    with closing(Child()) as child:
+        for row in _spread(len(spec), PILOTS):
+            _, rows = executors.in_child(child, chunk_of(spec, row, 1))
+            times += [one.plan_time for one in rows.values()]
             if time.perf_counter() - begin > PILOT_TIME:
                 break
-    finally:
-        worker.close()
-    mean = sum(times) / len(times) if times else CHUNK_TIME
+    times = times[1:] or [CHUNK_TIME]  # the first one loads what all of them need
+    mean = sum(times) / len(times)
     work = CHUNK_TIME
     if scheduler is not None:
         workers = max(1, executors.thread_count(scheduler))
         work = max(work, CENTRAL_TIME * workers)
     size = min(work / max(mean, 1e-6), MOST_IN_CHUNK, len(spec) / (LEAST_CHUNKS * workers))
-    return executors.power_of_two(size)
+    return 1 << math.floor(math.log2(max(1.0, size)))

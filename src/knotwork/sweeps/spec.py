@@ -5,21 +5,24 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from knotwork import resources
-from knotwork.documents import Document, Edits, Location, edited, field_path, read
+from knotwork.documents import REMOVED, Document, Edits, Location, edited, field_path, read
+from knotwork.documents.edits import differences
 from knotwork.errors import InputError, shown
 from knotwork.scenario import Scenario, load_scenario
 from knotwork.sweeps.field_path import location_of
+from knotwork.sweeps.figures import FIGURES
 from knotwork.sweeps.named_files import file_digests
 from knotwork.sweeps.variations import Axis
 from knotwork.verification.checks import own_checks
 
+TEXTS = ("verdict", "reason", "message")
 VERSION = 3
 """Of what a row means; a folder of another version is not gone on with."""
 
@@ -70,6 +73,17 @@ class StudySpec:
     def edits(self, row: int) -> Edits:
         """The values of a row by their place in the document."""
         return dict(zip(self.locations, self.values(row), strict=True))
+
+    @cached_property
+    def columns(self) -> dict[str, str]:
+        """The type of each column of the rows; number, varied fields, verdict and figures."""
+        kinds = dict.fromkeys(TEXTS, "string") | dict.fromkeys((*FIGURES, "plan_time"), "double")
+        varied = {}
+        for axis in self.axes:
+            for path, values in zip(axis.paths, axis.columns, strict=True):
+                name = f"given.{path}" if path == "row" or path in kinds else path
+                varied[name] = _kind(values)
+        return {"row": "int64", **varied, **kinds}
 
     def document_of(self, row: int) -> Document:
         """The scenario's document with the values of a row."""
@@ -132,21 +146,24 @@ def scenario_document(scenario: str | Path | Mapping[str, Any] | Scenario) -> Do
     return scenario.document
 
 
-def first_difference(one: Any, other: Any, location: Location = ()) -> str | None:
+def first_difference(one: Any, other: Any) -> str | None:
     """Say where two studies differ first, and how."""
-    if isinstance(one, Mapping) and isinstance(other, Mapping):
-        for key in [*one, *(key for key in other if key not in one)]:
-            if key not in one or key not in other:
-                place = "there" if key in one else "here"
-                return f"{field_path((*location, key))} is only {place}"
-            if difference := first_difference(one[key], other[key], (*location, key)):
-                return difference
-        return None
-    if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        for i, pair in enumerate(zip(one, other, strict=True)):
-            if difference := first_difference(*pair, (*location, i)):
-                return difference
-        return None
-    if one == other:
-        return None
-    return f"{field_path(location)} is {shown(one)} there and {shown(other)} here"
+    for location, value in differences(one, other).items():
+        old = one
+        for key in location:
+            if isinstance(old, Mapping) and key not in old:
+                return f"{field_path(location)} is only here"
+            old = old[key]
+        if value is REMOVED:
+            return f"{field_path(location)} is only there"
+        return f"{field_path(location)} is {shown(old)} there and {shown(value)} here"
+    return None
+
+
+def _kind(values: Iterable[Any]) -> str:
+    kinds = {type(value) for value in values}
+    if kinds == {bool}:
+        return "bool"
+    if kinds == {int} and all(abs(value) < 2**62 for value in values):
+        return "int64"
+    return "double" if kinds <= {int, float} else "string"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -10,17 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from knotwork import storage
+from knotwork.documents import Location, description_of
 from knotwork.errors import InputError
 from knotwork.pipeline import plan
 from knotwork.scenario import Scenario, scenario_of
-from knotwork.sweeps.chunk_rows import MOST_BYTES, read_rows
-from knotwork.sweeps.field_unit import unit_of
+from knotwork.scenario.schema import ScenarioFile
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
-from knotwork.sweeps.packages import arrow
+from knotwork.sweeps.rows import MOST_BYTES, arrow, read_rows, schema_of
 from knotwork.sweeps.spec import StudySpec
-from knotwork.sweeps.work import columns_of, schema_of
 from knotwork.units import Units
 
 if TYPE_CHECKING:
@@ -61,17 +61,16 @@ class Study:
             InputError: A file of the folder can't be read.
         """
         pa, _ = arrow()
-        schema = schema_of(self.columns, self.spec.digest)
-        parts, left = [schema.empty_table()], MOST_BYTES
+        parts, left = [schema_of(self.spec).empty_table()], MOST_BYTES
         for file in self._files:
-            parts.append(read_rows(file, schema, len(self.spec), left))
+            parts.append(read_rows(file, self.spec, left))
             left -= parts[-1].nbytes
         return pa.concat_tables(parts).sort_by("row")
 
     @property
     def columns(self) -> dict[str, str]:
         """Columns and their types; `row`, the varied fields, the verdict, and the figures."""
-        return columns_of(self.spec)
+        return self.spec.columns
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -94,9 +93,18 @@ class Study:
     @cached_property
     def titles(self) -> dict[str, str]:
         """The varied fields, by their column, with its unit in brackets where it is known."""
-        units = (unit_of(location, self.units) for location in self.spec.locations)
+        units = map(self._unit_of, self.spec.locations)
         pairs = zip(self.varied, units, strict=True)
         return {name: f"{name} [{unit}]" if unit else name for name, unit in pairs}
+
+    def _unit_of(self, location: Location) -> str:
+        """The unit that the schema's description has in brackets; empty for one of several."""
+        text = description_of(ScenarioFile, self.spec.document.data, location)
+        found = set(re.findall(r" \[([^\]]+)\]", text))
+        unit = found.pop() if len(found) == 1 else ""
+        if " or " in unit:
+            return ""
+        return unit.replace("length", self.units.length).replace("angle", self.units.angle)
 
     @cached_property
     def units(self) -> Units:
@@ -205,4 +213,4 @@ def _best(figure: RowFigure, passing: list[dict[str, Any]]) -> dict[str, Any]:
 
 def study_of(folder: StudyFolder) -> Study:
     """The finished rows of the study in a folder."""
-    return Study(folder.spec, [folder.file(i) for i in folder.finished()], folder.path)
+    return Study(folder.spec, list(folder.finished().values()), folder.path)

@@ -77,60 +77,49 @@ def make_axes(
     if not isinstance(vary, Mapping) or not all(isinstance(path, str) for path in vary):
         raise InputError(f"vary is {shown(vary)}; accepted: a mapping of paths to their values")
     given = {path: _values(path, spec) for path, spec in vary.items()}
-    from_file = _rows(Path(rows)) if rows is not None else {}
-    for path in from_file:
+    axes: list[dict[str, Sequence[Any]]] = [_rows(Path(rows))] if rows is not None else []
+    for path in axes[0] if axes else ():
         if path in given:
             raise InputError(f"{path} is varied twice: by {rows} and by itself; leave out one")
-    fixed = {path: tuple(one) for path, one in given.items() if not isinstance(one, _Uniform)}
-    random_ones = {path: one for path, one in given.items() if isinstance(one, _Uniform)}
-    if samples is not None and not random_ones:
+    axes += [{path: one} for path, one in given.items() if not isinstance(one, _Uniform)]
+    uniform = {path: one for path, one in given.items() if isinstance(one, _Uniform)}
+    if samples is not None and not uniform:
         raise InputError("samples are given, but nothing is random; accepted: uniform(FROM, TO)")
-    if together:
-        return _one_axis({**from_file, **fixed}, random_ones, samples, seed)
-    if random_ones and samples is None:
-        first = next(iter(random_ones))
-        raise InputError(f"{first} is random, and the number of samples is not given")
-    axes = [_axis(from_file)] if from_file else []
-    axes += [_axis({path: values}) for path, values in fixed.items()]
-    if random_ones:
-        drawn = {path: one.drawn(samples or 0, seed, path) for path, one in random_ones.items()}
-        axes.append(_axis(drawn))
+    if together and axes:
+        axes = [{path: values for axis in axes for path, values in axis.items()}]
+        samples = _common_length(axes[0], samples)
+    if uniform:
+        if samples is None:
+            first = next(iter(uniform))
+            raise InputError(f"{first} is random, and the number of samples is not given")
+        drawn: dict[str, Sequence[Any]] = {
+            path: one.drawn(samples, seed, path) for path, one in uniform.items()
+        }
+        axes = [axes[0] | drawn] if together and axes else [*axes, drawn]
     return _checked(axes)
 
 
-def _one_axis(
-    fixed: Mapping[str, tuple[Any, ...]],
-    random_ones: Mapping[str, _Uniform],
-    samples: int | None,
-    seed: int,
-) -> tuple[Axis, ...]:
-    lengths = {path: len(values) for path, values in fixed.items()}
+def _common_length(columns: Mapping[str, Sequence[Any]], samples: int | None) -> int:
+    lengths = {path: len(values) for path, values in columns.items()}
     if samples is not None:
         lengths["the random samples"] = samples
-    if not lengths:
-        raise InputError("all that is varied is random, and the number of samples is not given")
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{path} has {length}" for path, length in lengths.items())
         raise InputError(f"what is varied together must have as many values each; {counts}")
-    count = next(iter(lengths.values()))
-    drawn = {path: one.drawn(count, seed, path) for path, one in random_ones.items()}
-    return _checked([_axis({**fixed, **drawn})])
+    return next(iter(lengths.values()))
 
 
-def _checked(axes: list[Axis]) -> tuple[Axis, ...]:
+def _checked(axes: Sequence[Mapping[str, Sequence[Any]]]) -> tuple[Axis, ...]:
     if not axes:
         raise InputError(f"nothing is varied; accepted: a path and its values, {ACCEPTED}")
-    for axis in axes:
-        if not len(axis):
-            raise InputError(f"{axis.paths[0]} has no values; accepted: one or more")
-    count = math.prod(len(axis) for axis in axes)
+    for path, values in (item for axis in axes for item in axis.items()):
+        if not values:
+            raise InputError(f"{path} has no values; accepted: one or more")
+    made = tuple(Axis(tuple(axis), tuple(map(tuple, axis.values()))) for axis in axes)
+    count = math.prod(map(len, made))
     if count > MOST_ROWS:
         raise InputError(f"that makes {count} scenarios; at most {MOST_ROWS} are accepted")
-    return tuple(axes)
-
-
-def _axis(columns: Mapping[str, Sequence[Any]]) -> Axis:
-    return Axis(tuple(columns), tuple(tuple(values) for values in columns.values()))
+    return made
 
 
 def _values(path: str, spec: Any) -> Sequence[Any] | _Uniform:
@@ -187,7 +176,7 @@ def parse_values(path: str, text: str) -> Sequence[Any] | _Uniform:
     return listed  # type: ignore[no-any-return]
 
 
-def _rows(file: Path) -> dict[str, tuple[Any, ...]]:
+def _rows(file: Path) -> dict[str, Sequence[Any]]:
     """Columns of a CSV file by the path in its header."""
     lines = list(csv.reader(io.StringIO(read_text(file))))
     header = [name.strip() for name in lines[0]] if lines else []

@@ -1,0 +1,125 @@
+"""Rows of a study as a Parquet file: their columns, written, and read within bounds."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from knotwork.documents.edits import flow
+from knotwork.errors import InputError
+from knotwork.export.packages import needed
+from knotwork.sweeps.figures import FIGURES
+from knotwork.sweeps.outcome import Outcome
+from knotwork.sweeps.spec import StudySpec
+
+HOW = "pip install 'knotwork[sweep]'"
+WIDEST = 10**9
+STUDY_KEY = "knotwork.study"
+"""In the metadata of a file of rows: the digest of their study."""
+MOST_BYTES = 2_000_000_000
+"""Of the rows of a study, unpacked; some ten million rows have as many."""
+
+
+def arrow() -> tuple[Any, Any]:
+    """The packages `pyarrow` and `pyarrow.parquet`.
+
+    Raises:
+        InputError: They can't be imported.
+    """
+    parquet = needed("pyarrow.parquet", "a sweep", HOW)
+    return needed("pyarrow", "a sweep", HOW), parquet
+
+
+def own_version() -> str:
+    """Version of Knotwork; empty where it is not installed but only found on the path."""
+    try:
+        return version("knotwork")
+    except PackageNotFoundError:
+        return ""
+
+
+def schema_of(spec: StudySpec) -> Any:
+    """Schema of a file of rows, which says of which study they are."""
+    pa, _ = arrow()
+    fields = [pa.field(name, pa.type_for_alias(kind)) for name, kind in spec.columns.items()]
+    return pa.schema(fields, metadata={STUDY_KEY: spec.digest})
+
+
+def to_parquet(spec: StudySpec, rows: Mapping[int, Outcome]) -> bytes:
+    """Write some rows as a Parquet file."""
+    pa, parquet = arrow()
+    schema, file = schema_of(spec), io.BytesIO()
+    cells = [_cells(spec, row, done) for row, done in rows.items()]
+    arrays = []
+    for field, column in zip(schema, zip(*cells, strict=True), strict=True):
+        texts = pa.types.is_string(field.type)
+        values = [_text(one) if texts else one for one in column]
+        arrays.append(pa.array(values, field.type))
+    parquet.write_table(pa.Table.from_arrays(arrays, schema=schema), file, compression="zstd")
+    return file.getvalue()
+
+
+def _cells(spec: StudySpec, row: int, done: Outcome) -> list[Any]:
+    figures = [done.figures.get(name) for name in FIGURES]
+    told = [done.verdict, done.reason, done.message, *figures, done.plan_time]
+    return [row, *spec.values(row), *told]
+
+
+def _text(cell: Any) -> str:
+    return cell if isinstance(cell, str) else flow(cell, width=WIDEST)
+
+
+def read_rows(file: Any, spec: StudySpec, most_bytes: int) -> Any:
+    """Read rows of a study; a few bytes from a stranger may fill all memory.
+
+    Args:
+        file: A Parquet file, or its path.
+        spec: The study.
+        most_bytes: What the rows may take.
+
+    Returns:
+        A `pyarrow.Table`.
+
+    Raises:
+        InputError: It can't be read, is of another study, or holds more.
+    """
+    pa, parquet = arrow()
+    schema = schema_of(spec)
+    texts = [field.name for field in schema if pa.types.is_string(field.type)]
+    try:
+        found = parquet.read_schema(file)
+        if not found.equals(schema) or found.metadata != schema.metadata:
+            raise InputError("its rows are of another study")
+        # Texts are read once each, however many rows have them.
+        with parquet.ParquetFile(file, read_dictionary=texts) as opened:
+            metadata = opened.metadata
+            if metadata.num_rows > len(spec):
+                raise InputError("it has more rows than the study")
+            groups = [metadata.row_group(i).total_byte_size for i in range(metadata.num_row_groups)]
+            _check_size(max(sum(groups), 8 * metadata.num_rows * len(schema)), most_bytes)
+            rows = opened.read()
+        _check_size(sum(_text_size(rows.column(name)) for name in texts), most_bytes)
+        return rows.cast(schema)
+    except (OSError, pa.ArrowException, InputError) as error:
+        raise InputError(
+            f"{file}: can't be read ({error}); remove it, and go on with --resume"
+        ) from error
+
+
+def _check_size(size: int, most: int) -> None:
+    if size > most:
+        raise InputError(
+            f"with it the study has more than {MOST_BYTES} bytes unpacked, as many as are read"
+        )
+
+
+def _text_size(column: Any) -> int:
+    """Bytes of a column of texts that stand once each, where every row has its own."""
+    compute = needed("pyarrow.compute", "a sweep", HOW)
+    sizes = [
+        compute.sum(compute.binary_length(part.dictionary).take(part.indices)).as_py() or 0
+        for part in column.chunks
+    ]
+    return int(sum(sizes))
