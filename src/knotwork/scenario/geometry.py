@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from knotwork.documents import Document, Location
 from knotwork.errors import did_you_mean
-from knotwork.scenario.waypoint_schema import Frame, Placement
+from knotwork.task import Frame, Placement
 from knotwork.waypoints import FloatArray, rotation_fault
 
 # Values in a file are often rounded to four digits. A quaternion or matrix that is further from a

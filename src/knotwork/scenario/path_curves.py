@@ -14,14 +14,15 @@ import numpy as np
 from knotwork import tool_paths
 from knotwork.documents import Document
 from knotwork.errors import InputError, PathError
-from knotwork.scenario.waypoint_schema import ORIENTATIONS, AlongArc, AlongPoints, PathWaypoint
+from knotwork.task import AlongArc, AlongPoints, PathWaypoint
+from knotwork.task.poses import ORIENTATIONS
 from knotwork.tool_paths import Curve, OrientationCurve
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
-    from knotwork.scenario.schema import ScenarioFile
+    from knotwork.task import Task
 
 NEAR = 1e-9
 """Points nearer than this [m] are one."""
@@ -53,7 +54,7 @@ class PathCurves:
         rotations: Of the tool at the points of those paths that come from a file with orientations.
     """
 
-    file: ScenarioFile
+    file: Task
     document: Document
     length: float
     frames: Mapping[int, pin.SE3]

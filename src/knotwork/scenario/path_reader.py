@@ -14,7 +14,7 @@ from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.path_timing import ACCELERATION, AskedTiming
-from knotwork.scenario.waypoint_schema import AlongArc, AlongPoints, PathWaypoint
+from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.waypoints import FloatArray
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from knotwork import documents, resources
+from knotwork import documents
 from knotwork.documents import Document, Location
-from knotwork.errors import InputError, shown
+from knotwork.errors import shown
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.free_reader import read_free_times
@@ -26,19 +26,18 @@ from knotwork.scenario.model import (
     ToolPlacement,
 )
 from knotwork.scenario.scene_reader import read_scene
-from knotwork.scenario.schema import Balanced, EndAcceleration, ScenarioFile
-from knotwork.scenario.tool_schema import Tool
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.scenario.waypoint_schema import JointWaypoint, PoseWaypoint
+from knotwork.task import Balanced, EndAcceleration, JointWaypoint, PoseWaypoint, Task, Tool
+from knotwork.task.places import read_document
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
 
-def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
-    """Read a scenario: a shipped one by name, a file by path, or a mapping of the same shape.
+def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
+    """Read a scenario: a shipped one by name, a file by path, a mapping of the same shape, a task.
 
     Args:
-        reference: Name, path or mapping.
+        reference: Name, path, mapping or task.
 
     Returns:
         The task in SI units, poses in the base frame.
@@ -55,17 +54,8 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
     >>> load_scenario({"name": "swing", "waypoints": ends}).times
     array([0., 2.])
     """
-    if isinstance(reference, Mapping):
-        document = Document(_plain(reference))
-    else:
-        path = resources.find("scenarios", reference)
-        if path.suffix.lower() in (".urdf", ".xacro", ".sdf"):
-            raise InputError(
-                f"{path} is a robot, not a scenario; give a scenario, a YAML file that names its "
-                "robot with the key robot"
-            )
-        document = documents.read(path)
-    return scenario_of(document)
+    given = reference.to_dict() if isinstance(reference, Task) else reference
+    return scenario_of(read_document(given))
 
 
 def scenario_of(document: Document) -> Scenario:
@@ -79,27 +69,12 @@ def scenario_of(document: Document) -> Scenario:
     return _Resolver(document).scenario()
 
 
-# No scenario nests deeper. What does is left as it is, and then refused.
-_DEEPEST = 8
-
-
-def _plain(value: Any, depth: int = 0) -> Any:
-    """Write a mapping from Python as a file would give it, without NumPy's arrays and numbers."""
-    if isinstance(value, Mapping) and depth < _DEEPEST:
-        return {key: _plain(item, depth + 1) for key, item in value.items()}
-    if isinstance(value, list | tuple) and depth < _DEEPEST:
-        return [_plain(item, depth + 1) for item in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return value
-
-
 class _Resolver:
     """Resolves one scenario file; the steps share its units, frames and document."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
-        self.file = documents.validate(ScenarioFile, document)
+        self.file = documents.validate(Task, document)
         self.length = 1.0 if self.file.units.length == "m" else 1e-3
         self.angle = 1.0 if self.file.units.angle == "rad" else math.pi / 180
         self.reader = WaypointReader(self.file, document, self.length, self.angle)

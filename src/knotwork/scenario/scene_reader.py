@@ -12,10 +12,10 @@ from knotwork.documents import Location
 from knotwork.errors import did_you_mean
 from knotwork.scenario.model import ScenarioWaypoint
 from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
-from knotwork.scenario.scene_schema import SHAPES, ShapeFile, Turned
-from knotwork.scenario.scene_schema import HeldObject as HeldObjectFile
-from knotwork.scenario.scene_schema import SceneObject as SceneObjectFile
 from knotwork.scenario.waypoint_reader import WaypointReader
+from knotwork.task.scene import SHAPES, ToolShape, Turned
+from knotwork.task.scene import HeldObject as HeldObjectFile
+from knotwork.task.scene import SceneObject as SceneObjectFile
 
 TOOL = "tool"
 """Name of all shapes of the tool together, next to those of links and objects."""
@@ -46,7 +46,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
         raise reader.document.error(
             ("scene", "objects", TOOL), "is a reserved name", "any other name for an object"
         )
-    shapes: list[ShapeFile] = []
+    shapes: list[ToolShape] = []
     if tool is not None and tool.shape is not None:
         shapes = tool.shape if isinstance(tool.shape, list) else [tool.shape]
     one = len(shapes) == 1 and not isinstance(getattr(tool, "shape", None), list)
@@ -99,7 +99,7 @@ def _held(
 
 def _shape(
     reader: WaypointReader,
-    given: ShapeFile | SceneObjectFile | HeldObjectFile,
+    given: ToolShape | SceneObjectFile | HeldObjectFile,
     place: Location,
     frame: str | None = None,
     *,
@@ -138,7 +138,7 @@ def _file(reader: WaypointReader, given: str, place: Location) -> Path:
     return path
 
 
-def _size(given: ShapeFile | SceneObjectFile | HeldObjectFile, length: float) -> tuple[float, ...]:
+def _size(given: ToolShape | SceneObjectFile | HeldObjectFile, length: float) -> tuple[float, ...]:
     if given.half_space is not None:
         normal = np.array(given.half_space.normal)
         normal /= np.abs(normal).max()

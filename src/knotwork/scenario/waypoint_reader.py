@@ -12,12 +12,12 @@ import numpy as np
 from knotwork.documents import Document, Location
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioPath, ScenarioWaypoint
-from knotwork.scenario.schema import ScenarioFile
-from knotwork.scenario.waypoint_schema import (
+from knotwork.task import (
     JointWaypoint,
     PathWaypoint,
     Placement,
     PoseWaypoint,
+    Task,
     Velocity,
 )
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -47,7 +47,7 @@ class WaypointReader:
         angle: The file's unit of angle [rad].
     """
 
-    def __init__(self, file: ScenarioFile, document: Document, length: float, angle: float) -> None:
+    def __init__(self, file: Task, document: Document, length: float, angle: float) -> None:
         self.file, self.document, self.length, self.angle = file, document, length, angle
         self.indices: tuple[int, ...] = ()
 

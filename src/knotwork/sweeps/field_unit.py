@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from knotwork.documents import Location
-from knotwork.scenario.schema import ScenarioFile
+from knotwork.task import Task
 from knotwork.units import Units
 
 _UNIT = re.compile(r" \[([^\]]+)\]")
@@ -23,7 +23,7 @@ def unit_of(location: Location, units: Units) -> str:
         location: Where it is in the file.
         units: Those of the file.
     """
-    whole = ScenarioFile.model_json_schema()
+    whole = Task.model_json_schema()
     parts: list[dict[str, Any]] = [whole]
     found: set[str] = set()
     for key in location:

@@ -18,7 +18,7 @@ from knotwork.documents import Document, Edits, edited
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario, scenario_of
 from knotwork.scenario.geometry import Frames
-from knotwork.scenario.waypoint_schema import Frame
+from knotwork.task import Frame
 from knotwork.waypoints import CartesianWaypoint
 
 Pose = tuple[str, Any]
