@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from knotwork.documents import Document, Location
+from knotwork.scenario.model import Scenario
+from knotwork.task.units import numbers
 
 WHOLE_TURN = 2.0 * np.pi * 1.001
 """Angles above this [rad], a whole turn with what files round, are probably degrees."""
@@ -18,9 +19,6 @@ FEW = 4
 LEAST_TURN = 1.5
 """If no joint value [rad] is larger, they may well be small angles in degrees."""
 
-# Keys of a scenario file that hold angles of an orientation.
-_ANGLES = ("rpy", "angles", "rotation_vector")
-
 
 class _Angle(NamedTuple):
     where: str
@@ -28,15 +26,15 @@ class _Angle(NamedTuple):
     joint: bool
 
 
-def angle_slips(document: Document, units: Mapping[str, str]) -> list[str]:
+def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
     """Say which angles are plausibly degrees in a file in radians, or radians in one in degrees.
 
     Args:
-        document: The scenario's file.
+        scenario: The task.
         units: SI unit of each joint by name.
     """
-    angles = list(_angles(document, units))
-    if (document.data.get("units") or {}).get("angle", "rad") == "rad":
+    angles = list(_angles(scenario, units))
+    if scenario.units.angle == "rad":
         return [
             f"{one.where} is {one.value:g} rad, more than a whole turn; if it is in degrees, say "
             "`units: {angle: deg}`"
@@ -69,22 +67,9 @@ def _plausibly_radians(angles: list[_Angle]) -> bool:
     return bool(joints.size >= FEW and joints.max() >= LEAST_TURN and 2 * odd.sum() >= odd.size)
 
 
-def _angles(document: Document, units: Mapping[str, str]) -> Iterator[_Angle]:
-    for location, key, value in _numbers(document.data, ()):
+def _angles(scenario: Scenario, units: Mapping[str, str]) -> Iterator[_Angle]:
+    for location, unit, value in numbers(scenario.task, ("angle", "angle or length")):
         joint = location[0] == "start" or location[2:3] == ("joints",)
-        if units.get(key) == "rad" if joint else key in _ANGLES:
-            yield _Angle(document.where(location), value, joint)
-
-
-def _numbers(data: Any, location: Location, key: str = "") -> Iterator[tuple[Location, str, float]]:
-    """All numbers of a file: where they are, the last name on the way there, and the value."""
-    if isinstance(data, bool):
-        return
-    if isinstance(data, int | float):
-        yield location, key, float(data)
-    elif isinstance(data, Mapping):
-        for name, value in data.items():
-            yield from _numbers(value, (*location, name), str(name))
-    elif isinstance(data, list):
-        for i, value in enumerate(data):
-            yield from _numbers(value, (*location, i), key)
+        pose = unit == "angle" and location[0] != "tolerances"
+        if pose or (joint and units.get(str(location[-1])) == "rad"):
+            yield _Angle(scenario.where(*location), value, joint)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.scenario.path_timing import AskedTiming
+    from knotwork.task import Task
     from knotwork.tool_paths import TimedPath
 
 
@@ -231,6 +232,7 @@ class Scenario:
         name: Name of the scenario.
         description: What the task is.
         waypoints: In order of time; at least two.
+        task: What was asked, as it was given.
         robot: Shipped name, path, or inline description; `None` for a task of joints alone.
         relative_to: Folder that relative paths in `robot` start from, or `None`.
         units: Those of the file, for whatever people read.
@@ -254,8 +256,7 @@ class Scenario:
             choice at), `"jerks"`, `"snaps"` (joint values for each waypoint), and
             `"transition_time"` [s], one or shape (n,).
         paths: Tool paths between its waypoints, in order of time.
-        free: Durations, speeds and knots left to be chosen; `None` if it is nothing. Until
-            then times and speeds that are free are provisional.
+        free: Durations, speeds and knots left to be chosen; `None` if it is nothing.
         chosen: Runs of waypoints whose motion was chosen.
         solutions: Joint values (or configuration) that the solutions at some waypoints are to be
             near, by the waypoint's index.
@@ -278,6 +279,7 @@ class Scenario:
 
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
+    task: Task = field(repr=False, compare=False)
     description: str = ""
     robot: str | Document | None = None
     relative_to: Path | None = None
@@ -324,8 +326,16 @@ class Scenario:
             raise  # it says so already
         except InputError as error:
             if self.document is not None:
-                error.locate(self.document.where(location))
+                error.locate(self.where(*location))
             raise
+
+    def where(self, *location: str | int) -> str:
+        """Where a field is, for messages: with file and line where the scenario has them.
+
+        Args:
+            location: Keys and indices of the field.
+        """
+        return (self.document or Document(None)).where(location)
 
     @property
     def prefers_clearance(self) -> bool:
@@ -339,7 +349,15 @@ class Scenario:
 
     @property
     def times(self) -> FloatArray:
-        """Times of the waypoints [s], shape (n,)."""
+        """Times of the waypoints [s], shape (n,); NaN from the first that is free."""
+        times = self.provisional_times
+        if self.free is not None:
+            times[self.free.first_untimed :] = np.nan
+        return times
+
+    @property
+    def provisional_times(self) -> FloatArray:
+        """Times with which free ones are chosen [s], shape (n,): each interval lasts 1 s or so."""
         return np.array([waypoint.time for waypoint in self.waypoints])
 
     @property

@@ -96,6 +96,7 @@ class _Resolver:
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
             waypoints=waypoints,
+            task=file,
             paths=paths,
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,

@@ -125,7 +125,8 @@ def _shape(
         scale = (given.scale or 1.0) * (1.0 if own_unit else reader.length)
     scales = (scale, scale, scale)
     exact = bool(given.exact)
-    return Shape(kind, _size(given, reader.length), placement, path, scales, exact, resolution)
+    size = _size(given, reader.length)
+    return Shape(kind, size, placement, path, scales, exact, resolution, place)
 
 
 def _file(reader: WaypointReader, given: str, place: Location) -> Path:
