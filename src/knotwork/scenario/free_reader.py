@@ -42,15 +42,12 @@ def greatest_speed(speed: float | str | AtMost | None) -> float | None:
     return math.inf if isinstance(speed, str) else None
 
 
-def read_free_times(
-    file: Task, document: Document, length: float, index: tuple[int, ...]
-) -> FreeTimes | None:
+def read_free_times(file: Task, document: Document, index: tuple[int, ...]) -> FreeTimes | None:
     """Read what a file leaves to be chosen; `None` if it is nothing.
 
     Args:
         file: What the file says.
         document: Where it says it, for errors.
-        length: The file's unit of length [m].
         index: For each waypoint of the scenario its index in the file; -1 for the start.
 
     Raises:
@@ -69,9 +66,9 @@ def read_free_times(
         kind: SpeedKind = "given"
         if isinstance(waypoint, PathWaypoint):
             if most is not None:
-                paths[k] = length * most
+                paths[k] = most
         elif most is not None:
-            kind, at_most[i] = "along", length * most
+            kind, at_most[i] = "along", most
         elif getattr(waypoint, "velocity", None) == "free":
             kind = "free"
         speed.append(kind)

@@ -29,6 +29,7 @@ from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
 from knotwork.task import Balanced, EndAcceleration, JointWaypoint, PoseWaypoint, Task, Tool
 from knotwork.task.places import read_document
+from knotwork.task.units import in_si
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
@@ -74,9 +75,10 @@ class _Resolver:
 
     def __init__(self, document: Document) -> None:
         self.document = document
-        self.file = documents.validate(Task, document)
-        self.length = 1.0 if self.file.units.length == "m" else 1e-3
-        self.angle = 1.0 if self.file.units.angle == "rad" else math.pi / 180
+        self.task = documents.validate(Task, document)
+        self.length = 1.0 if self.task.units.length == "m" else 1e-3
+        self.angle = 1.0 if self.task.units.angle == "rad" else math.pi / 180
+        self.file = in_si(self.task, self.length, self.angle)
         self.reader = WaypointReader(self.file, document, self.length, self.angle)
 
     def scenario(self) -> Scenario:
@@ -96,7 +98,7 @@ class _Resolver:
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
             waypoints=waypoints,
-            task=file,
+            task=self.task,
             paths=paths,
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
@@ -114,7 +116,7 @@ class _Resolver:
             end_acceleration=self._end_acceleration(),
             presets=self._presets(),
             limits=self._limits(),
-            free=read_free_times(file, self.document, self.length, self.reader.indices),
+            free=read_free_times(file, self.document, self.reader.indices),
             chosen=self._chosen(),
             solutions=self._solutions(),
             motion_limits=self._motion_limits(),
@@ -196,17 +198,17 @@ class _Resolver:
         if fault is not None:
             field, found, accepted = fault
             raise self.document.error(("tool", field), found, accepted)
-        return Payload(tool.mass, self.length * np.array(tool.centre_of_mass or (0, 0, 0)), inertia)
+        return Payload(tool.mass, np.array(tool.centre_of_mass or (0.0, 0.0, 0.0)), inertia)
 
     def _motion_limits(self) -> MotionLimits:
         given = self.file.limits
-        length = self.length * (given.margin or 1.0)
+        margin = given.margin or 1.0
         frames = given.frame_speed or []
         return MotionLimits(
-            given.tool_speed and length * given.tool_speed,
-            given.tool_acceleration and length * given.tool_acceleration,
+            given.tool_speed and margin * given.tool_speed,
+            given.tool_acceleration and margin * given.tool_acceleration,
             tuple(
-                FrameSpeed(one.frame, length * one.speed)
+                FrameSpeed(one.frame, margin * one.speed)
                 for one in (frames if isinstance(frames, list) else [frames])
             ),
             given.singular_value,
@@ -292,14 +294,13 @@ class _Resolver:
                 continue
             if name.startswith("joint"):
                 values[name] = {"rad": value * self.angle, "m": value * self.length}
-            else:
-                linear = name in ("position", "linear_velocity", "path")
-                unit = 1.0 if name == "path_speed" else self.length if linear else self.angle
-                values[name] = value * unit
-                if name.startswith("path") and values[name] < SMALLEST_PATH_TOLERANCE:
-                    raise self.document.error(
-                        ("tolerances", name),
-                        f"is {value:g}, which floating point can't hold a motion to",
-                        f"at least {SMALLEST_PATH_TOLERANCE / unit:.4g}",
-                    )
+                continue
+            values[name] = value
+            if name.startswith("path") and value < SMALLEST_PATH_TOLERANCE:
+                found = getattr(self.task.tolerances, name)
+                raise self.document.error(
+                    ("tolerances", name),
+                    f"is {found:g}, which floating point can't hold a motion to",
+                    f"at least {SMALLEST_PATH_TOLERANCE * found / value:.4g}",
+                )
         return ToleranceSet(**values)

@@ -64,10 +64,8 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
         rules=CollisionRules(
             rules.itself,
             tuple((pair[0], pair[1]) for pair in rules.ignore),
-            reader.length * scene.margin,
-            CollisionRules.resolution
-            if rules.resolution is None
-            else reader.length * rules.resolution,
+            scene.margin,
+            CollisionRules.resolution if rules.resolution is None else rules.resolution,
         ),
     )
 
@@ -118,14 +116,14 @@ def _shape(
     if given.points is not None:
         path = _file(reader, given.points.file, (*place, "points", "file"))
         scale = given.points.scale * reader.length
-        resolution = given.points.resolution * reader.length
+        resolution = given.points.resolution
     if given.mesh is not None:
         path = _file(reader, given.mesh, (*place, "mesh"))
         own_unit = path.suffix.lower() == ".dae"
         scale = (given.scale or 1.0) * (1.0 if own_unit else reader.length)
     scales = (scale, scale, scale)
     exact = bool(given.exact)
-    size = _size(given, reader.length)
+    size = _size(given)
     return Shape(kind, size, placement, path, scales, exact, resolution, place)
 
 
@@ -139,13 +137,13 @@ def _file(reader: WaypointReader, given: str, place: Location) -> Path:
     return path
 
 
-def _size(given: ToolShape | SceneObjectFile | HeldObjectFile, length: float) -> tuple[float, ...]:
+def _size(given: ToolShape | SceneObjectFile | HeldObjectFile) -> tuple[float, ...]:
     if given.half_space is not None:
         normal = np.array(given.half_space.normal)
         normal /= np.abs(normal).max()
-        return (*(normal / np.linalg.norm(normal)).tolist(), length * given.half_space.offset)
+        return (*(normal / np.linalg.norm(normal)).tolist(), given.half_space.offset)
     for turned in (given.cylinder, given.capsule, given.cone):
         if isinstance(turned, Turned):
-            return length * turned.radius, length * turned.length
+            return turned.radius, turned.length
     edges = given.box or given.ellipsoid or ([given.sphere] if given.sphere is not None else [])
-    return tuple(length * edge for edge in edges)
+    return tuple(edges)

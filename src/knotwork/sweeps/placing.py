@@ -19,6 +19,7 @@ from knotwork.errors import InputError
 from knotwork.scenario import Scenario, scenario_of
 from knotwork.scenario.geometry import Frames
 from knotwork.task import Frame
+from knotwork.task.units import in_si
 from knotwork.waypoints import CartesianWaypoint
 
 Pose = tuple[str, Any]
@@ -82,7 +83,8 @@ class Placing:
         varied = {str(location[1]) for location in edits}
         own = {name: Frame.model_validate(changed[name]) for name in varied}
         length, angle = (1.0 / self.scenario.units.shown(1.0, unit)[0] for unit in ("m", "rad"))
-        return Frames({**self._frames, **own}, length, angle, self.document)
+        given = {**self._frames, **own}.items()
+        return Frames({name: in_si(one, length, angle) for name, one in given}, self.document)
 
 
 def poses_of(scenario: Scenario) -> list[Pose]:

@@ -1,16 +1,24 @@
-"""The units of a task's values: those in brackets in the descriptions of its fields."""
+"""The units of a task's values: those in brackets in the descriptions of its fields.
+
+Joint values are angles or lengths as their joint has it, which a task alone does not say: they stay
+in the units that they are given in.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 from knotwork.documents import Location
 from knotwork.task.part import TaskPart
 
+PartT = TypeVar("PartT", bound=TaskPart)
+
 _UNIT = re.compile(r"\[([^\]]+)\]")
+# Of length/s² it leaves length, of angle/s or length/s, which depends on the joint, all.
+_KIND = re.compile(r"/s²?$")
 
 
 @cache
@@ -50,3 +58,33 @@ def _numbers(
                 yield from _numbers(one, units, (*place, key), unit)
     elif isinstance(value, float) and unit in units:
         yield place, unit, value
+
+
+def in_si(part: PartT, length: float, angle: float) -> PartT:
+    """A task, or a part of one, with all but joint values in SI.
+
+    Args:
+        part: In other units.
+        length: Its unit of length [m].
+        angle: Its unit of angle [rad].
+    """
+    factors = {"length": length, "angle": angle}
+
+    def scaled(value: Any, factor: float) -> Any:
+        if isinstance(value, TaskPart):
+            return in_si(value, length, angle)
+        if isinstance(value, dict):
+            return {key: scaled(one, factor) for key, one in value.items()}
+        if isinstance(value, list):
+            return [scaled(one, factor) for one in value]
+        return factor * value if isinstance(value, float) and factor != 1.0 else value
+
+    if length == angle == 1.0:
+        return part
+    units = units_of(type(part)).items()
+    changed = {
+        name: scaled(getattr(part, name), factors.get(_KIND.sub("", unit), 1.0))
+        for name, (_, unit) in units
+        if name in part.model_fields_set
+    }
+    return part.model_copy(update=changed)
