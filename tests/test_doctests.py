@@ -92,7 +92,6 @@ PLAIN_DATA = {
     "joint_space.joint_space": ("JointSpace", "JointState"),
     "load_scenario": (
         "AskedTiming",
-        "ChosenValues",
         "CollisionRules",
         "FrameSpeed",
         "HeldObject",

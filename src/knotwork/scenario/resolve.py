@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,14 +11,11 @@ import numpy as np
 from knotwork import documents
 from knotwork.documents import Document, Location
 from knotwork.errors import shown
-from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
-    ChosenValues,
     FrameSpeed,
-    JointValues,
     MotionLimits,
     Scenario,
     ToleranceSet,
@@ -27,9 +23,9 @@ from knotwork.scenario.model import (
 )
 from knotwork.scenario.scene_reader import read_scene
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.task import Balanced, EndAcceleration, JointWaypoint, PoseWaypoint, Task, Tool
+from knotwork.task import Balanced, JointWaypoint, PoseWaypoint, Task, Tool
 from knotwork.task.places import read_document
-from knotwork.task.units import in_si
+from knotwork.task.units import in_si, si_factors
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
@@ -76,8 +72,7 @@ class _Resolver:
     def __init__(self, document: Document) -> None:
         self.document = document
         self.task = documents.validate(Task, document)
-        self.length = 1.0 if self.task.units.length == "m" else 1e-3
-        self.angle = 1.0 if self.task.units.angle == "rad" else math.pi / 180
+        self.length, self.angle = si_factors(self.task.units)
         self.file = in_si(self.task, self.length, self.angle)
         self.reader = WaypointReader(self.file, document, self.length, self.angle)
 
@@ -93,12 +88,14 @@ class _Resolver:
             self._check_description_in_si(file.robot)
         if file.frame is not None or file.frames:
             self.reader.frames.find(file.frame or "base", ("frame",))
+        self._check_chosen()
         waypoints, paths = self.reader.waypoints()
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
             waypoints=waypoints,
             task=self.task,
+            index=self.reader.indices,
             paths=paths,
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
@@ -107,18 +104,12 @@ class _Resolver:
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),
             gravity=np.array(file.gravity) if file.gravity is not None else None,
-            near=self.reader.joint_values(file.near, ("near",)) if file.near is not None else None,
             branch=self._branch(),
             prefer=file.prefer,
             pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
-            end_acceleration=self._end_acceleration(),
-            presets=self._presets(),
-            limits=self._limits(),
             free=read_free_times(file, self.document, self.reader.indices),
-            chosen=self._chosen(),
-            solutions=self._solutions(),
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
             margin=file.limits.margin or 1.0,
@@ -228,62 +219,15 @@ class _Resolver:
             return "paper"  # where nothing is chosen, which is along paths
         return np.array(knots) if isinstance(knots, list) else knots
 
-    def _chosen(self) -> tuple[ChosenValues, ...]:
-        runs = []
+    def _check_chosen(self) -> None:
         for i, run in enumerate(self.file.chosen or ()):
-            place: Location = ("chosen", i)
             for joint, values in run.accelerations.items():
                 if len(values) != len(run.times):
                     raise self.document.error(
-                        (*place, "accelerations", joint),
+                        ("chosen", i, "accelerations", joint),
                         f"has {len(values)} values for {len(run.times)} times",
                         "one for each time",
                     )
-            runs.append(
-                ChosenValues(
-                    np.array(run.times),
-                    self.reader.joint_values(run.accelerations, (*place, "accelerations")),
-                    {
-                        name: self.reader.joint_values(values, (*place, "velocities", name))
-                        for name, values in run.velocities.items()
-                    },
-                )
-            )
-        return tuple(runs)
-
-    def _solutions(self) -> dict[int, JointValues]:
-        given = enumerate(self.reader.indices)
-        return {
-            i: self.reader.joint_values(near, ("waypoints", k, "near"))
-            for i, k in given
-            if k >= 0 and (near := getattr(self.file.waypoints[k], "near", None)) is not None
-        }
-
-    def _end_acceleration(self) -> str | tuple[JointValues, JointValues] | None:
-        given = self.file.end_acceleration
-        if isinstance(given, EndAcceleration):
-            return (
-                self.reader.joint_values(given.start, ("end_acceleration", "start")),
-                self.reader.joint_values(given.end, ("end_acceleration", "end")),
-            )
-        return given
-
-    def _presets(self) -> dict[str, Any]:
-        presets = {name: value for name, value in self.file.planner_options if value is not None}
-        for name in ("accelerations", "jerks", "snaps"):
-            if isinstance(given := presets.get(name), list):
-                presets[name] = tuple(
-                    self.reader.joint_values(value, ("planner_options", name, i))
-                    for i, value in enumerate(given)
-                )
-        return presets
-
-    def _limits(self) -> dict[str, JointValues]:
-        return {
-            kind: self.reader.joint_values(given, ("limits", kind))
-            for kind in JOINT_QUANTITIES
-            if (given := getattr(self.file.limits, kind)) is not None
-        }
 
     def _tolerances(self) -> ToleranceSet:
         given = self.file.tolerances

@@ -6,6 +6,7 @@ in the units that they are given in.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Iterator
 from functools import cache
@@ -13,6 +14,7 @@ from typing import Any, TypeVar
 
 from knotwork.documents import Location
 from knotwork.task.part import TaskPart
+from knotwork.task.task import TaskUnits
 
 PartT = TypeVar("PartT", bound=TaskPart)
 
@@ -58,6 +60,12 @@ def _numbers(
                 yield from _numbers(one, units, (*place, key), unit)
     elif isinstance(value, float) and unit in units:
         yield place, unit, value
+
+
+def si_factors(units: TaskUnits) -> tuple[float, float]:
+    """The units of length [m] and angle [rad] of a task."""
+    length = 1.0 if units.length == "m" else 1e-3
+    return length, 1.0 if units.angle == "rad" else math.pi / 180
 
 
 def in_si(part: PartT, length: float, angle: float) -> PartT:

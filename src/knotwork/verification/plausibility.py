@@ -44,7 +44,7 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
             "gravity_unit",
             f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
         )
-    chosen = {name for run in scenario.chosen for name in run.velocities}
+    chosen = {name for run in scenario.task.chosen or () for name in run.velocities}
     on_path = {i for path in scenario.paths for i in range(path.first, path.last)}
     for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
         if i in on_path:
