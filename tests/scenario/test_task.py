@@ -193,3 +193,10 @@ def test_names_for_python_are_no_keys_of_files() -> None:
     frames = {"part": {"parent": "base", "position": [0, 0, 0]}}
     with pytest.raises(DocumentError, match=r"frames\.part\.parent: unknown key"):
         kw.load_scenario({**TASK.to_dict(), "frames": frames})
+
+
+def test_tasks_are_planned_in_other_processes() -> None:
+    one, other = kw.plan_many([SWING, TASK], workers=1)
+    assert isinstance(one, kw.Plan)
+    assert isinstance(other, kw.Plan)
+    assert motion(one) == motion(kw.plan(SWING))

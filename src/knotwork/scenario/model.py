@@ -333,7 +333,7 @@ class Scenario:
 
     @property
     def provisional_times(self) -> FloatArray:
-        """Times with which free ones are chosen [s], shape (n,): each interval lasts 1 s or so."""
+        """Times from which free ones are chosen [s], shape (n,), with 1 s or so for each."""
         return np.array([waypoint.time for waypoint in self.waypoints])
 
     @property

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from knotwork.documents import Location
-
 if TYPE_CHECKING:
     import pinocchio as pin
 
@@ -36,7 +34,7 @@ class Shape:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     exact: bool = False
     resolution: float = 0.0
-    place: Location = ()
+    place: tuple[str | int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,6 +31,7 @@ from knotwork.sweeps.work import (
     columns_of,
     outcomes,
 )
+from knotwork.task import Task
 
 TIME_LIMIT = 60.0
 """Of one row by default [s]."""
@@ -80,7 +81,7 @@ class SweepProgress:
 
 
 def sweep(
-    scenario: str | Path | Mapping[str, Any] | Scenario,
+    scenario: str | Path | Mapping[str, Any] | Task | Scenario,
     vary: Mapping[str, Any] | None = None,
     *,
     rows: str | Path | None = None,

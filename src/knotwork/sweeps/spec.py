@@ -18,6 +18,7 @@ from knotwork.scenario import Scenario, load_scenario
 from knotwork.sweeps.field_path import location_of
 from knotwork.sweeps.named_files import file_digests
 from knotwork.sweeps.variations import Axis
+from knotwork.task import Task
 from knotwork.verification.checks import own_checks
 
 VERSION = 3
@@ -112,7 +113,7 @@ def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
     return StudySpec(document, axes, float(data["time_limit"]))
 
 
-def scenario_document(scenario: str | Path | Mapping[str, Any] | Scenario) -> Document:
+def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario) -> Document:
     """The document of a scenario that is to be varied.
 
     Raises:
