@@ -230,7 +230,7 @@ IMPORTED_BY_TESTS = {
         "documents",
         "meshes.reading",
     ),
-    "keys of files: each has its test and its line in the docs": ("robot.file", "scenario.schema"),
+    "keys of files: each has its test and its line in the docs": ("robot.file",),
     "a clock of the test's own": ("choosing.choice", "timing.solving", "timing.watch"),
     "the command in this process": ("cli.main",),
     "each old name has its test": ("renamed",),

@@ -16,7 +16,7 @@ from knotwork import load_robot, plan
 from knotwork.errors import DocumentError, KnotworkError, OutOfReachError
 from knotwork.robot.file import RobotFile
 from knotwork.scenario import load_scenario
-from knotwork.scenario.schema import ScenarioFile
+from knotwork.task import Task
 from shipped import ROBOT_FILES, SCENARIO_FILES
 
 POSE = {"position": [0.4, 0.1, 0.4], "rpy": [0, 0, 0]}
@@ -282,7 +282,7 @@ CASES = [
 
 @pytest.mark.parametrize(
     ("kind", "files", "model"),
-    [("scenario", SCENARIOS, ScenarioFile), ("robot", ROBOTS, RobotFile)],
+    [("scenario", SCENARIOS, Task), ("robot", ROBOTS, RobotFile)],
 )
 def test_the_files_are_right_and_hold_every_key_of_the_schema(kind, files, model) -> None:
     for mapping in files.values():

@@ -17,13 +17,13 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 TITLES = {
-    "ScenarioFile": "The file",
-    "Units": "units",
+    "Task": "The file",
+    "TaskUnits": "units",
     "Tool": "tool",
     "Inertia": "inertia",
-    "Scene": "scene",
+    "Surroundings": "scene",
     "SceneObject": "scene: objects",
-    "ShapeFile": "tool: shape",
+    "ToolShape": "tool: shape",
     "HeldObject": "tool: holds",
     "Turned": "cylinder, capsule, cone",
     "HalfSpace": "half_space",
@@ -33,7 +33,7 @@ TITLES = {
     "PoseWaypoint": "A waypoint by pose",
     "PathWaypoint": "The end of a tool path",
     "AlongArc": "along: arc",
-    "ArcFile": "arc",
+    "Arc": "arc",
     "AlongPoints": "along: points",
     "JointWaypoint": "A waypoint by joints",
     "Fastest": "after: fastest",
@@ -44,16 +44,16 @@ TITLES = {
     "Velocity": "velocity",
     "Branch": "branch",
     "Balanced": "knots: balanced",
-    "ObjectiveFile": "objective",
-    "ChosenRunFile": "chosen",
+    "Weights": "objective",
+    "ChosenMotion": "chosen",
     "EndAcceleration": "end_acceleration",
-    "PlannerOptionsFile": "planner_options",
+    "Presets": "planner_options",
     "Tolerances": "tolerances",
-    "PathOptionsFile": "path",
+    "PathOptions": "path",
     "RobotFile": "The file",
     "CollisionFile": "collision",
     "LimitsFile": "limits",
-    "ScenarioLimits": "limits",
+    "Limits": "limits",
     "FrameSpeed": "frame_speed",
 }
 HEADER = ("key", "accepted", "unit", "left out", "meaning")
@@ -64,7 +64,7 @@ FAR_AWAY = 1e9
 def schema_of(kind: str) -> dict[str, Any]:
     """The JSON Schema of scenario or robot files, the root among its definitions."""
     if kind == "scenario":
-        from knotwork.scenario.schema import ScenarioFile as Model
+        from knotwork.task import Task as Model
     else:
         from knotwork.robot.file import RobotFile as Model  # type: ignore[assignment]
     whole = Model.model_json_schema()

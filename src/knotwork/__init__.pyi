@@ -3,6 +3,7 @@ from . import interpolation as interpolation
 from . import kinematics as kinematics
 from . import recording as recording
 from . import sweeps as sweeps
+from . import task as task
 from . import timing as timing
 from . import tool_paths as tool_paths
 from . import verification as verification
@@ -16,7 +17,6 @@ from .interpolation import ModifiedHermiteSpline as ModifiedHermiteSpline
 from .kinematics import solve_pose_ik as solve_pose_ik
 from .kinematics import solve_pose_ik_all as solve_pose_ik_all
 from .kinematics import solve_velocity_ik as solve_velocity_ik
-from .payload import Payload as Payload
 from .pipeline import Plan as Plan
 from .pipeline import plan as plan
 from .polynomial import PiecewisePolynomial as PiecewisePolynomial
@@ -29,6 +29,7 @@ from .storage import load_trajectory as load_trajectory
 from .sweeps import Study as Study
 from .sweeps import plan_many as plan_many
 from .sweeps import sweep as sweep
+from .task import Task as Task
 from .trajectory import JointTrajectory as JointTrajectory
 from .verification import Report as Report
 from .verification import check as check

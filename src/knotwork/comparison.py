@@ -20,6 +20,7 @@ from knotwork.scores import Refusal as Refusal
 from knotwork.scores import Score as Score
 from knotwork.scores import best as best
 from knotwork.scores import flat, flat_columns
+from knotwork.task import Task
 from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
@@ -87,7 +88,8 @@ DEFAULT = tuple(
 
 
 def compare(
-    scenario: str | Path | Mapping[str, Any] | Scenario, planners: Sequence[str] | None = None
+    scenario: str | Path | Mapping[str, Any] | Task | Scenario,
+    planners: Sequence[str] | None = None,
 ) -> Comparison:
     """Plan a scenario with several planners and score what each makes of it.
 

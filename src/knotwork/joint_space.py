@@ -16,7 +16,8 @@ import numpy as np
 
 from knotwork.errors import RobotError, UnknownNameError, did_you_mean
 from knotwork.joint_quantities import JOINT_QUANTITIES, MAGNITUDES
-from knotwork.scenario import ChosenValues, JointTarget, JointValues, Scenario
+from knotwork.scenario import JointTarget, JointValues, Scenario
+from knotwork.task import PoseWaypoint
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, ChosenRun, FloatArray
 
@@ -54,8 +55,8 @@ class JointSpace:
         near: Joint positions that solutions are to be near [rad or m], shape (d,), or `None`.
         end_acceleration: Asked for at the start and at the end [rad/s² or m/s²], shape (d,) each,
             or `None`.
-        presets: Options of the planner at the waypoints, as `Scenario.presets` has it, joint
-            values as arrays of shape (n, d) in SI.
+        presets: Options of the planner at the waypoints, by its name, joint values as
+            arrays of shape (n, d) in SI.
         waits: Waypoints at which the arm stands still until the next one, by index.
         chosen: Runs of waypoints whose motion was chosen, or `None`.
         solutions: Joint positions that solutions are to be near, shape (d,), by index of the
@@ -121,7 +122,7 @@ def joint_space(scenario: Scenario) -> JointSpace:
     _check_followers(scenario, robot)
     _check_motion_limits(scenario, robot)
     read = _Reader(robot.joint_names, robot.joint_units, robot.configurations)
-    robot = robot.with_limits(**read.limits(scenario.limits))
+    robot = robot.with_limits(**read.limits(scenario))
     if scenario.margin != 1.0:
         robot = robot.with_limits(
             **{
@@ -179,7 +180,7 @@ def _of_bare_joints(scenario: Scenario) -> JointSpace:
                 raise UnknownNameError("joint", name, names)
     units = tuple(scenario.joint_units.get(name, "rad") for name in names)
     read = _Reader(names, units, {})
-    given = read.limits(scenario.limits)
+    given = read.limits(scenario)
     position = given.get("position", {})
     lower, upper = np.array([position.get(name, (-np.inf, np.inf)) for name in names]).T
     limits = {
@@ -214,7 +215,7 @@ class _Reader:
         return {name: np.multiply(value, scale[name]).tolist() for name, value in items}
 
     def array(self, given: JointValues, *, missing: float | None = None) -> FloatArray:
-        """A value for every joint, shape (d,); `missing` for those left out, if any may be."""
+        """A value for every joint, shape (d,), or a list, (d, m); `missing` for those left out."""
         if isinstance(given.values, str):
             if given.values not in self.configurations:
                 raise given.document.error(
@@ -233,65 +234,82 @@ class _Reader:
             )
         return np.array([values.get(name, missing or 0.0) for name in self.names])
 
-    def limits(self, given: Mapping[str, JointValues]) -> dict[str, dict[str, Any]]:
+    def limits(self, scenario: Scenario) -> dict[str, dict[str, Any]]:
         """Limits by quantity and joint; those of position are pairs."""
+        found = {kind: getattr(scenario.task.limits, kind) for kind in JOINT_QUANTITIES}
         return {
-            kind: self.by_joint(values, si=JOINT_QUANTITIES[kind].order is None)
-            for kind, values in given.items()
+            kind: self.by_joint(
+                scenario.joint_values(values, "limits", kind),
+                si=JOINT_QUANTITIES[kind].order is None,
+            )
+            for kind, values in found.items()
+            if values is not None
         }
 
     def task(self, scenario: Scenario) -> dict[str, Any]:
         """The attributes of a `JointSpace` with the requirements on the joints."""
-        near = scenario.near
+        task, given = scenario.task, scenario.joint_values
         targets = tuple(
             self._state(waypoint) if isinstance(waypoint, JointTarget) else None
             for waypoint in scenario.waypoints
         )
+        near = {
+            i: (waypoint.near, "waypoints", k, "near")
+            for i, k in enumerate(scenario.index)
+            if k >= 0
+            and isinstance(waypoint := task.waypoints[k], PoseWaypoint)
+            and waypoint.near is not None
+        }
         return {
             "targets": targets,
             "waits": tuple(_waits(scenario, targets)),
-            "near": self.array(near) if near is not None else None,
-            "end_acceleration": self._ends(scenario.end_acceleration),
+            "near": self.array(given(task.near, "near")) if task.near is not None else None,
+            "end_acceleration": self._ends(scenario),
             "presets": {
-                name: np.array([self.array(values) for values in given])
-                if isinstance(given, tuple)
-                else given
-                for name, given in scenario.presets.items()
+                name: self._for_each(scenario, name, values)
+                if isinstance(values, list) and name != "transition_time"
+                else values
+                for name, values in task.planner_options
+                if values is not None
             },
-            "chosen": tuple(self._chosen(one, scenario) for one in scenario.chosen) or None,
-            "solutions": {i: self.array(one) for i, one in scenario.solutions.items()},
+            "chosen": tuple(self._chosen(scenario, i) for i in range(len(task.chosen or ())))
+            or None,
+            "solutions": {i: self.array(given(*one)) for i, one in near.items()},
             "shown_in": scenario.units,
         }
 
-    def _chosen(self, given: ChosenValues, scenario: Scenario) -> ChosenRun:
+    def _for_each(self, scenario: Scenario, name: str, values: list[Any]) -> FloatArray:
+        places = ((one, "planner_options", name, i) for i, one in enumerate(values))
+        return np.array([self.array(scenario.joint_values(*place)) for place in places])
+
+    def _chosen(self, scenario: Scenario, i: int) -> ChosenRun:
+        given = (scenario.task.chosen or ())[i]
         names = [waypoint.name for waypoint in scenario.waypoints]
-        for name, values in given.velocities.items():
+        velocities = {
+            name: scenario.joint_values(values, "chosen", i, "velocities", name)
+            for name, values in given.velocities.items()
+        }
+        for name, values in velocities.items():
             if name not in names:
                 raise values.document.error(
                     values.location, f"unknown waypoint {name!r}", did_you_mean(name, names)
                 )
-        by_joint = self.by_joint(given.accelerations)
-        absent = [name for name in self.names if name not in by_joint]
-        if absent:
-            raise given.accelerations.document.error(
-                given.accelerations.location,
-                f"gives no values for joint {', '.join(absent)}",
-                f"a list for each of {', '.join(self.names)}",
-            )
+        accelerations = scenario.joint_values(given.accelerations, "chosen", i, "accelerations")
         return ChosenRun(
-            given.times,
-            np.array([by_joint[name] for name in self.names]).T,
-            {name: self.array(values) for name, values in given.velocities.items()},
+            np.array(given.times),
+            self.array(accelerations).T,
+            {name: self.array(values) for name, values in velocities.items()},
         )
 
-    def _ends(
-        self, given: str | tuple[JointValues, JointValues] | None
-    ) -> tuple[FloatArray, FloatArray] | None:
-        if given is None:
+    def _ends(self, scenario: Scenario) -> tuple[FloatArray, FloatArray] | None:
+        ends = scenario.task.end_acceleration
+        if ends is None:
             return None
-        if isinstance(given, str):
+        if isinstance(ends, str):
             return np.zeros(len(self.names)), np.zeros(len(self.names))
-        return self.array(given[0], missing=0.0), self.array(given[1], missing=0.0)
+        start = scenario.joint_values(ends.start, "end_acceleration", "start")
+        end = scenario.joint_values(ends.end, "end_acceleration", "end")
+        return self.array(start, missing=0.0), self.array(end, missing=0.0)
 
     def _state(self, target: JointTarget) -> JointState:
         position = self.array(target.joints)

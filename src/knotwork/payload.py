@@ -28,7 +28,7 @@ class Payload(ReadOnlyArrays):
         InputError: A value is not finite, the mass is negative, or no body has such an inertia: see
             `payload_fault`.
 
-    >>> kw.Payload(2.0, [0, 0, 0.06], np.diag([0.01, 0.01, 0.004])).mass
+    >>> Payload(2.0, [0, 0, 0.06], np.diag([0.01, 0.01, 0.004])).mass
     2.0
     """
 

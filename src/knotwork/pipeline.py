@@ -22,6 +22,7 @@ from knotwork.planner_options import (
     supported_options,
 )
 from knotwork.scenario import Scenario, load_scenario
+from knotwork.task import Task
 from knotwork.task_to_joint import Infeasibility, TaskSolution, solve_task
 from knotwork.trajectory import JointTrajectory
 from knotwork.verification import Finding, Report, check
@@ -208,7 +209,7 @@ class Plan:
 
 
 def plan(
-    scenario: str | Path | Mapping[str, Any] | Scenario,
+    scenario: str | Path | Mapping[str, Any] | Task | Scenario,
     *,
     planner: str | None = None,
     knots: Knots = None,
@@ -227,8 +228,8 @@ def plan(
     (True, array([0.5]))
 
     Args:
-        scenario: A shipped scenario's name, the path of a file, a mapping of the same shape, or
-            a loaded scenario.
+        scenario: A task, a shipped scenario's name, the path of a file, a mapping of the same
+            shape, or a loaded scenario.
         planner: Takes the place of the scenario's planner; a rule may follow after a colon, as in
             `"quintic:estimated"`. Options that it does not support are left out, and
             `Plan.left_out` names them.

@@ -29,7 +29,7 @@ def planner_options(scenario: Scenario, space: JointSpace) -> PlannerOptions:
     Raises:
         InputError: An option names a joint that does not exist, or is out of range.
     """
-    knots, ends = scenario.knots, scenario.end_acceleration
+    knots, ends = scenario.knots, scenario.task.end_acceleration
     _refuse_values_for_each(scenario, space)
     return PlannerOptions(
         knots=BalancedKnots(float(knots)) if isinstance(knots, int | float) else knots,

@@ -193,6 +193,8 @@ class JointWaypoints(ReadOnlyArrays):
         acceleration: Joint accelerations that are known beforehand, as along a tool path or where
             the arm waits [rad/s² or m/s²], shape (n, d), NaN at waypoints where they aren't; or
             `None` where none is.
+        asked: Indices of those that were asked for, in order; others were inserted along tool
+            paths. By default all.
 
     Raises:
         WaypointDataError: Shapes do not match, values are not finite, times not increasing,
@@ -209,6 +211,7 @@ class JointWaypoints(ReadOnlyArrays):
     names: tuple[str, ...] = ()
     joint_units: tuple[str, ...] = ()
     acceleration: FloatArray | None = None
+    asked: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         def put(field: str, value: Any) -> None:
@@ -222,6 +225,7 @@ class JointWaypoints(ReadOnlyArrays):
         put("position", read_only(self.position, shape, "position"))
         put("velocity", read_only(self.velocity, shape, "velocity"))
         put("names", tuple(self.names) or tuple(str(i) for i in range(shape[0])))
+        put("asked", tuple(self.asked) or tuple(range(shape[0])))
         if len(self.names) != shape[0]:
             raise WaypointDataError(f"names must have length {shape[0]}")
         if self.acceleration is not None:

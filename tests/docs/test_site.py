@@ -16,7 +16,7 @@ from site_build import Site
 from knotwork.cli.main import cli
 from knotwork.documents import StrictModel
 from knotwork.robot.file import RobotFile
-from knotwork.scenario.schema import ScenarioFile
+from knotwork.task import Task
 
 ROOT = Path(__file__).parents[2]
 SHOWN_ONLY = {"bash", "matlab", "python"}
@@ -30,6 +30,7 @@ PACKAGES = (
     "scenario",
     "storage",
     "sweeps",
+    "task",
     "tool_paths",
     "view",
     "verification",
@@ -97,7 +98,7 @@ def models(model: type[StrictModel]) -> Iterator[type[StrictModel]]:
 
 @pytest.mark.parametrize(
     ("page", "kind", "root"),
-    [("scenario", "scenario", ScenarioFile), ("robot_file", "robot", RobotFile)],
+    [("scenario", "scenario", Task), ("robot_file", "robot", RobotFile)],
 )
 def test_every_key_of_a_file_is_described(
     site: Site, page: str, kind: str, root: type[StrictModel]
@@ -107,7 +108,10 @@ def test_every_key_of_a_file_is_described(
         start = content.index(f'id="{kind}-{model.__name__.lower()}"')
         section = text_of(content[start : content.index("</section>", start)])
         for name, field in model.model_fields.items():
-            assert re.search(rf"^{field.alias or name}$", section, re.MULTILINE), (model, name)
+            assert re.search(rf"^{field.validation_alias or name}$", section, re.MULTILINE), (
+                model,
+                name,
+            )
 
 
 def test_every_command_and_option_is_described(site: Site) -> None:

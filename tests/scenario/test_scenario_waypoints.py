@@ -305,7 +305,7 @@ def test_the_rest_of_the_file_arrives() -> None:
     assert ends is not None
     np.testing.assert_allclose(ends, [[np.pi, 0], [0, -np.pi]])
     zero = joints({}, {"after": 1}, end_acceleration="zero")
-    assert zero.end_acceleration == "zero"
+    assert zero.task.end_acceleration == "zero"
     assert joint_space(zero).end_acceleration == ([0], [0])
     assert joints({}, {"after": 1}, knots="balanced").knots == "balanced"
 
@@ -317,7 +317,7 @@ def test_defaults() -> None:
         "modified-hermite",
         "paper",
     )
-    assert (scenario.rate, scenario.continuity, scenario.end_acceleration) == (100.0, 2, None)
+    assert (scenario.rate, scenario.continuity, scenario.task.end_acceleration) == (100.0, 2, None)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import knotwork as kw
+from knotwork.payload import Payload
 from knotwork.timing import Dynamics, TimingLimits, TimingProblem, solve
 from knotwork.timing.problem import part_of
 
@@ -19,7 +20,7 @@ def test_symbolic_efforts_are_those_of_pinocchio(name: str) -> None:
 
     robot = kw.load_robot(name).with_gravity([1.0, 2.0, -9.0])
     if name == "ur5":
-        robot = robot.with_tool(payload=kw.Payload(3.0, [0.01, 0.02, 0.06]))
+        robot = robot.with_tool(payload=Payload(3.0, [0.01, 0.02, 0.06]))
     dynamics, d = Dynamics(robot), robot.dof
     q, v, a = (ca.SX.sym(letter, d) for letter in "qva")
     effort = ca.Function("effort", [q, v, a], [dynamics.symbolic_effort(q, v, a)])

@@ -13,6 +13,7 @@ import pytest
 
 import knotwork as kw
 from command_line import Command
+from knotwork.payload import Payload
 
 HOME = "home"
 AWAY = {
@@ -279,7 +280,7 @@ def test_a_payload_and_gravity_enter_the_torque_by_their_own_mechanics(name: str
     bare = kw.load_robot(name)
     inertia = np.diag([0.02, 0.03, 0.04]) + 0.002 * (1 - np.eye(3))
     gravity = np.array([3.0, -5.0, 7.0])
-    loaded = bare.with_tool(payload=kw.Payload(1.5, [0.02, -0.03, 0.1], inertia))
+    loaded = bare.with_tool(payload=Payload(1.5, [0.02, -0.03, 0.1], inertia))
     for robot, weight in ((loaded, bare.gravity), (loaded.with_gravity(gravity), gravity)):
         np.testing.assert_allclose(robot.gravity, weight, atol=1e-12)
         without = bare.with_gravity(weight)
@@ -449,11 +450,11 @@ def test_payloads_that_no_body_has_are_refused_in_python() -> None:
         ((1.0, [0, 0, 0], -np.eye(3)), "not positive definite"),
     ):
         with pytest.raises(kw.InputError, match=said):
-            kw.Payload(*arguments)
+            Payload(*arguments)
     robot = kw.load_robot("ur5")
     with pytest.raises(kw.InputError, match=r"gravity\[2\] is inf; every value must be finite"):
         robot.with_gravity([0, 0, np.inf])
-    nothing = robot.with_tool(payload=kw.Payload(0.0, [0, 0, 0]))
+    nothing = robot.with_tool(payload=Payload(0.0, [0, 0, 0]))
     q = np.full(6, 0.3)
     np.testing.assert_array_equal(nothing.torque(q, q, q), robot.torque(q, q, q))
 
@@ -461,7 +462,7 @@ def test_payloads_that_no_body_has_are_refused_in_python() -> None:
 def test_a_payload_belongs_to_its_frame_and_a_copy_keeps_it() -> None:
     import pickle
 
-    robot = kw.load_robot("ur5").with_tool(payload=kw.Payload(2.0, [0, 0, 0.06]))
+    robot = kw.load_robot("ur5").with_tool(payload=Payload(2.0, [0, 0, 0.06]))
     hanging = pickle.loads(pickle.dumps(robot.with_gravity([0, 0, 9.81])))
     assert hanging.payload.mass == 2.0
     np.testing.assert_array_equal(hanging.gravity, [0, 0, 9.81])

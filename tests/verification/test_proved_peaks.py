@@ -12,6 +12,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import knotwork as kw
+from knotwork.payload import Payload
 from knotwork.verification import (
     Bound,
     singular_value_bound,
@@ -127,7 +128,7 @@ def test_shipped_motions_peak_below_their_bounds(name: str) -> None:
 
 def robots() -> Iterator[kw.Robot]:
     """Every shipped robot, every other one with a payload and hung from a wall."""
-    load = kw.Payload(2.0, [0.02, -0.03, 0.08], np.diag([0.01, 0.02, 0.015]))
+    load = Payload(2.0, [0.02, -0.03, 0.08], np.diag([0.01, 0.02, 0.015]))
     for i, name in enumerate(kw.robot_names()):
         robot = kw.load_robot(name)
         robot = robot if robot.tool_frame else robot.with_tool(robot.tool_candidates[0])

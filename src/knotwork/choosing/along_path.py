@@ -80,7 +80,9 @@ class AlongPath:
             PathError: The arm can't follow the path, or not within its tolerances.
         """
         path, knots = scenario.paths[self.number], knots_of(scenario)
-        time, _, q, v, a = followed_path(scenario, self.space.robot, path, self.start, knots, way)
+        time, _, q, v, a, _ = followed_path(
+            scenario, self.space.robot, path, self.start, knots, way
+        )
         curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
         return JointTrajectory(self.space.joint_names, curve, joint_units=self.space.joint_units)
 

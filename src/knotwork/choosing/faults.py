@@ -54,7 +54,7 @@ def check_given(task: FreeTask, asked: FreeTimes, runs: Sequence[Run]) -> None:
 def given_time(task: FreeTask, timed: Iterable[Run]) -> float:
     """How long all lasts but the runs whose times are chosen [s]."""
     provisional = sum(float(np.ptp(task.waypoints.time[run.rows])) for run in timed)
-    return float(np.ptp(task.scenario.times)) - provisional
+    return float(np.ptp(task.scenario.provisional_times)) - provisional
 
 
 def total_too_short(task: FreeTask, shortest: float) -> InputError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +9,7 @@ from knotwork.choosing.choice import ChosenTimes
 from knotwork.documents import Document, Edits, Location, edited, edited_text, read, read_text
 from knotwork.documents.edits import block, differences
 from knotwork.errors import InputError
-
-PATH_KEYS = frozenset({"file", "mesh", "package_paths", "points", "robot", "srdf", "urdf"})
-"""Keys whose text is a path relative to the file, where there is such a file or folder."""
+from knotwork.task.places import moved_paths
 
 
 def frozen_text(chosen: ChosenTimes, folder: Path) -> str:
@@ -61,23 +58,5 @@ def text_anew(document: Document, edits: Edits, folder: Path, why: str) -> str:
 def _all_edits(document: Document, edits: Edits, folder: Path) -> dict[Location, Any]:
     if document.file is None:
         return dict(edits)
-    moved = _moved(document.data, (), document.file.parent.resolve(), folder.resolve())
+    moved = moved_paths(document.data, document.file.parent.resolve(), folder.resolve())
     return {**edits, **moved}
-
-
-def _moved(data: Any, place: Location, old: Path, new: Path) -> dict[Location, Any]:
-    """Paths in a file that is in another folder now."""
-    if old == new:
-        return {}
-    if isinstance(data, dict | list):
-        parts = data.items() if isinstance(data, dict) else enumerate(data)
-        inner = [_moved(value, (*place, key), old, new) for key, value in parts]
-        return {location: path for found in inner for location, path in found.items()}
-    key = next((part for part in reversed(place) if isinstance(part, str)), "")
-    if not isinstance(data, str) or key not in PATH_KEYS:
-        return {}
-    if Path(data).expanduser().is_absolute() or not (old / data).exists():
-        return {}
-    if key == "robot" and not (old / data).is_file():
-        return {}  # the name of a robot that is shipped
-    return {place: Path(os.path.relpath(old / data, new)).as_posix()}

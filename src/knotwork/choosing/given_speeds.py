@@ -69,7 +69,7 @@ def waypoints_beyond_tool_speed(task: FreeTask) -> list[InputError]:
     limit, robot = scenario.motion_limits.tool_speed, task.space.robot
     if limit is None or robot is None:
         return found
-    rows = np.abs(task.waypoints.time[:, None] - scenario.times[None, :]).argmin(axis=0)
+    rows = task.waypoints.asked
     on_paths = {i for path in scenario.paths for i in range(path.first, path.last + 1)}
     for i, row in enumerate(rows):
         if free.speed[i] != "given" or i in on_paths:

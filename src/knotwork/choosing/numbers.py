@@ -77,8 +77,7 @@ def _solutions(task: FreeTask, units: _Units) -> dict[Location, Any]:
             and index[i] not in on_paths
             and place not in edits
         ):
-            row = int(np.abs(task.waypoints.time - waypoint.time).argmin())
-            edits[place] = units.by_joint(task.waypoints.position[row])
+            edits[place] = units.by_joint(task.waypoints.position[task.waypoints.asked[i]])
     return edits
 
 

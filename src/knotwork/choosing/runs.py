@@ -52,7 +52,7 @@ def find_runs(task: FreeTask) -> list[Run]:
                 )
     for path in scenario.paths:
         closed.update(range(path.first, path.last))
-    rows = np.abs(task.waypoints.time[:, None] - scenario.times[None, :]).argmin(axis=0)
+    rows = np.array(task.waypoints.asked)
     runs: list[Run] = []
     first = 0
     for i in range(n):

@@ -100,7 +100,7 @@ def scenarios(as_json: bool) -> int:
 @click.command()
 def schema() -> int:
     """Print the JSON Schema of scenario files."""
-    from knotwork.scenario.schema import ScenarioFile
+    from knotwork.task import Task
 
-    echo(json.dumps(ScenarioFile.model_json_schema(), indent=2))
+    echo(json.dumps(Task.model_json_schema(), indent=2))
     return PASSED

@@ -36,7 +36,7 @@ def print_plan(plan: Plan) -> None:
         made in PLANNER_SPECS and "knots" in PLANNER_SPECS[made].supports
     ):  # a rule in its name says it already
         made += f", knots {placed}"
-    if plan.scenario.chosen and plan.trajectory.planner == "modified-hermite":
+    if plan.scenario.task.chosen and plan.trajectory.planner == "modified-hermite":
         made += ", times as chosen"
     if plan.left_out:
         made += f" ({without(plan)})"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Iterable
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 from pydantic import BaseModel, ValidationError
 
@@ -18,8 +18,13 @@ from knotwork.errors import DocumentError, Problem, did_you_mean, shown
 ModelT = TypeVar("ModelT", bound=StrictModel)
 
 
-def validate(model: type[ModelT], document: Document) -> ModelT:
+def validate(model: type[ModelT], document: Document, instance: ModelT | None = None) -> ModelT:
     """Check a document against a model and return the model's instance.
+
+    Args:
+        model: The model.
+        document: What is checked.
+        instance: An empty one to be filled in, in place of a new one.
 
     Raises:
         DocumentError: With the problems found, of many the first `FEW`.
@@ -27,10 +32,14 @@ def validate(model: type[ModelT], document: Document) -> ModelT:
     if not isinstance(document.data, dict):
         raise document.error((), f"{shown(document.data)}: must be a mapping of keys to values")
     try:
-        return model.model_validate(document.data)
+        checked = model.__pydantic_validator__.validate_python(
+            document.data, self_instance=instance
+        )
     except ValidationError as error:
         many = error.error_count() > FEW
         found = [] if many else [dict(item) for item in error.errors(include_url=False)]
+    else:
+        return cast(ModelT, checked)
     if many:
         found = first_errors(model, document.data)
     problems = [_problem(model, document, item) for item in found[:FEW]]
@@ -126,7 +135,10 @@ def _is_model(kind: Any) -> bool:
 def _fields(model: type[BaseModel]) -> dict[str | int, tuple[Any, str | None]]:
     """Type and description by key."""
     fields = model.model_fields.items()
-    return {info.alias or name: (info.annotation, info.description) for name, info in fields}
+    return {
+        str(info.validation_alias or name): (info.annotation, info.description)
+        for name, info in fields
+    }
 
 
 def _keys(models: Iterable[type[BaseModel]]) -> list[str]:

@@ -3,7 +3,6 @@
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
-    ChosenValues,
     FrameSpeed,
     JointTarget,
     JointValues,
@@ -22,7 +21,6 @@ from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, Sce
 __all__ = [
     "SMALLEST_PATH_TOLERANCE",
     "AskedTiming",
-    "ChosenValues",
     "CollisionRules",
     "FrameSpeed",
     "FreeTimes",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from knotwork.documents import Document, Location
+from knotwork.scenario.model import Scenario
+from knotwork.task.units import numbers
 
 WHOLE_TURN = 2.0 * np.pi * 1.001
 """Angles above this [rad], a whole turn with what files round, are probably degrees."""
@@ -20,10 +21,9 @@ FEW = 4
 LEAST_TURN = 1.5
 """If no joint value [rad] is larger, they may well be small angles in degrees."""
 
-# Keys of a scenario file that hold angles of an orientation.
-_ANGLES = ("rpy", "angles", "rotation_vector")
 
-
+_TURNS = ("angle", "angle or length")
+_RATES = ("angle/s", "angle/s or length/s")
 _What = Literal["joint angle", "angle of a pose", "rate"]
 
 
@@ -33,15 +33,15 @@ class _Angle(NamedTuple):
     what: _What
 
 
-def angle_slips(document: Document, units: Mapping[str, str]) -> list[str]:
+def angle_slips(scenario: Scenario, units: Mapping[str, str]) -> list[str]:
     """Say which angles are plausibly degrees in a file in radians, or radians in one in degrees.
 
     Args:
-        document: The scenario's file.
+        scenario: The task.
         units: SI unit of each joint by name.
     """
-    angles = list(_angles(document, units))
-    if (document.data.get("units") or {}).get("angle", "rad") == "rad":
+    angles = list(_angles(scenario, units))
+    if scenario.units.angle == "rad":
         bounds = {"rate": (FAST_TURN, "rad/s, more than two turns a second")}
         angle = (WHOLE_TURN, "rad, more than a whole turn")
         return [
@@ -77,33 +77,16 @@ def _plausibly_radians(angles: list[_Angle]) -> bool:
     return bool(joints.size >= FEW and joints.max() >= LEAST_TURN and 2 * odd.sum() >= odd.size)
 
 
-def _angles(document: Document, units: Mapping[str, str]) -> Iterator[_Angle]:
-    for location, key, value in _numbers(document.data, ()):
-        what = _what(location, key, units)
-        if what is not None:
-            yield _Angle(document.where(location), value, what)
-
-
-def _what(location: Location, key: str, units: Mapping[str, str]) -> _What | None:
-    turning = units.get(key) == "rad"
-    if location[0] == "start" or location[2:3] == ("joints",):
-        return "joint angle" if turning else None
-    if key in _ANGLES:
-        return "angle of a pose"
-    of_all = location == ("limits", "velocity") and "rad" in units.values()
-    of_one = (turning or key == "angular") and "velocity" in location[1:3]
-    return "rate" if of_all or of_one else None
-
-
-def _numbers(data: Any, location: Location, key: str = "") -> Iterator[tuple[Location, str, float]]:
-    """All numbers of a file: where they are, the last name on the way there, and the value."""
-    if isinstance(data, bool):
-        return
-    if isinstance(data, int | float):
-        yield location, key, float(data)
-    elif isinstance(data, Mapping):
-        for name, value in data.items():
-            yield from _numbers(value, (*location, name), str(name))
-    elif isinstance(data, list):
-        for i, value in enumerate(data):
-            yield from _numbers(value, (*location, i), key)
+def _angles(scenario: Scenario, units: Mapping[str, str]) -> Iterator[_Angle]:
+    for location, unit, value in numbers(scenario.task, (*_TURNS, *_RATES)):
+        turning = units.get(str(location[-1])) == "rad"
+        where = scenario.where(*location)
+        if unit in _RATES:
+            of_all = location == ("limits", "velocity") and "rad" in units.values()
+            if of_all or ((turning or unit == "angle/s") and "velocity" in location[1:3]):
+                yield _Angle(where, value, "rate")
+        elif location[0] == "start" or location[2:3] == ("joints",):
+            if turning:
+                yield _Angle(where, value, "joint angle")
+        elif unit == "angle" and location[0] != "tolerances":
+            yield _Angle(where, value, "angle of a pose")

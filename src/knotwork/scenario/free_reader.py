@@ -9,12 +9,10 @@ import numpy as np
 
 from knotwork.documents import Document
 from knotwork.scenario.free_times import PROVISIONAL_TIME, FreeTimes, SpeedKind
-from knotwork.scenario.schema import ScenarioFile
-from knotwork.scenario.timing_schema import AtMost, Fastest, ObjectiveFile
-from knotwork.scenario.waypoint_schema import PathWaypoint
+from knotwork.task import AtMost, Fastest, PathWaypoint, Task, Weights
 
 
-def least_time(file: ScenarioFile, i: int) -> float | None:
+def least_time(file: Task, i: int) -> float | None:
     """The least that the time to a waypoint may be [s], 0 without one; `None` if it is given."""
     waypoint = file.waypoints[i]
     if isinstance(waypoint, PathWaypoint):
@@ -26,7 +24,7 @@ def least_time(file: ScenarioFile, i: int) -> float | None:
     return 0.0 if waypoint.after == "fastest" or (left and file.times) else None
 
 
-def provisional_time(file: ScenarioFile, i: int) -> float | None:
+def provisional_time(file: Task, i: int) -> float | None:
     """Time to a waypoint until it is chosen [s]; `None` if it is given."""
     least = least_time(file, i)
     return None if least is None else max(least, PROVISIONAL_TIME)
@@ -44,15 +42,12 @@ def greatest_speed(speed: float | str | AtMost | None) -> float | None:
     return math.inf if isinstance(speed, str) else None
 
 
-def read_free_times(
-    file: ScenarioFile, document: Document, length: float, index: tuple[int, ...]
-) -> FreeTimes | None:
+def read_free_times(file: Task, document: Document, index: tuple[int, ...]) -> FreeTimes | None:
     """Read what a file leaves to be chosen; `None` if it is nothing.
 
     Args:
         file: What the file says.
         document: Where it says it, for errors.
-        length: The file's unit of length [m].
         index: For each waypoint of the scenario its index in the file; -1 for the start.
 
     Raises:
@@ -71,9 +66,9 @@ def read_free_times(
         kind: SpeedKind = "given"
         if isinstance(waypoint, PathWaypoint):
             if most is not None:
-                paths[k] = length * most
+                paths[k] = most
         elif most is not None:
-            kind, at_most[i] = "along", length * most
+            kind, at_most[i] = "along", most
         elif getattr(waypoint, "velocity", None) == "free":
             kind = "free"
         speed.append(kind)
@@ -93,16 +88,16 @@ def read_free_times(
     return free if free.anything else None
 
 
-def _optimal_knots(file: ScenarioFile) -> bool:
+def _optimal_knots(file: Task) -> bool:
     """Whether knots are chosen where times are given; where others are free, unless it says no."""
     return file.knots == "optimal" or (
         "knots" not in file.model_fields_set and _free_anywhere(file)
     )
 
 
-def _objective(file: ScenarioFile) -> dict[str, float]:
+def _objective(file: Task) -> dict[str, float]:
     given = file.objective
-    if isinstance(given, ObjectiveFile):
+    if isinstance(given, Weights):
         return {name: value for name, value in given if value}
     if given is not None:
         return {given: 1.0}
@@ -110,11 +105,11 @@ def _objective(file: ScenarioFile) -> dict[str, float]:
     return {"jerk": 1.0} if smooth else {"time": 1.0}
 
 
-def _free_anywhere(file: ScenarioFile) -> bool:
+def _free_anywhere(file: Task) -> bool:
     return any(least_time(file, i) is not None for i in range(len(file.waypoints)))
 
 
-def check_places(file: ScenarioFile, document: Document) -> None:
+def check_places(file: Task, document: Document) -> None:
     """Refuse times after free ones, free velocities at the ends and free times of paths.
 
     Raises:
@@ -162,7 +157,7 @@ def check_places(file: ScenarioFile, document: Document) -> None:
             free = f"waypoint {i + 1}" if waypoint.name is None else repr(waypoint.name)
 
 
-def _check_use(file: ScenarioFile, document: Document, free: FreeTimes) -> None:
+def _check_use(file: Task, document: Document, free: FreeTimes) -> None:
     """Refuse keys about choices where nothing is chosen."""
     timed = bool(free.duration.any())
     if file.times is not None and not timed and not free.path_speed:

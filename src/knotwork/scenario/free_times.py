@@ -70,6 +70,13 @@ class FreeTimes:
         )
 
     @property
+    def first_untimed(self) -> int:
+        """The first waypoint whose time is not known until it is chosen; n without one."""
+        unknown = [k in self.path_speed for k in self.index]
+        unknown[1:] = [*(self.duration | np.array(unknown[1:], dtype=bool))]
+        return unknown.index(True) if any(unknown) else len(unknown)
+
+    @property
     def untimed(self) -> BoolArray:
         """Intervals that are chosen whole or at one end, shape (n - 1,).
 

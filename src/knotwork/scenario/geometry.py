@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from knotwork.documents import Document, Location
 from knotwork.errors import did_you_mean
-from knotwork.scenario.waypoint_schema import Frame, Placement
+from knotwork.task import Frame, Placement
 from knotwork.waypoints import FloatArray, rotation_fault
 
 # Values in a file are often rounded to four digits. A quaternion or matrix that is further from a
@@ -19,14 +19,11 @@ ROTATION_TOLERANCE = 1e-3
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 
-def rotation(
-    placement: Placement, angle: float, document: Document, location: Location
-) -> FloatArray:
+def rotation(placement: Placement, document: Document, location: Location) -> FloatArray:
     """Rotation matrix, shape (3, 3), of a placement's orientation; the identity if it has none.
 
     Args:
-        placement: As given in the file.
-        angle: The file's unit of angle [rad].
+        placement: As given in the file, in SI.
         document: The file, for errors.
         location: Where the placement is in it.
 
@@ -43,13 +40,13 @@ def rotation(
         matrix = np.array(placement.rotation_matrix)
         return _from_matrix(matrix, document, (*location, "rotation_matrix"))
     if placement.rotation_vector is not None:
-        return np.asarray(pin.exp3(angle * np.array(placement.rotation_vector)))
+        return np.asarray(pin.exp3(np.array(placement.rotation_vector)))
     if placement.rpy is not None:
-        return np.asarray(pin.rpy.rpyToMatrix(angle * np.array(placement.rpy)))
+        return np.asarray(pin.rpy.rpyToMatrix(np.array(placement.rpy)))
     result = np.eye(3)
     if placement.euler is not None:
         for axis, turn in zip(placement.euler.order, placement.euler.angles, strict=True):
-            result = result @ pin.exp3(angle * turn * np.array(_AXES[axis]))
+            result = result @ pin.exp3(turn * np.array(_AXES[axis]))
     return result
 
 
@@ -77,26 +74,20 @@ def _from_matrix(matrix: FloatArray, document: Document, location: Location) -> 
     return np.asarray(left @ right)
 
 
-def placement_in_si(
-    placement: Placement, length: float, angle: float, document: Document, location: Location
-) -> pin.SE3:
-    """Make a placement in its parent frame from its values in the file.
+def placed(placement: Placement, document: Document, location: Location) -> pin.SE3:
+    """Make a placement in its parent frame from its values in the file, in SI.
 
     Raises:
         DocumentError: As for `rotation`.
     """
-    return pin.SE3(
-        rotation(placement, angle, document, location), length * np.array(placement.position)
-    )
+    return pin.SE3(rotation(placement, document, location), np.array(placement.position))
 
 
 class Frames:
     """The named frames of a scenario, each placed in the base frame.
 
     Args:
-        frames: As given in the file.
-        length: The file's unit of length [m].
-        angle: The file's unit of angle [rad].
+        frames: As given in the file, in SI.
         document: The file, for errors.
 
     Raises:
@@ -104,9 +95,7 @@ class Frames:
             or a frame has a reserved name.
     """
 
-    def __init__(
-        self, frames: Mapping[str, Frame], length: float, angle: float, document: Document
-    ) -> None:
+    def __init__(self, frames: Mapping[str, Frame], document: Document) -> None:
         self._document = document
         self._placements = {"base": pin.SE3.Identity()}
         for reserved in ("base", "tool"):
@@ -117,7 +106,7 @@ class Frames:
         for name in frames:
             for link in reversed(self._unplaced(name, frames)):
                 frame = frames[link]
-                own = placement_in_si(frame, length, angle, document, ("frames", link))
+                own = placed(frame, document, ("frames", link))
                 self._placements[link] = self._placements[frame.parent] * own
 
     def _unplaced(self, name: str, frames: Mapping[str, Frame]) -> list[str]:

@@ -16,6 +16,7 @@ from knotwork.errors import DocumentError, InputError
 from knotwork.payload import Payload
 from knotwork.scenario.free_times import FreeTimes
 from knotwork.scenario.scene_model import Scene
+from knotwork.task.units import si_factors
 from knotwork.units import Units
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from knotwork.scenario.path_timing import AskedTiming
+    from knotwork.task import Task
     from knotwork.tool_paths import TimedPath
 
 
@@ -75,21 +77,6 @@ class JointTarget:
     joints: JointValues
     velocity: JointValues | None
     where: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class ChosenValues:
-    """A run of waypoints whose motion was chosen, as a file gives it.
-
-    Attributes:
-        times: Of its knots [s], shape (m,), those of its waypoints among them.
-        accelerations: Lists of m, by joint.
-        velocities: Joint velocities at waypoints where they were chosen, by the waypoint's name.
-    """
-
-    times: FloatArray
-    accelerations: JointValues
-    velocities: Mapping[str, JointValues]
 
 
 ScenarioWaypoint = CartesianWaypoint | JointTarget
@@ -231,6 +218,8 @@ class Scenario:
         name: Name of the scenario.
         description: What the task is.
         waypoints: In order of time; at least two.
+        task: What was asked, as it was given; joint values stand in it alone.
+        index: Of each waypoint in the task, -1 for the start; one with a wait stands twice.
         robot: Shipped name, path, or inline description; `None` for a task of joints alone.
         relative_to: Folder that relative paths in `robot` start from, or `None`.
         units: Those of the file, for whatever people read.
@@ -239,7 +228,6 @@ class Scenario:
         tool: Where the tool is, and what it weighs.
         gravity: In the axes of the base frame [m/s²], shape (3,); `None` for 9.81 along -z of the
             URDF's root.
-        near: Joint values (or configuration) that solutions are to be near, or `None`.
         branch: `"free"`; `"keep"`, changed only where speeds ask for it; `"fixed"`; or
             configuration flags by `"shoulder"`, `"elbow"` and `"wrist"`.
         prefer: What decides among solutions: `"travel"` or `"clearance"`.
@@ -248,19 +236,8 @@ class Scenario:
         planner: Name of the planner, with a rule after a colon or without.
         knots: As `knotwork.interpolation` takes it: `"paper"`, `"balanced"`, the constant of
             balanced knots, or the knot times [s], shape (m,).
-        end_acceleration: `None`, `"zero"`, or joint accelerations at the start and at the end.
-        presets: Further options of some planners, by the option's name: `"accelerations"`
-            (`"zero"`, `"estimated"`, or joint values for each waypoint that the planner has a
-            choice at), `"jerks"`, `"snaps"` (joint values for each waypoint), and
-            `"transition_time"` [s], one or shape (n,).
         paths: Tool paths between its waypoints, in order of time.
-        free: Durations, speeds and knots left to be chosen; `None` if it is nothing. Until
-            then times and speeds that are free are provisional.
-        chosen: Runs of waypoints whose motion was chosen.
-        solutions: Joint values (or configuration) that the solutions at some waypoints are to be
-            near, by the waypoint's index.
-        limits: Limits that take the place of the robot's, by quantity; of position pairs of a
-            lower and an upper one. Efforts are in SI whatever the file's units [N m or N].
+        free: Durations, speeds and knots left to be chosen; `None` if it is nothing.
         motion_limits: Limits on the motion of tool and links.
         scene: The surroundings of the robot, what it carries, and the rules of the collision check.
         margin: Part that is used of limits, but those of position; `motion_limits` have it already.
@@ -278,6 +255,8 @@ class Scenario:
 
     name: str
     waypoints: tuple[ScenarioWaypoint, ...]
+    task: Task = field(repr=False, compare=False)
+    index: tuple[int, ...] = ()
     description: str = ""
     robot: str | Document | None = None
     relative_to: Path | None = None
@@ -286,19 +265,13 @@ class Scenario:
     frames: Mapping[str, pin.SE3] = field(default_factory=dict)
     tool: ToolPlacement = field(default_factory=ToolPlacement)
     gravity: FloatArray | None = None
-    near: JointValues | None = None
     branch: str | Mapping[str, str] = "free"
     prefer: str = "travel"
     pull_to_middle: float = 0.0
     planner: str = "modified-hermite"
     knots: str | float | FloatArray = "paper"
-    end_acceleration: str | tuple[JointValues, JointValues] | None = None
-    presets: Mapping[str, Any] = field(default_factory=dict)
-    limits: Mapping[str, JointValues] = field(default_factory=dict)
     paths: tuple[ScenarioPath, ...] = ()
     free: FreeTimes | None = None
-    chosen: tuple[ChosenValues, ...] = ()
-    solutions: Mapping[int, JointValues] = field(default_factory=dict)
     motion_limits: MotionLimits = field(default_factory=MotionLimits)
     scene: Scene = field(default_factory=Scene)
     margin: float = 1.0
@@ -324,13 +297,26 @@ class Scenario:
             raise  # it says so already
         except InputError as error:
             if self.document is not None:
-                error.locate(self.document.where(location))
+                error.locate(self.where(*location))
             raise
+
+    def where(self, *location: str | int) -> str:
+        """Where a field is, for messages: with file and line where the scenario has them.
+
+        Args:
+            location: Keys and indices of the field.
+        """
+        return (self.document or Document(None)).where(location)
+
+    def joint_values(self, values: Any, *location: str | int) -> JointValues:
+        """Joint values of the task with their units and their place in it."""
+        length, angle = si_factors(self.task.units)
+        return JointValues(values, length, angle, self.document or Document(None), location)
 
     @property
     def prefers_clearance(self) -> bool:
         """Whether room to everything counts before travel."""
-        return self.prefer == "clearance" and self.near is None
+        return self.prefer == "clearance" and self.task.near is None
 
     @property
     def shown_length(self) -> tuple[float, str]:
@@ -339,7 +325,15 @@ class Scenario:
 
     @property
     def times(self) -> FloatArray:
-        """Times of the waypoints [s], shape (n,)."""
+        """Times of the waypoints [s], shape (n,); NaN from the first that is free."""
+        times = self.provisional_times
+        if self.free is not None:
+            times[self.free.first_untimed :] = np.nan
+        return times
+
+    @property
+    def provisional_times(self) -> FloatArray:
+        """Times from which free ones are chosen [s], shape (n,), with 1 s or so for each."""
         return np.array([waypoint.time for waypoint in self.waypoints])
 
     @property

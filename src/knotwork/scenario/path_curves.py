@@ -14,14 +14,15 @@ import numpy as np
 from knotwork import tool_paths
 from knotwork.documents import Document
 from knotwork.errors import InputError, PathError
-from knotwork.scenario.waypoint_schema import ORIENTATIONS, AlongArc, AlongPoints, PathWaypoint
+from knotwork.task import AlongArc, AlongPoints, PathWaypoint
+from knotwork.task.poses import ORIENTATIONS
 from knotwork.tool_paths import Curve, OrientationCurve
 from knotwork.waypoints import FloatArray
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
-    from knotwork.scenario.schema import ScenarioFile
+    from knotwork.task import Task
 
 NEAR = 1e-9
 """Points nearer than this [m] are one."""
@@ -44,7 +45,7 @@ class PathCurves:
     """Makes the curves of paths, and how the tool turns along them, from one file.
 
     Attributes:
-        file: What the file says.
+        file: What the file says, in SI.
         document: Where it says it, for errors.
         length: The file's unit of length [m].
         frames: For each waypoint the placement of the frame that its path is in, by index.
@@ -53,7 +54,7 @@ class PathCurves:
         rotations: Of the tool at the points of those paths that come from a file with orientations.
     """
 
-    file: ScenarioFile
+    file: Task
     document: Document
     length: float
     frames: Mapping[int, pin.SE3]
@@ -95,7 +96,7 @@ class PathCurves:
         return f"({', '.join(f'{value:.9g}' for value in own)}) {self.file.units.length}"
 
     def _point(self, i: int, given: list[float]) -> FloatArray:
-        return np.asarray(self.frames[i].act(self.length * np.array(given)))
+        return np.asarray(self.frames[i].act(np.array(given)))
 
     def curve(self, i: int) -> Curve:
         """The curve from the waypoint before to waypoint i."""
@@ -120,7 +121,7 @@ class PathCurves:
         if arc.centre is not None:
             centre = self._point(i, arc.centre)
             return tool_paths.Arc.about(start, centre, end, normal, arc.turns or 0)
-        radius = self.length * (arc.radius or 0.0)
+        radius = arc.radius or 0.0
         axis = np.zeros(3) if normal is None else normal
         return tool_paths.Arc.of_radius(start, end, radius, axis, large=bool(arc.large))
 
@@ -156,7 +157,7 @@ class PathCurves:
             if read.rotations is not None:
                 rotations = self.axes[i] @ read.rotations
         else:
-            points = self.length * np.array(along.points)
+            points = np.array(along.points)
         return points @ placed.rotation.T + placed.translation, rotations
 
     def _check_ends(self, i: int, points: FloatArray, start: FloatArray, end: FloatArray) -> None:
@@ -268,16 +269,14 @@ class PathCurves:
                 "no blend; or along: line here and at the next waypoint",
             )
         room = 0.5 * min(line.length for line in lines)
-        distance = self.length * given
-        if distance > room * (1.0 + ROUNDING):
+        if given > room * (1.0 + ROUNDING):
             raise self.document.error(
                 ("waypoints", i, "blend"),
-                f"is {self.text(distance, digits=6)}, more than half of the shorter of the "
-                "two lines",
+                f"is {self.text(given, digits=6)}, more than half of the shorter of the two lines",
                 f"at most {self.text(room, digits=6)}",
             )
         with self.errors(i, "blend"):
-            blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, distance)
+            blend: Curve = tool_paths.Blend(lines[0].start, lines[0].end, lines[1].end, given)
         return blend
 
 

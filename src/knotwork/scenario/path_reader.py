@@ -14,7 +14,7 @@ from knotwork.scenario.free_reader import greatest_speed
 from knotwork.scenario.model import ScenarioPath, Stretch
 from knotwork.scenario.path_curves import PathCurves, stretched
 from knotwork.scenario.path_timing import ACCELERATION, AskedTiming
-from knotwork.scenario.waypoint_schema import AlongArc, AlongPoints, PathWaypoint
+from knotwork.task import AlongArc, AlongPoints, PathWaypoint
 from knotwork.tool_paths import Curve, OrientationCurve, TimedPath, Timing, ToolPath
 from knotwork.waypoints import FloatArray
 
@@ -164,16 +164,16 @@ class PathReader:
     def _asked(
         self, first: int, lengths: FloatArray, given: list[PathWaypoint], start: float
     ) -> AskedTiming:
-        unit, acceleration = self.curves.length, self.curves.file.path.acceleration
+        acceleration = self.curves.file.path.acceleration
         last = first + len(given)
         most = [greatest_speed(one.speed) for one in given]
         return AskedTiming(
             tuple(lengths.tolist()),
-            tuple(unit * one.speed if isinstance(one.speed, float) else None for one in given),
+            tuple(one.speed if isinstance(one.speed, float) else None for one in given),
             tuple(self._durations(first, given, start)),
             (0.0 if self.stops(first) else None, 0.0 if self.stops(last) else None),
-            ACCELERATION if acceleration is None else unit * acceleration,
-            {k: unit * most for k, most in enumerate(most) if most is not None},
+            ACCELERATION if acceleration is None else acceleration,
+            {k: most for k, most in enumerate(most) if most is not None},
         )
 
     def _timed(

@@ -2,43 +2,39 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from knotwork import documents, resources
+from knotwork import documents
 from knotwork.documents import Document, Location
-from knotwork.errors import InputError, shown
-from knotwork.joint_quantities import JOINT_QUANTITIES
+from knotwork.errors import shown
 from knotwork.payload import Payload, payload_fault
 from knotwork.scenario.free_reader import read_free_times
 from knotwork.scenario.model import (
     SMALLEST_PATH_TOLERANCE,
-    ChosenValues,
     FrameSpeed,
-    JointValues,
     MotionLimits,
     Scenario,
     ToleranceSet,
     ToolPlacement,
 )
 from knotwork.scenario.scene_reader import read_scene
-from knotwork.scenario.schema import Balanced, EndAcceleration, ScenarioFile
-from knotwork.scenario.tool_schema import Tool
 from knotwork.scenario.waypoint_reader import WaypointReader
-from knotwork.scenario.waypoint_schema import JointWaypoint, PoseWaypoint
+from knotwork.task import Balanced, JointWaypoint, PoseWaypoint, Task, Tool
+from knotwork.task.places import read_document
+from knotwork.task.units import in_si, si_factors
 from knotwork.units import Units
 from knotwork.waypoints import FloatArray
 
 
-def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
-    """Read a scenario: a shipped one by name, a file by path, or a mapping of the same shape.
+def load_scenario(reference: str | Path | Mapping[str, Any] | Task) -> Scenario:
+    """Read a scenario: a shipped one by name, a file by path, a mapping of the same shape, a task.
 
     Args:
-        reference: Name, path or mapping.
+        reference: Name, path, mapping or task.
 
     Returns:
         The task in SI units, poses in the base frame.
@@ -55,17 +51,8 @@ def load_scenario(reference: str | Path | Mapping[str, Any]) -> Scenario:
     >>> load_scenario({"name": "swing", "waypoints": ends}).times
     array([0., 2.])
     """
-    if isinstance(reference, Mapping):
-        document = Document(_plain(reference))
-    else:
-        path = resources.find("scenarios", reference)
-        if path.suffix.lower() in (".urdf", ".xacro", ".sdf"):
-            raise InputError(
-                f"{path} is a robot, not a scenario; give a scenario, a YAML file that names its "
-                "robot with the key robot"
-            )
-        document = documents.read(path)
-    return scenario_of(document)
+    given = reference.to_dict() if isinstance(reference, Task) else reference
+    return scenario_of(read_document(given))
 
 
 def scenario_of(document: Document) -> Scenario:
@@ -79,29 +66,14 @@ def scenario_of(document: Document) -> Scenario:
     return _Resolver(document).scenario()
 
 
-# No scenario nests deeper. What does is left as it is, and then refused.
-_DEEPEST = 8
-
-
-def _plain(value: Any, depth: int = 0) -> Any:
-    """Write a mapping from Python as a file would give it, without NumPy's arrays and numbers."""
-    if isinstance(value, Mapping) and depth < _DEEPEST:
-        return {key: _plain(item, depth + 1) for key, item in value.items()}
-    if isinstance(value, list | tuple) and depth < _DEEPEST:
-        return [_plain(item, depth + 1) for item in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return value
-
-
 class _Resolver:
     """Resolves one scenario file; the steps share its units, frames and document."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
-        self.file = documents.validate(ScenarioFile, document)
-        self.length = 1.0 if self.file.units.length == "m" else 1e-3
-        self.angle = 1.0 if self.file.units.angle == "rad" else math.pi / 180
+        self.task = documents.validate(Task, document)
+        self.length, self.angle = si_factors(self.task.units)
+        self.file = in_si(self.task, self.length, self.angle)
         self.reader = WaypointReader(self.file, document, self.length, self.angle)
 
     def scenario(self) -> Scenario:
@@ -116,11 +88,14 @@ class _Resolver:
             self._check_description_in_si(file.robot)
         if file.frame is not None or file.frames:
             self.reader.frames.find(file.frame or "base", ("frame",))
+        self._check_chosen()
         waypoints, paths = self.reader.waypoints()
         return Scenario(
             name=file.name or (source.stem if source is not None else "scenario"),
             description=file.description,
             waypoints=waypoints,
+            task=self.task,
+            index=self.reader.indices,
             paths=paths,
             robot=self.document.part(("robot",)) if isinstance(file.robot, dict) else file.robot,
             relative_to=source.parent if source is not None else None,
@@ -129,18 +104,12 @@ class _Resolver:
             frames={name: self.reader.frames[name].copy() for name in file.frames},
             tool=self._tool(),
             gravity=np.array(file.gravity) if file.gravity is not None else None,
-            near=self.reader.joint_values(file.near, ("near",)) if file.near is not None else None,
             branch=self._branch(),
             prefer=file.prefer,
             pull_to_middle=file.pull_to_middle or 0.0,
             planner=file.planner,
             knots=self._knots(),
-            end_acceleration=self._end_acceleration(),
-            presets=self._presets(),
-            limits=self._limits(),
-            free=read_free_times(file, self.document, self.length, self.reader.indices),
-            chosen=self._chosen(),
-            solutions=self._solutions(),
+            free=read_free_times(file, self.document, self.reader.indices),
             motion_limits=self._motion_limits(),
             scene=read_scene(self.reader, waypoints),
             margin=file.limits.margin or 1.0,
@@ -220,17 +189,17 @@ class _Resolver:
         if fault is not None:
             field, found, accepted = fault
             raise self.document.error(("tool", field), found, accepted)
-        return Payload(tool.mass, self.length * np.array(tool.centre_of_mass or (0, 0, 0)), inertia)
+        return Payload(tool.mass, np.array(tool.centre_of_mass or (0.0, 0.0, 0.0)), inertia)
 
     def _motion_limits(self) -> MotionLimits:
         given = self.file.limits
-        length = self.length * (given.margin or 1.0)
+        margin = given.margin or 1.0
         frames = given.frame_speed or []
         return MotionLimits(
-            given.tool_speed and length * given.tool_speed,
-            given.tool_acceleration and length * given.tool_acceleration,
+            given.tool_speed and margin * given.tool_speed,
+            given.tool_acceleration and margin * given.tool_acceleration,
             tuple(
-                FrameSpeed(one.frame, length * one.speed)
+                FrameSpeed(one.frame, margin * one.speed)
                 for one in (frames if isinstance(frames, list) else [frames])
             ),
             given.singular_value,
@@ -250,62 +219,15 @@ class _Resolver:
             return "paper"  # where nothing is chosen, which is along paths
         return np.array(knots) if isinstance(knots, list) else knots
 
-    def _chosen(self) -> tuple[ChosenValues, ...]:
-        runs = []
+    def _check_chosen(self) -> None:
         for i, run in enumerate(self.file.chosen or ()):
-            place: Location = ("chosen", i)
             for joint, values in run.accelerations.items():
                 if len(values) != len(run.times):
                     raise self.document.error(
-                        (*place, "accelerations", joint),
+                        ("chosen", i, "accelerations", joint),
                         f"has {len(values)} values for {len(run.times)} times",
                         "one for each time",
                     )
-            runs.append(
-                ChosenValues(
-                    np.array(run.times),
-                    self.reader.joint_values(run.accelerations, (*place, "accelerations")),
-                    {
-                        name: self.reader.joint_values(values, (*place, "velocities", name))
-                        for name, values in run.velocities.items()
-                    },
-                )
-            )
-        return tuple(runs)
-
-    def _solutions(self) -> dict[int, JointValues]:
-        given = enumerate(self.reader.indices)
-        return {
-            i: self.reader.joint_values(near, ("waypoints", k, "near"))
-            for i, k in given
-            if k >= 0 and (near := getattr(self.file.waypoints[k], "near", None)) is not None
-        }
-
-    def _end_acceleration(self) -> str | tuple[JointValues, JointValues] | None:
-        given = self.file.end_acceleration
-        if isinstance(given, EndAcceleration):
-            return (
-                self.reader.joint_values(given.start, ("end_acceleration", "start")),
-                self.reader.joint_values(given.end, ("end_acceleration", "end")),
-            )
-        return given
-
-    def _presets(self) -> dict[str, Any]:
-        presets = {name: value for name, value in self.file.planner_options if value is not None}
-        for name in ("accelerations", "jerks", "snaps"):
-            if isinstance(given := presets.get(name), list):
-                presets[name] = tuple(
-                    self.reader.joint_values(value, ("planner_options", name, i))
-                    for i, value in enumerate(given)
-                )
-        return presets
-
-    def _limits(self) -> dict[str, JointValues]:
-        return {
-            kind: self.reader.joint_values(given, ("limits", kind))
-            for kind in JOINT_QUANTITIES
-            if (given := getattr(self.file.limits, kind)) is not None
-        }
 
     def _tolerances(self) -> ToleranceSet:
         given = self.file.tolerances
@@ -316,14 +238,13 @@ class _Resolver:
                 continue
             if name.startswith("joint"):
                 values[name] = {"rad": value * self.angle, "m": value * self.length}
-            else:
-                linear = name in ("position", "linear_velocity", "path")
-                unit = 1.0 if name == "path_speed" else self.length if linear else self.angle
-                values[name] = value * unit
-                if name.startswith("path") and values[name] < SMALLEST_PATH_TOLERANCE:
-                    raise self.document.error(
-                        ("tolerances", name),
-                        f"is {value:g}, which floating point can't hold a motion to",
-                        f"at least {SMALLEST_PATH_TOLERANCE / unit:.4g}",
-                    )
+                continue
+            values[name] = value
+            if name.startswith("path") and value < SMALLEST_PATH_TOLERANCE:
+                found = getattr(self.task.tolerances, name)
+                raise self.document.error(
+                    ("tolerances", name),
+                    f"is {found:g}, which floating point can't hold a motion to",
+                    f"at least {SMALLEST_PATH_TOLERANCE * found / value:.4g}",
+                )
         return ToleranceSet(**values)

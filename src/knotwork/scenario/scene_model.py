@@ -24,6 +24,7 @@ class Shape:
         scale: Factors from the file's numbers to m, along x, y and z.
         exact: A mesh is checked as it is, not its convex hull.
         resolution: Edge of the cells that points fill [m].
+        place: Where it was given in the scenario.
     """
 
     kind: str
@@ -33,6 +34,7 @@ class Shape:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     exact: bool = False
     resolution: float = 0.0
+    place: tuple[str | int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,10 @@ from knotwork.documents import Location
 from knotwork.errors import did_you_mean
 from knotwork.scenario.model import ScenarioWaypoint
 from knotwork.scenario.scene_model import CollisionRules, HeldObject, Scene, SceneObject, Shape
-from knotwork.scenario.scene_schema import SHAPES, ShapeFile, Turned
-from knotwork.scenario.scene_schema import HeldObject as HeldObjectFile
-from knotwork.scenario.scene_schema import SceneObject as SceneObjectFile
 from knotwork.scenario.waypoint_reader import WaypointReader
+from knotwork.task.scene import SHAPES, ToolShape, Turned
+from knotwork.task.scene import HeldObject as HeldObjectFile
+from knotwork.task.scene import SceneObject as SceneObjectFile
 
 TOOL = "tool"
 """Name of all shapes of the tool together, next to those of links and objects."""
@@ -46,7 +46,7 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
         raise reader.document.error(
             ("scene", "objects", TOOL), "is a reserved name", "any other name for an object"
         )
-    shapes: list[ShapeFile] = []
+    shapes: list[ToolShape] = []
     if tool is not None and tool.shape is not None:
         shapes = tool.shape if isinstance(tool.shape, list) else [tool.shape]
     one = len(shapes) == 1 and not isinstance(getattr(tool, "shape", None), list)
@@ -64,10 +64,8 @@ def read_scene(reader: WaypointReader, waypoints: Sequence[ScenarioWaypoint]) ->
         rules=CollisionRules(
             rules.itself,
             tuple((pair[0], pair[1]) for pair in rules.ignore),
-            reader.length * scene.margin,
-            CollisionRules.resolution
-            if rules.resolution is None
-            else reader.length * rules.resolution,
+            scene.margin,
+            CollisionRules.resolution if rules.resolution is None else rules.resolution,
         ),
     )
 
@@ -99,7 +97,7 @@ def _held(
 
 def _shape(
     reader: WaypointReader,
-    given: ShapeFile | SceneObjectFile | HeldObjectFile,
+    given: ToolShape | SceneObjectFile | HeldObjectFile,
     place: Location,
     frame: str | None = None,
     *,
@@ -118,14 +116,15 @@ def _shape(
     if given.points is not None:
         path = _file(reader, given.points.file, (*place, "points", "file"))
         scale = given.points.scale * reader.length
-        resolution = given.points.resolution * reader.length
+        resolution = given.points.resolution
     if given.mesh is not None:
         path = _file(reader, given.mesh, (*place, "mesh"))
         own_unit = path.suffix.lower() == ".dae"
         scale = (given.scale or 1.0) * (1.0 if own_unit else reader.length)
     scales = (scale, scale, scale)
     exact = bool(given.exact)
-    return Shape(kind, _size(given, reader.length), placement, path, scales, exact, resolution)
+    size = _size(given)
+    return Shape(kind, size, placement, path, scales, exact, resolution, place)
 
 
 def _file(reader: WaypointReader, given: str, place: Location) -> Path:
@@ -138,13 +137,13 @@ def _file(reader: WaypointReader, given: str, place: Location) -> Path:
     return path
 
 
-def _size(given: ShapeFile | SceneObjectFile | HeldObjectFile, length: float) -> tuple[float, ...]:
+def _size(given: ToolShape | SceneObjectFile | HeldObjectFile) -> tuple[float, ...]:
     if given.half_space is not None:
         normal = np.array(given.half_space.normal)
         normal /= np.abs(normal).max()
-        return (*(normal / np.linalg.norm(normal)).tolist(), length * given.half_space.offset)
+        return (*(normal / np.linalg.norm(normal)).tolist(), given.half_space.offset)
     for turned in (given.cylinder, given.capsule, given.cone):
         if isinstance(turned, Turned):
-            return length * turned.radius, length * turned.length
+            return turned.radius, turned.length
     edges = given.box or given.ellipsoid or ([given.sphere] if given.sphere is not None else [])
-    return tuple(length * edge for edge in edges)
+    return tuple(edges)

@@ -12,12 +12,12 @@ import numpy as np
 from knotwork.documents import Document, Location
 from knotwork.scenario.free_reader import check_places, given_speed, provisional_time
 from knotwork.scenario.model import JointTarget, JointValues, ScenarioPath, ScenarioWaypoint
-from knotwork.scenario.schema import ScenarioFile
-from knotwork.scenario.waypoint_schema import (
+from knotwork.task import (
     JointWaypoint,
     PathWaypoint,
     Placement,
     PoseWaypoint,
+    Task,
     Velocity,
 )
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -41,13 +41,13 @@ class WaypointReader:
     """Reads the waypoints of one scenario file, and the frames they stand in.
 
     Args:
-        file: What the file says.
+        file: What the file says, in SI but for joint values.
         document: Where it says it, for errors.
         length: The file's unit of length [m].
         angle: The file's unit of angle [rad].
     """
 
-    def __init__(self, file: ScenarioFile, document: Document, length: float, angle: float) -> None:
+    def __init__(self, file: Task, document: Document, length: float, angle: float) -> None:
         self.file, self.document, self.length, self.angle = file, document, length, angle
         self.indices: tuple[int, ...] = ()
 
@@ -202,16 +202,16 @@ class WaypointReader:
 
     def placement(self, given: Placement, location: Location) -> pin.SE3:
         """A placement of the file, in its parent frame, in SI."""
-        from knotwork.scenario.geometry import placement_in_si
+        from knotwork.scenario.geometry import placed
 
-        return placement_in_si(given, self.length, self.angle, self.document, location)
+        return placed(given, self.document, location)
 
     @cached_property
     def frames(self) -> Frames:
         """The named frames, placed in the base."""
         from knotwork.scenario.geometry import Frames
 
-        return Frames(self.file.frames, self.length, self.angle, self.document)
+        return Frames(self.file.frames, self.document)
 
     def _frame(self, i: int, waypoint: PoseWaypoint | PathWaypoint) -> str:
         if waypoint.frame is not None:
@@ -241,7 +241,7 @@ class WaypointReader:
             return self._given_twist(i, waypoint, waypoint.velocity, poses[i])
         if waypoint.velocity is not None:
             return pin.Motion.Zero()
-        speed = given_speed(waypoint.speed, 1.0 / self.length)
+        speed = given_speed(waypoint.speed, 1.0)
         if speed is not None:
             return self._passing_twist(i, speed, poses)
         self._check_stop(i, inner, "velocity: {linear, angular}, speed: along the path")
@@ -256,7 +256,7 @@ class WaypointReader:
         self.frames.find(axes, ("waypoints", i, "velocity", "in"), "tool")
         turn = pose.rotation if axes == "tool" else self.frames[axes].rotation
         linear, angular = np.array(velocity.linear), np.array(velocity.angular)
-        return pin.Motion(self.length * (turn @ linear), self.angle * (turn @ angular))
+        return pin.Motion(turn @ linear, turn @ angular)
 
     def _passing_twist(self, i: int, speed: float, poses: Mapping[int, pin.SE3]) -> pin.Motion:
         from knotwork.scenario.speed import NoDirectionError, passing_twist
@@ -281,9 +281,7 @@ class WaypointReader:
         if not at_start and not at_end:
             first, last = i - 1, i + 1
         try:
-            return passing_twist(
-                [poses[k] for k in range(first, last + 1)], i - first, self.length * speed
-            )
+            return passing_twist([poses[k] for k in range(first, last + 1)], i - first, speed)
         except NoDirectionError as error:
             raise self.document.error(
                 location, str(error), "velocity: {linear, angular} or stop: true instead"

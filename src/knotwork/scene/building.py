@@ -129,8 +129,7 @@ class _Builder:
             bodies.append(self._tool(scene.tool))
         for one in scene.objects:
             if not one.visual:
-                place = ("scene", "objects", one.name)
-                bodies.append(Body(one.name, "object", 0, (self._solid(one.shape, base, place),)))
+                bodies.append(Body(one.name, "object", 0, (self._solid(one.shape, base),)))
         for held in scene.held:
             bodies += self._held(held.name, held.shape)
         if scene.tool:
@@ -152,24 +151,16 @@ class _Builder:
         robot = self.robot
         robot.require_tool()
         frame = robot.model.frames[robot.frame_index(robot.tool_frame or "")]
-        several = self.document is not None and isinstance(
-            self.document.data.get("tool", {}).get("shape"), list
-        )
-        solids = [
-            self._solid(shape, frame.placement, ("tool", "shape", *((i,) if several else ())))
-            for i, shape in enumerate(shapes)
-        ]
-        return Body(TOOL, "tool", int(frame.parentJoint), tuple(solids))
+        solids = tuple(self._solid(shape, frame.placement) for shape in shapes)
+        return Body(TOOL, "tool", int(frame.parentJoint), solids)
 
     def _held(self, name: str, shape: Shape) -> list[Body]:
         """A held object: where it is taken from, in the tool, and where it is left."""
         robot, base = self.robot, self.robot.base_placement
         frame = robot.model.frames[robot.require_tool()]
-        hold, place = self.holds[name], ("tool", "holds", name)
-        here, there = (
-            (self._solid(shape, base * pose, place),) for pose in (hold.taken, hold.left)
-        )
-        carried = (self._solid(shape, frame.placement, place),)
+        hold = self.holds[name]
+        here, there = ((self._solid(shape, base * pose),) for pose in (hold.taken, hold.left))
+        carried = (self._solid(shape, frame.placement),)
         bodies = [
             Body(name, "object", 0, here, end=hold.coming, apart=True),
             Body(name, "object", 0, here, hold.coming, hold.start),
@@ -179,7 +170,7 @@ class _Builder:
         ]
         return [body for body in bodies if body.start < body.end]
 
-    def _solid(self, shape: Shape, carrier: Any, place: tuple[str | int, ...]) -> Solid:
+    def _solid(self, shape: Shape, carrier: Any) -> Solid:
         """A shape of the scenario as a solid; errors say where it stands."""
         try:
             made = solid(shape, carrier)
@@ -187,7 +178,7 @@ class _Builder:
                 self._check_size(made, shape)
         except InputError as error:
             if self.document is not None:
-                raise self.document.error((*place, shape.kind), str(error)) from error
+                raise self.document.error((*shape.place, shape.kind), str(error)) from error
             raise
         return made
 

@@ -19,10 +19,11 @@ from knotwork.sweeps.child import (
     refuse_own_checks,
 )
 from knotwork.sweeps.run import TIME_LIMIT
+from knotwork.task import Task
 
 
 def plan_many(
-    scenarios: Iterable[str | Path | Mapping[str, Any] | Scenario],
+    scenarios: Iterable[str | Path | Mapping[str, Any] | Task | Scenario],
     *,
     workers: int | None = None,
     time_limit: float = TIME_LIMIT,
@@ -54,9 +55,9 @@ def plan_many(
     limit = finite_number(time_limit, "time_limit", "s", positive=True)
     given = list(scenarios)
     for i, one in enumerate(given):
-        if not isinstance(one, str | Path | Mapping | Scenario):
+        if not isinstance(one, str | Path | Mapping | Task | Scenario):
             raise InputError(
-                f"scenarios[{i}] is {shown(one)}; accepted: a name, a path, a mapping or a scenario"
+                f"scenarios[{i}] is {shown(one)}; accepted: a name, path, mapping, task or scenario"
             )
 
     def planned(child: Child, place: int) -> tuple[int, Plan | KnotworkError]:

@@ -24,6 +24,7 @@ from knotwork.sweeps.rows import arrow, to_parquet
 from knotwork.sweeps.spec import StudySpec, scenario_document
 from knotwork.sweeps.study import Study, study_of
 from knotwork.sweeps.variations import make_axes
+from knotwork.task import Task
 
 TIME_LIMIT = 60.0
 """Of one row by default [s]."""
@@ -75,7 +76,7 @@ class SweepProgress:
 
 
 def sweep(
-    scenario: str | Path | Mapping[str, Any] | Scenario,
+    scenario: str | Path | Mapping[str, Any] | Task | Scenario,
     vary: Mapping[str, Any] | None = None,
     *,
     rows: str | Path | None = None,

@@ -20,6 +20,7 @@ from knotwork.sweeps.field_path import location_of
 from knotwork.sweeps.figures import FIGURES
 from knotwork.sweeps.named_files import file_digests
 from knotwork.sweeps.variations import Axis
+from knotwork.task import Task
 from knotwork.verification.checks import own_checks
 
 TEXTS = ("verdict", "reason", "message")
@@ -126,7 +127,7 @@ def spec_from_dict(data: Mapping[str, Any], file: str | None) -> StudySpec:
     return StudySpec(document, axes, float(data["time_limit"]))
 
 
-def scenario_document(scenario: str | Path | Mapping[str, Any] | Scenario) -> Document:
+def scenario_document(scenario: str | Path | Mapping[str, Any] | Task | Scenario) -> Document:
     """The document of a scenario that is to be varied.
 
     Raises:

@@ -15,12 +15,12 @@ from knotwork.documents import Location, description_of
 from knotwork.errors import InputError
 from knotwork.pipeline import plan
 from knotwork.scenario import Scenario, scenario_of
-from knotwork.scenario.schema import ScenarioFile
 from knotwork.sweeps.figures import FIGURES, RowFigure, figure_named
 from knotwork.sweeps.folder import StudyFolder, open_study
 from knotwork.sweeps.outcome import PASSED
 from knotwork.sweeps.rows import MOST_BYTES, arrow, read_rows, schema_of
 from knotwork.sweeps.spec import StudySpec
+from knotwork.task import Task
 from knotwork.units import Units
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ class Study:
 
     def _unit_of(self, location: Location) -> str:
         """The unit that the schema's description has in brackets; empty for one of several."""
-        text = description_of(ScenarioFile, self.spec.document.data, location)
+        text = description_of(Task, self.spec.document.data, location)
         found = set(re.findall(r" \[([^\]]+)\]", text))
         unit = found.pop() if len(found) == 1 else ""
         if " or " in unit:

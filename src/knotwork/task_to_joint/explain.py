@@ -93,7 +93,7 @@ class Explanation:
     def _infeasibility(
         self, first: int, last: int, speeds: list[tuple[int, float]], sentence: str
     ) -> Infeasibility:
-        limit, times = self.robot.velocity_limit, self.scenario.times
+        limit, times = self.robot.velocity_limit, self.scenario.provisional_times
         joint, velocity = max(speeds, key=lambda fault: fault[1] / limit[fault[0]])
         return Infeasibility(
             waypoint=self.names[first],

@@ -42,18 +42,19 @@ def completed_waypoints(
     Raises:
         PathError: The tolerances take too many waypoints, or are too fine to be proved.
     """
-    times = scenario.times
+    times = scenario.provisional_times
     known = np.full(positions.shape, np.nan)
     still = space.waits
     for i in still:
         known[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
-    parts: list[tuple[FloatArray, ...]] = []
+    asked = np.ones(len(names), dtype=bool)
+    parts: list[tuple[Any, ...]] = []
     done = 0
     for path in scenario.paths:
         _hold(positions, still)
         own = slice(done, path.first)
-        parts.append((times[own], names[own], positions[own], velocities[own], known[own]))
+        parts.append(tuple(one[own] for one in (times, names, positions, velocities, known, asked)))
         start = positions[path.first]
         found = way(path, start)
         followed = followed_path(scenario, space.robot, path, start, knots, found)
@@ -67,8 +68,8 @@ def completed_waypoints(
             done = path.last
     _hold(positions, still)
     rest = slice(done, None)
-    parts.append((times[rest], names[rest], positions[rest], velocities[rest], known[rest]))
-    time, name, position, velocity, acceleration = (
+    parts.append(tuple(one[rest] for one in (times, names, positions, velocities, known, asked)))
+    time, name, position, velocity, acceleration, asked = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
     return JointWaypoints(
@@ -79,6 +80,7 @@ def completed_waypoints(
         names=tuple(str(one) for one in name),
         joint_units=space.joint_units,
         acceleration=None if np.isnan(acceleration).all() else acceleration,
+        asked=tuple(np.flatnonzero(asked).tolist()),
     )
 
 
@@ -95,8 +97,8 @@ def followed_path(
     start: FloatArray,
     knots: Any,
     found: Continuation | None = None,
-) -> tuple[FloatArray, ...]:
-    """Times, names, positions, velocities and accelerations along a path.
+) -> tuple[Any, ...]:
+    """Times, names, positions, velocities, accelerations along a path; which waypoints are asked.
 
     `found` is the way from its start, if it is known.
     """
@@ -127,7 +129,8 @@ def followed_path(
     for row, waypoint in ((0, scenario.waypoints[path.first]), (-1, scenario.waypoints[path.last])):
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
             velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stands
-    return followed.time, names, followed.position, velocity, acceleration
+    asked = np.isin(np.arange(len(along)), index)
+    return followed.time, names, followed.position, velocity, acceleration, asked
 
 
 def way_along(

@@ -44,7 +44,7 @@ class Obstacles:
 
         holds = {}
         if scenario.scene.held:
-            times, poses = scenario.times.tolist(), []
+            times, poses = scenario.provisional_times.tolist(), []
             place = {waypoint.name: i for i, waypoint in enumerate(scenario.waypoints)}
             for waypoint, state in zip(scenario.waypoints, space.targets, strict=True):
                 if isinstance(waypoint, CartesianWaypoint):
@@ -70,7 +70,7 @@ class Obstacles:
         """
         held = {one.name for one in self.scenario.scene.held}
         margin = self.scenario.scene.rules.margin
-        for distance, first, second in self._gaps(q, float(self.scenario.times[0])):
+        for distance, first, second in self._gaps(q, float(self.scenario.provisional_times[0])):
             if distance <= -margin and first.kind == "object" and second.kind != "held":
                 place = ("tool", "holds") if first.name in held else ("scene", "objects")
                 scale, unit = self.scenario.shown_length

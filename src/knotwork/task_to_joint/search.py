@@ -199,7 +199,7 @@ class Search:
     @property
     def durations(self) -> FloatArray:
         """Times between the waypoints [s], shape (n - 1,)."""
-        return np.diff(self.scenario.times)
+        return np.diff(self.scenario.provisional_times)
 
     def _in_motion(self) -> Any:
         """Which intervals begin or end where the tool passes at speed, shape (n - 1,).
@@ -307,7 +307,7 @@ class Search:
             )
         ]
         given = Given(
-            self.scenario.times,
+            self.scenario.provisional_times,
             [
                 target if moves and isinstance(target, CartesianWaypoint) else None
                 for target, moves in zip(self.scenario.waypoints, free, strict=True)

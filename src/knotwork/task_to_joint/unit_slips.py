@@ -34,7 +34,7 @@ def suggest_unit(error: TaskError, scenario: Scenario, robot: Robot) -> None:
         shown, unit = f"{1000 * distance:.4g} mm", "m"
     else:
         units = dict(zip(robot.joint_names, robot.joint_units, strict=True))
-        slips = angle_slips(scenario.document, units) if scenario.document is not None else []
+        slips = angle_slips(scenario, units)
         if slips:
             error.add(slips[0])
         return

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Literal
 
 from knotwork.trajectory import JointTrajectory
@@ -84,7 +83,7 @@ class TimedMotion(ReadOnlyArrays):
     lower_bound: float
     status: Status = "optimal"
     binding: Sequence[Binding] = ()
-    objective: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    objective: Mapping[str, float] = field(default_factory=dict)
     iterations: int = 0
     seconds: float = 0.0
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from types import MappingProxyType
 
 import numpy as np
 
@@ -149,7 +148,7 @@ def _motion(problem: TimingProblem, found: list[Attempt]) -> TimedMotion:
         lower_bound(problem),
         status=status_of(one.status for one in found),
         binding=binding_limits(problem, time, curve),
-        objective=MappingProxyType(terms(problem, curve)),
+        objective=terms(problem, curve),
     )
 
 

@@ -34,10 +34,9 @@ UNEVEN = 20.0
 
 def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """Name what was plausibly not meant as it is written."""
-    if scenario.document is not None:
-        units = dict(zip(space.joint_names, space.joint_units, strict=True))
-        for message in angle_slips(scenario.document, units):
-            yield _warning("angle_unit", message)
+    units = dict(zip(space.joint_names, space.joint_units, strict=True))
+    for message in angle_slips(scenario, units):
+        yield _warning("angle_unit", message)
     yield from _not_from_home(motion, scenario, space)
     gravity = 0.0 if scenario.gravity is None else float(np.linalg.norm(scenario.gravity))
     if gravity > HEAVY:
@@ -45,7 +44,7 @@ def plausibility(motion: Motion, scenario: Scenario, space: JointSpace) -> Itera
             "gravity_unit",
             f"gravity is {gravity:g} m/s², whatever the file's unit of length; on Earth it is 9.81",
         )
-    chosen = {name for run in scenario.chosen for name in run.velocities}
+    chosen = {name for run in scenario.task.chosen or () for name in run.velocities}
     on_path = {i for path in scenario.paths for i in range(path.first, path.last)}
     for i, (first, second) in enumerate(pairwise(scenario.waypoints)):
         if i in on_path:
@@ -79,8 +78,7 @@ def _warning(quantity: str, message: str, waypoint: ScenarioWaypoint | None = No
 
 def _not_from_home(motion: Motion, scenario: Scenario, space: JointSpace) -> Iterator[Finding]:
     """A motion without a start begins at its first waypoint, wherever the arm stands before."""
-    document = scenario.document
-    if space.robot is None or document is None or document.data.get("start") is not None:
+    if space.robot is None or scenario.task.start is not None:
         return
     home = space.robot.configurations.get("home")
     if home is not None and np.allclose(motion.curve(motion.start_time), home, atol=SAME_PLACE):

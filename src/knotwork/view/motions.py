@@ -200,8 +200,7 @@ def _marks(
     """Waypoints as far as they are known: without a plan no joint values of poses."""
     if waypoints is not None:
         order = [waypoints.joint_names.index(name) for name in trajectory.joint_names]
-        times = scenario.times if scenario is not None else waypoints.time
-        own = np.abs(waypoints.time[:, None] - times).argmin(axis=0)
+        own = list(waypoints.asked)
         asked = waypoints.position[own][:, order], waypoints.velocity[own][:, order]
         names = [waypoints.names[i] for i in own]
         for i in space.waits if scenario is not None and space is not None else ():

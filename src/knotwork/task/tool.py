@@ -1,4 +1,4 @@
-"""Contents of a scenario file: the tool with its payload, and limits on how it and links move."""
+"""The tool of a task with its payload, and limits on how it and links move."""
 
 from __future__ import annotations
 
@@ -6,42 +6,45 @@ from typing import Annotated
 
 from pydantic import Field, Tag, model_validator
 
-from knotwork.documents import StrictModel, Text
+from knotwork.documents import Text
 from knotwork.documents.values import LARGEST, LimitsFile, Number, Positive, Vector3, by_kind
-from knotwork.scenario.scene_schema import HeldObject, Shapes
-from knotwork.scenario.waypoint_schema import Placement
+from knotwork.task.part import TaskPart
+from knotwork.task.poses import Placement
+from knotwork.task.scene import HeldObject, Shapes
 
 Mass = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 
 
-class Inertia(StrictModel):
+class Inertia(TaskPart):
     """Moments of inertia about the centre of mass, named as in a URDF."""
 
     ixx: Number = Field(description="About x [kg m²]")
     iyy: Number = Field(description="About y [kg m²]")
     izz: Number = Field(description="About z [kg m²]")
-    ixy: Number = Field(0.0, description="Product of inertia [kg m²]")
-    ixz: Number = Field(0.0, description="Product of inertia [kg m²]")
-    iyz: Number = Field(0.0, description="Product of inertia [kg m²]")
+    ixy: Number = Field(default=0.0, description="Product of inertia [kg m²]")
+    ixz: Number = Field(default=0.0, description="Product of inertia [kg m²]")
+    iyz: Number = Field(default=0.0, description="Product of inertia [kg m²]")
 
 
-class Tool(StrictModel):
+class Tool(TaskPart):
     """The tool: which frame of the robot carries it, where its centre point (TCP) is, its mass."""
 
-    frame: Text | None = Field(None, description="Frame of the robot; left out: the robot's own")
-    offset: Placement | None = Field(None, description="TCP in the axes of that frame")
+    frame: Text | None = Field(
+        default=None, description="Frame of the robot; left out: the robot's own"
+    )
+    offset: Placement | None = Field(default=None, description="TCP in the axes of that frame")
     mass: Mass | None = Field(
-        None,
+        default=None,
         description="Of the tool and what it holds, in addition to the robot's own masses [kg]",
     )
     centre_of_mass: Vector3 | None = Field(
-        None, description="In the axes of that frame; must be given with a mass [length]"
+        default=None, description="In the axes of that frame; must be given with a mass [length]"
     )
     inertia: Inertia | None = Field(
-        None, description="In the axes of that frame; left out: a point mass"
+        default=None, description="In the axes of that frame; left out: a point mass"
     )
     shape: Shapes | None = Field(
-        None, description="What it looks like and is checked by, in the axes of that frame"
+        default=None, description="What it looks like and is checked by, in the axes of that frame"
     )
     holds: dict[Text, HeldObject] = Field(
         default_factory=dict,
@@ -57,14 +60,14 @@ class Tool(StrictModel):
         return self
 
 
-class FrameSpeed(StrictModel):
+class FrameSpeed(TaskPart):
     """A limit on the speed of a link's origin."""
 
     frame: Text = Field(description="A link of the robot, for example the forearm")
     speed: Positive = Field(description="Largest speed of its origin [length/s]")
 
 
-class ScenarioLimits(LimitsFile):
+class Limits(TaskPart, LimitsFile):
     """Limits that take the place of the robot's, and limits on the motion of tool and links."""
 
     margin: Annotated[float, Field(strict=True, gt=0, le=1)] | None = Field(

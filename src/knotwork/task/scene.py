@@ -1,4 +1,4 @@
-"""Contents of a scenario file: shapes of surroundings, tool and held objects; collision rules."""
+"""Shapes of surroundings, tool and held objects of a task; collision rules."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, Tag, model_validator
 
-from knotwork.documents import StrictModel, Text
+from knotwork.documents import Text
 from knotwork.documents.values import LARGEST, Number, Positive, Vector3, by_kind
-from knotwork.scenario.waypoint_schema import Placement
+from knotwork.task.part import TaskPart
+from knotwork.task.poses import Placement
 
 Size3 = Annotated[list[Positive], Field(min_length=3, max_length=3)]
 Flag = Annotated[bool, Field(strict=True)]
@@ -21,7 +22,7 @@ SHAPES = (
 """Keys of which a shape gives exactly one."""
 
 
-class Turned(StrictModel):
+class Turned(TaskPart):
     """A solid of revolution about z, its middle at the origin."""
 
     radius: Positive = Field(description="[length]")
@@ -36,16 +37,18 @@ def _a_direction(vector: list[float]) -> list[float]:
     return vector
 
 
-class HalfSpace(StrictModel):
+class HalfSpace(TaskPart):
     """Everything behind a plane: a floor, a wall."""
 
     normal: Annotated[Vector3, AfterValidator(_a_direction)] = Field(
         description="Out of the solid, of any length"
     )
-    offset: Number = Field(0.0, description="Of the plane from the origin along it [length]")
+    offset: Number = Field(
+        default=0.0, description="Of the plane from the origin along it [length]"
+    )
 
 
-class PointCloud(StrictModel):
+class PointCloud(TaskPart):
     """Points, as a scanner gives them: every cell of a grid that holds one is solid."""
 
     file: Text = Field(
@@ -62,22 +65,24 @@ class _Shape(Placement):
     position: Vector3 = Field(
         default=[0.0, 0.0, 0.0], description="Of the shape's middle; of a file's origin [length]"
     )
-    box: Size3 | None = Field(None, description="Size along x, y and z [length]")
-    sphere: Positive | None = Field(None, description="Its radius [length]")
-    cylinder: Turned | None = Field(None, description="About z")
-    capsule: Turned | None = Field(None, description="About z: a cylinder with half spheres")
-    cone: Turned | None = Field(None, description="About z, its tip up")
-    ellipsoid: Size3 | None = Field(None, description="Half axes along x, y and z [length]")
-    half_space: HalfSpace | None = Field(None, description="A floor or a wall without end")
+    box: Size3 | None = Field(default=None, description="Size along x, y and z [length]")
+    sphere: Positive | None = Field(default=None, description="Its radius [length]")
+    cylinder: Turned | None = Field(default=None, description="About z")
+    capsule: Turned | None = Field(
+        default=None, description="About z: a cylinder with half spheres"
+    )
+    cone: Turned | None = Field(default=None, description="About z, its tip up")
+    ellipsoid: Size3 | None = Field(default=None, description="Half axes along x, y and z [length]")
+    half_space: HalfSpace | None = Field(default=None, description="A floor or a wall without end")
     mesh: Text | None = Field(
-        None,
+        default=None,
         description="Path of an STL, OBJ, PLY or COLLADA file, relative to this file; its numbers "
         "are in this file's unit of length (COLLADA says its own)",
     )
-    points: PointCloud | None = Field(None, description="A point cloud")
-    scale: Positive | None = Field(None, description="Factor on a mesh; left out: 1")
+    points: PointCloud | None = Field(default=None, description="A point cloud")
+    scale: Positive | None = Field(default=None, description="Factor on a mesh; left out: 1")
     exact: Flag | None = Field(
-        None,
+        default=None,
         description="Check a mesh as it is, not its convex hull; it must be watertight. Left out: "
         "false",
     )
@@ -94,14 +99,19 @@ class _Shape(Placement):
         return self
 
 
-class ShapeFile(_Shape):
+class ToolShape(_Shape):
     """One shape, placed in the axes of the frame that carries it."""
 
 
 class SceneObject(_Shape):
     """An object that stands still."""
 
-    parent: Text = Field("base", alias="in", description="base or the name of a frame")
+    parent: Text = Field(
+        default="base",
+        validation_alias="in",
+        serialization_alias="in",
+        description="base or the name of a frame",
+    )
     allow: list[Text] = Field(
         default_factory=list,
         description="What may touch it: links of the robot, tool, or the name of a held object",
@@ -109,7 +119,7 @@ class SceneObject(_Shape):
     visual: Flag = Field(default=False, description="Only shown, never checked")
 
 
-class Scene(StrictModel):
+class Surroundings(TaskPart):
     """What stands around the robot."""
 
     margin: Distance = Field(
@@ -123,8 +133,16 @@ class Scene(StrictModel):
 class HeldObject(_Shape):
     """An object that the tool takes along; before and after it stands where it was and is left."""
 
-    take: Text = Field(alias="from", description="Name of the waypoint where the tool takes it")
-    leave: Text = Field(alias="to", description="Name of the waypoint where the tool leaves it")
+    take: Text = Field(
+        validation_alias="from",
+        serialization_alias="from",
+        description="Name of the waypoint where the tool takes it",
+    )
+    leave: Text = Field(
+        validation_alias="to",
+        serialization_alias="to",
+        description="Name of the waypoint where the tool leaves it",
+    )
     allow: list[Text] = Field(
         default_factory=list,
         description="What it may touch: objects of the scene that it is taken from or put on, "
@@ -133,18 +151,19 @@ class HeldObject(_Shape):
 
 
 Shapes = Annotated[
-    Annotated[ShapeFile, Tag("mapping")]
-    | Annotated[Annotated[list[ShapeFile], Field(min_length=1)], Tag("list")],
+    Annotated[ToolShape, Tag("mapping")]
+    | Annotated[Annotated[list[ToolShape], Field(min_length=1)], Tag("list")],
     by_kind("a mapping with a shape, or a list of them"),
 ]
 
 
-class Collisions(StrictModel):
+class Collisions(TaskPart):
     """What is checked for collisions, and how closely."""
 
     itself: Flag = Field(
         default=True,
-        alias="self",
+        validation_alias="self",
+        serialization_alias="self",
         description="Whether the robot is checked against itself and its tool",
     )
     ignore: list[Annotated[list[Text], Field(min_length=2, max_length=2)]] = Field(

@@ -1,120 +1,41 @@
-"""Contents of a scenario file: waypoints, poses, frames and velocities."""
+"""The waypoints of a task, and the paths between them."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
-from knotwork.documents import StrictModel, Text
+from knotwork.documents import Text
 from knotwork.documents.values import (
     JointMap,
     JointsOrName,
     Number,
     Positive,
     Vector3,
-    Vector4,
     by_kind,
 )
-from knotwork.scenario.timing_schema import After, Speed
-
-_EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
-ORIENTATIONS = (
-    "quaternion_xyzw",
-    "quaternion_wxyz",
-    "rpy",
-    "euler",
-    "rotation_vector",
-    "rotation_matrix",
-)
-
-
-def _euler_order(order: str) -> str:
-    if order in _EULER_ORDERS:
-        return order
-    if order.upper() in _EULER_ORDERS and order.islower():
-        raise ValueError(
-            f"lower case would mean fixed axes; write {order.upper()!r} for turns about the moving "
-            "axes, or use rpy for fixed x, y, z axes"
-        )
-    raise ValueError(f"must be one of {', '.join(_EULER_ORDERS)} (moving axes, in this order)")
-
-
-class Euler(StrictModel):
-    """Euler angles: turns about the moving axes, in the order given."""
-
-    order: Annotated[str, AfterValidator(_euler_order)] = Field(
-        description="Axes in order, capital letters, for example ZYX"
-    )
-    angles: Vector3 = Field(description="Turns in that order [angle]")
-
-
-class Placement(StrictModel):
-    """A position and at most one form of orientation; none means the axes are parallel."""
-
-    ALTERNATIVES = (ORIENTATIONS,)
-
-    position: Vector3 = Field(description="Origin: x, y, z [length]")
-    quaternion_xyzw: Vector4 | None = Field(
-        None, description="Unit quaternion, its scalar part last, as in ROS and SciPy"
-    )
-    quaternion_wxyz: Vector4 | None = Field(
-        None, description="Unit quaternion, its scalar part first, as in Eigen's constructor"
-    )
-    rpy: Vector3 | None = Field(
-        None, description="Turns about the fixed x, y, z axes, in this order, as in URDF [angle]"
-    )
-    euler: Euler | None = Field(None, description="Turns about moving axes, in an order of choice")
-    rotation_vector: Vector3 | None = Field(None, description="Unit axis times angle [angle]")
-    rotation_matrix: Annotated[list[Vector3], Field(min_length=3, max_length=3)] | None = Field(
-        None, description="Three rows of three numbers; orthonormal, right-handed"
-    )
-
-
-class Pose(Placement):
-    """A position and exactly one form of orientation."""
-
-    @model_validator(mode="after")
-    def _an_orientation(self) -> Pose:
-        if all(getattr(self, name) is None for name in ORIENTATIONS):
-            raise ValueError(f"has no orientation; give one of {', '.join(ORIENTATIONS)}")
-        return self
-
-
-class Frame(Placement):
-    """A named frame, placed in the base or in another named frame."""
-
-    parent: Text = Field("base", alias="in", description="base or the name of another frame")
-
-
-class Velocity(StrictModel):
-    """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
-
-    linear: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the TCP [length/s]")
-    angular: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the tool [angle/s]")
-    axes: Text | None = Field(
-        None,
-        alias="in",
-        description="A named frame, base or tool; left out: the frame the waypoint's pose is in",
-    )
-
+from knotwork.task.freedoms import After, Speed
+from knotwork.task.part import TaskPart
+from knotwork.task.poses import Placement, Pose, Velocity
 
 # Of shorter waits rounding of times would make motions.
 Wait = Annotated[Positive, Field(ge=1e-3)]
 
 
-class _Waypoint(StrictModel):
+class _Waypoint(TaskPart):
     name: Text | None = Field(
-        None, description="For messages and reports; left out: its number. Each name once"
+        default=None, description="For messages and reports; left out: its number. Each name once"
     )
-    time: Number | None = Field(None, description="Time since the start [s]")
+    time: Number | None = Field(default=None, description="Time since the start [s]")
     after: After | None = Field(
-        None,
+        default=None,
         description="Time since the waypoint before [s]; fastest: the least that the limits allow",
     )
-    stop: Literal[True] | None = Field(None, description="The arm stands still here")
+    stop: Literal[True] | None = Field(default=None, description="The arm stands still here")
     wait: Wait | None = Field(
-        None, description="The arm stops here and stands still for so long [s], 1 ms at least"
+        default=None,
+        description="The arm stops here and stands still for so long [s], 1 ms at least",
     )
 
 
@@ -122,10 +43,10 @@ class _Posed(_Waypoint):
     """What waypoints given by poses have in common."""
 
     frame: Text | None = Field(
-        None, description="Frame the pose is in; left out: the file's `frame`, else base"
+        default=None, description="Frame the pose is in; left out: the file's `frame`, else base"
     )
     orientation_in: Text | None = Field(
-        None, description="Frame the orientation alone is in; left out: that of the pose"
+        default=None, description="Frame the orientation alone is in; left out: that of the pose"
     )
 
 
@@ -141,7 +62,7 @@ class PoseWaypoint(_Posed):
 
     pose: Pose = Field(description="Of the TCP")
     near: JointsOrName | None = Field(
-        None, description="Take the solution nearest to this here [angle or length]"
+        default=None, description="Take the solution nearest to this here [angle or length]"
     )
     velocity: (
         Annotated[
@@ -150,44 +71,45 @@ class PoseWaypoint(_Posed):
         ]
         | None
     ) = Field(
-        None,
+        default=None,
         description="Of the tool as it passes; the first and last waypoint stop without one, "
         "inner ones must give velocity, speed or stop; free: direction and speed are chosen",
     )
     speed: Speed | None = Field(
-        None,
+        default=None,
         description="Speed of the TCP along the smooth path through the neighbouring waypoints "
         "(a circle or a line); the tool turns with it; fastest: it is chosen [length/s]",
     )
 
 
-class ArcFile(StrictModel):
+class Arc(TaskPart):
     """An arc from the waypoint before to this one, in one of three forms."""
 
     ALTERNATIVES = (("through", "centre", "radius"),)
 
-    through: Vector3 | None = Field(None, description="A point on the way [length]")
+    through: Vector3 | None = Field(default=None, description="A point on the way [length]")
     centre: Vector3 | None = Field(
-        None, description="Centre of the circle [length]; the shorter way round, without a normal"
+        default=None,
+        description="Centre of the circle [length]; the shorter way round, without a normal",
     )
     radius: Positive | None = Field(
-        None,
+        default=None,
         description="Radius [length]; the shorter of the two arcs, and normal says on which side",
     )
     normal: Vector3 | None = Field(
-        None,
+        default=None,
         description="Axis that the arc turns about in the positive sense; for a full circle (with "
         "centre) and with radius it is needed",
     )
     turns: Annotated[int, Field(strict=True, ge=0, le=1000)] | None = Field(
-        None, description="With centre: full turns before the rest of the arc"
+        default=None, description="With centre: full turns before the rest of the arc"
     )
     large: Literal[True] | None = Field(
-        None, description="With radius: the longer of the two arcs, more than half a turn"
+        default=None, description="With radius: the longer of the two arcs, more than half a turn"
     )
 
     @model_validator(mode="after")
-    def _one_form(self) -> ArcFile:
+    def _one_form(self) -> Arc:
         forms = [
             name for name in ("through", "centre", "radius") if getattr(self, name) is not None
         ]
@@ -205,13 +127,13 @@ class ArcFile(StrictModel):
         return self
 
 
-class AlongArc(StrictModel):
+class AlongArc(TaskPart):
     """Along an arc."""
 
-    arc: ArcFile = Field(description="The arc")
+    arc: Arc = Field(description="The arc")
 
 
-class AlongPoints(StrictModel):
+class AlongPoints(TaskPart):
     """Along a smooth curve through points."""
 
     points: Annotated[
@@ -260,16 +182,17 @@ class PathWaypoint(_Posed):
         "it has, or turns with the path"
     )
     speed: Speed | None = Field(
-        None,
+        default=None,
         description="Speed of the TCP along the path [length/s]; the time of arrival follows from "
         "it. fastest: the greatest constant speed that the limits allow; left out: the constant "
         "speed that takes the time given",
     )
     orientation: Literal["tangent"] | None = Field(
-        None, description="tangent: the tool turns with the path; left out: evenly, pose to pose"
+        default=None,
+        description="tangent: the tool turns with the path; left out: evenly, pose to pose",
     )
     blend: Positive | None = Field(
-        None,
+        default=None,
         description="Between two lines: the corner is rounded within this distance of it [length]",
     )
 

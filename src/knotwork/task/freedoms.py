@@ -1,4 +1,4 @@
-"""Contents of a scenario file: times and speeds that are chosen, and what for."""
+"""Times and speeds of a task that are chosen, and what for."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag, model_validator
 
-from knotwork.documents import StrictModel, Text
+from knotwork.documents import Text
 from knotwork.documents.values import LARGEST, JointMap, Number, Positive, by_kind
+from knotwork.task.part import TaskPart
 
 
-class Fastest(StrictModel):
+class Fastest(TaskPart):
     """A time that is chosen: the least that the limits allow."""
 
     fastest: Literal[True] = Field(description="The minimum time that the limits allow")
-    at_least: Positive | None = Field(None, description="But no less than this [s]")
+    at_least: Positive | None = Field(default=None, description="But no less than this [s]")
 
 
-class AtMost(StrictModel):
+class AtMost(TaskPart):
     """A speed that is chosen, up to a greatest one."""
 
     at_most: Positive = Field(description="The speed is chosen, up to this one [length/s]")
@@ -42,32 +43,35 @@ Speed = Annotated[
 Weight = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
 
 
-class ObjectiveFile(StrictModel):
+class Weights(TaskPart):
     """Objective that is minimised where times or knots are chosen: a weighted sum of these."""
 
-    time: Weight = Field(0.0, description="Weight of the duration [1/s]")
-    jerk: Weight = Field(0.0, description="Weight of the integral of jerk squared [s⁵/rad²]")
+    time: Weight = Field(default=0.0, description="Weight of the duration [1/s]")
+    jerk: Weight = Field(
+        default=0.0, description="Weight of the integral of jerk squared [s⁵/rad²]"
+    )
     effort: Weight = Field(
-        0.0, description="Weight of the integral of torque squared, with the payload [1/(N²m²s)]"
+        default=0.0,
+        description="Weight of the integral of torque squared, with the payload [1/(N²m²s)]",
     )
     acceleration: Weight = Field(
-        0.0, description="Weight of the integral of acceleration squared [s³/rad²]"
+        default=0.0, description="Weight of the integral of acceleration squared [s³/rad²]"
     )
     peak_jerk: Weight = Field(
-        0.0, description="Weight of the greatest jerk of any joint [s³/rad or s³/m]"
+        default=0.0, description="Weight of the greatest jerk of any joint [s³/rad or s³/m]"
     )
     peak_acceleration: Weight = Field(
-        0.0, description="Weight of the greatest acceleration of any joint [s²/rad or s²/m]"
+        default=0.0, description="Weight of the greatest acceleration of any joint [s²/rad or s²/m]"
     )
 
     @model_validator(mode="after")
-    def _one_at_least(self) -> ObjectiveFile:
+    def _one_at_least(self) -> Weights:
         if not any(weight for _, weight in self):
             raise ValueError(f"weighs nothing; give one of {', '.join(type(self).model_fields)}")
         return self
 
 
-class ChosenRunFile(StrictModel):
+class ChosenMotion(TaskPart):
     """A run of waypoints whose times were chosen: its knots and the accelerations there."""
 
     times: Annotated[list[Number], Field(min_length=4)] = Field(

@@ -1,0 +1,85 @@
+"""`TaskPart`: what all parts of a task have in common: checked when made, and never changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import ConfigDict
+
+from knotwork.documents import Document, StrictModel, validate
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+# No task nests deeper. What does is left as it is, and then refused.
+_DEEPEST = 8
+
+
+class TaskPart(StrictModel):
+    """A part of a task.
+
+    A value may be a NumPy array where a list is accepted, and a `pin.SE3` where a pose is.
+
+    Raises:
+        DocumentError: A value is missing, unknown or wrong; names every one of them.
+    """
+
+    # Of a docstring the schema of files has the first sentence.
+    model_config = ConfigDict(
+        json_schema_extra=lambda schema: schema.update(
+            description=str(schema.get("description", "")).partition("\n\n")[0]
+        )
+    )
+
+    if not TYPE_CHECKING:  # type checkers know the fields
+
+        def __init__(self, **values: Any) -> None:
+            fields = type(self).model_fields
+            keys = {name: field.validation_alias or name for name, field in fields.items()}
+            data = {keys.get(name, name): plain(value) for name, value in values.items()}
+            validate(type(self), Document(data, prefix=(type(self).__name__,)), self)
+
+        # Parts that a file gives are made without it, all in one go.
+        __init__.__pydantic_base_init__ = True
+
+    def replace(self, **changes: Any) -> Self:
+        """A copy with other values, checked like any.
+
+        >>> kw.task.Euler(order="ZYX", angles=[0, 0, 1]).replace(order="XYZ").order
+        'XYZ'
+
+        Args:
+            changes: By the name of the field; `None` leaves out what was given.
+
+        Raises:
+            DocumentError: A value is unknown or wrong.
+        """
+        given = {name: getattr(self, name) for name in self.model_fields_set} | changes
+        return type(self)(**{name: value for name, value in given.items() if value is not None})
+
+    def __repr_args__(self) -> list[tuple[str, Any]]:
+        fields = type(self).model_fields
+        return [(name, getattr(self, name)) for name in fields if name in self.model_fields_set]
+
+    def to_dict(self) -> dict[str, Any]:
+        """What was given as plain data, with the keys of a scenario file."""
+        return self.model_dump(by_alias=True, exclude_unset=True)
+
+
+def plain(value: Any, depth: int = 0) -> Any:
+    """A value from Python as a file would give it: no arrays, poses and paths."""
+    if isinstance(value, Mapping) and depth < _DEEPEST:
+        return {key: plain(item, depth + 1) for key, item in value.items()}
+    if isinstance(value, list | tuple) and depth < _DEEPEST:
+        return [plain(item, depth + 1) for item in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if hasattr(value, "homogeneous"):  # a `pin.SE3`, without loading Pinocchio
+        return {
+            "position": value.translation.tolist(),
+            "rotation_matrix": value.rotation.tolist(),
+        }
+    return str(value) if isinstance(value, Path) else value

@@ -1,0 +1,61 @@
+"""Where the data of a task comes from, and the paths in it, which are relative to its file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from knotwork import documents, resources
+from knotwork.documents import Document, Location
+from knotwork.errors import InputError
+from knotwork.task.part import plain
+
+PATH_KEYS = frozenset({"file", "mesh", "package_paths", "points", "robot", "srdf", "urdf"})
+"""Keys whose text is a path relative to the file, where there is such a file or folder."""
+
+
+def moved_paths(
+    data: Any, old: Path, new: Path | None, place: Location = ()
+) -> dict[Location, str]:
+    """What the relative paths in a file are once it is in another folder, by location.
+
+    Args:
+        data: What the file says.
+        old: The folder that it was in.
+        new: The folder that it is in now; `None` for absolute paths.
+        place: Where the data is in the file.
+    """
+    if old == new:
+        return {}
+    if isinstance(data, dict | list):
+        parts = data.items() if isinstance(data, dict) else enumerate(data)
+        inner = [moved_paths(value, old, new, (*place, key)) for key, value in parts]
+        return {location: path for found in inner for location, path in found.items()}
+    key = next((part for part in reversed(place) if isinstance(part, str)), "")
+    if not isinstance(data, str) or key not in PATH_KEYS:
+        return {}
+    if Path(data).expanduser().is_absolute() or not (old / data).exists():
+        return {}
+    if key == "robot" and not (old / data).is_file():
+        return {}  # the name of a robot that is shipped
+    path = old / data if new is None else Path(os.path.relpath(old / data, new))
+    return {place: path.as_posix()}
+
+
+def read_document(reference: str | Path | Mapping[str, Any]) -> Document:
+    """The data of a task: of a shipped scenario by name, of a file by path, or of a mapping.
+
+    Raises:
+        InputError: There is no such file, it can't be read, or it is a robot.
+    """
+    if isinstance(reference, Mapping):
+        return Document(plain(reference))
+    path = resources.find("scenarios", reference)
+    if path.suffix.lower() in (".urdf", ".xacro", ".sdf"):
+        raise InputError(
+            f"{path} is a robot, not a scenario; give a scenario, a YAML file that names its robot "
+            "with the key robot"
+        )
+    return documents.read(path)

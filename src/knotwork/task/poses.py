@@ -1,0 +1,103 @@
+"""Poses, frames and velocities of a task."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field, model_validator
+
+from knotwork.documents import Text
+from knotwork.documents.values import Vector3, Vector4
+from knotwork.task.part import TaskPart
+
+_EULER_ORDERS = tuple(a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if a != b and b != c)
+ORIENTATIONS = (
+    "quaternion_xyzw",
+    "quaternion_wxyz",
+    "rpy",
+    "euler",
+    "rotation_vector",
+    "rotation_matrix",
+)
+
+
+def _euler_order(order: str) -> str:
+    if order in _EULER_ORDERS:
+        return order
+    if order.upper() in _EULER_ORDERS and order.islower():
+        raise ValueError(
+            f"lower case would mean fixed axes; write {order.upper()!r} for turns about the moving "
+            "axes, or use rpy for fixed x, y, z axes"
+        )
+    raise ValueError(f"must be one of {', '.join(_EULER_ORDERS)} (moving axes, in this order)")
+
+
+class Euler(TaskPart):
+    """Euler angles: turns about the moving axes, in the order given."""
+
+    order: Annotated[str, AfterValidator(_euler_order)] = Field(
+        description="Axes in order, capital letters, for example ZYX"
+    )
+    angles: Vector3 = Field(description="Turns in that order [angle]")
+
+
+class Placement(TaskPart):
+    """A position and at most one form of orientation; none means the axes are parallel."""
+
+    ALTERNATIVES = (ORIENTATIONS,)
+
+    position: Vector3 = Field(description="Origin: x, y, z [length]")
+    quaternion_xyzw: Vector4 | None = Field(
+        default=None, description="Unit quaternion, its scalar part last, as in ROS and SciPy"
+    )
+    quaternion_wxyz: Vector4 | None = Field(
+        default=None,
+        description="Unit quaternion, its scalar part first, as in Eigen's constructor",
+    )
+    rpy: Vector3 | None = Field(
+        default=None,
+        description="Turns about the fixed x, y, z axes, in this order, as in URDF [angle]",
+    )
+    euler: Euler | None = Field(
+        default=None, description="Turns about moving axes, in an order of choice"
+    )
+    rotation_vector: Vector3 | None = Field(
+        default=None, description="Unit axis times angle [angle]"
+    )
+    rotation_matrix: Annotated[list[Vector3], Field(min_length=3, max_length=3)] | None = Field(
+        default=None, description="Three rows of three numbers; orthonormal, right-handed"
+    )
+
+
+class Pose(Placement):
+    """A position and exactly one form of orientation."""
+
+    @model_validator(mode="after")
+    def _an_orientation(self) -> Pose:
+        if all(getattr(self, name) is None for name in ORIENTATIONS):
+            raise ValueError(f"has no orientation; give one of {', '.join(ORIENTATIONS)}")
+        return self
+
+
+class Frame(Placement):
+    """A named frame, placed in the base or in another named frame."""
+
+    parent: Text = Field(
+        default="base",
+        validation_alias="in",
+        serialization_alias="in",
+        description="base or the name of another frame",
+    )
+
+
+class Velocity(TaskPart):
+    """Velocity of the TCP and of the tool's rotation, in the axes of a frame."""
+
+    linear: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the TCP [length/s]")
+    angular: Vector3 = Field(default=[0.0, 0.0, 0.0], description="Of the tool [angle/s]")
+    axes: Text | None = Field(
+        default=None,
+        validation_alias="in",
+        serialization_alias="in",
+        description="A named frame, base or tool; left out: the frame the waypoint's pose is in",
+    )

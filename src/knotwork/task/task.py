@@ -1,0 +1,245 @@
+"""`Task`: what a robot arm is to do, as a scenario file or a program in Python gives it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, Tag
+
+from knotwork import storage
+from knotwork.documents import Document, Text, edited, validate
+from knotwork.documents.edits import block
+from knotwork.documents.values import JointsOrName, Number, Positive, Vector3, by_kind
+from knotwork.task.freedoms import ChosenMotion, Weights
+from knotwork.task.options import (
+    Balanced,
+    Branch,
+    EndAcceleration,
+    PathOptions,
+    Presets,
+    Tolerances,
+)
+from knotwork.task.part import TaskPart
+from knotwork.task.places import moved_paths, read_document
+from knotwork.task.poses import Frame
+from knotwork.task.scene import Collisions, Surroundings
+from knotwork.task.tool import Limits, Tool
+from knotwork.task.waypoints import Waypoint
+
+
+class TaskUnits(TaskPart):
+    """Units of every value in the file; seconds and kilograms stay what they are."""
+
+    length: Literal["m", "mm"] = Field(
+        default="m", description="Of positions, speeds and sliding joints"
+    )
+    angle: Literal["rad", "deg"] = Field(
+        default="rad", description="Of orientations and turning joints"
+    )
+
+
+class Task(TaskPart):
+    """A task for a robot arm: waypoints with times and speeds, and how to plan and check it.
+
+    Its fields are the keys of a scenario file; values are in SI unless `units` says
+    otherwise. `kw.plan` and all that takes a scenario take it.
+
+    >>> ends = [kw.task.JointWaypoint(joints={"lift": z}, after=z or None) for z in (0.0, 2.0)]
+    >>> kw.plan(kw.Task(waypoints=ends)).trajectory.duration
+    2.0
+
+    Raises:
+        DocumentError: A value is missing, unknown or wrong; names every one of them.
+    """
+
+    name: Text | None = Field(default=None, description="Left out: the file's name")
+    description: str = Field(default="", description="What the task is, for reports")
+    units: TaskUnits = Field(
+        default=TaskUnits.model_construct(), description="Units of every value in the file"
+    )
+    robot: (
+        Annotated[
+            Annotated[Text, Tag("text")] | Annotated[dict[str, Any], Tag("mapping")],
+            by_kind("a robot's name, a path, or a mapping that describes one"),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="A shipped robot's name, the path of a robot file or URDF (relative to this "
+        "file), or a robot description in place",
+    )
+    joint_units: dict[str, Literal["rad", "m"]] = Field(
+        default_factory=dict,
+        description="Without a robot: which joints slide (m); those left out turn (rad)",
+    )
+    tool: Tool | None = Field(
+        default=None, description="The tool; left out: the robot's tool frame is the TCP"
+    )
+    gravity: Vector3 | None = Field(
+        default=None,
+        description="In the axes of the base frame, for an arm on a wall or a ceiling [m/s²]; left "
+        "out: 9.81 along -z of the URDF's root",
+    )
+    frames: dict[str, Frame] = Field(
+        default_factory=dict, description="Named frames, in the base or in one another"
+    )
+    frame: Text | None = Field(
+        default=None, description="Frame of poses that name none; left out: base"
+    )
+    scene: Surroundings = Field(
+        default_factory=Surroundings, description="What stands around the robot"
+    )
+    collisions: Collisions = Field(
+        default_factory=Collisions, description="What is checked for collisions, and how closely"
+    )
+    start: JointsOrName | None = Field(
+        default=None,
+        description="Where the motion starts, at rest, at time 0, before the waypoints: a "
+        "configuration by name, or every joint [angle or length]",
+    )
+    near: JointsOrName | None = Field(
+        default=None,
+        description="Prefer the solutions nearest to this, for every waypoint; whole turns follow "
+        "the motion. Left out: the way of least travel from the start, else from home",
+    )
+    branch: Annotated[
+        Annotated[Literal["free", "keep", "fixed"], Tag("text")]
+        | Annotated[Branch, Tag("mapping")],
+        by_kind(
+            "free, keep, fixed or a mapping of shoulder, elbow and wrist to words",
+            ["free", "keep", "fixed"],
+        ),
+    ] = Field(
+        default="free",
+        description="Branch of the solutions: keep that of the first waypoint unless speeds forbid "
+        "it, hold it fixed, or the one named; for arms of six joints, all others have near",
+    )
+    prefer: Literal["travel", "clearance"] = Field(
+        default="travel",
+        description="What decides among solutions that nothing else rules out: least travel, or "
+        "most room to everything: at the waypoints, up to 0.1 m, and then of a few sequences over "
+        "the whole motion; near comes before",
+    )
+    pull_to_middle: Positive | None = Field(
+        default=None,
+        description="For an arm of more than six joints: where it passes a pose at speed, its "
+        "joints also move at this rate to the middle of their ranges, as far as tool and velocity "
+        "limits let them [1/s]; left out: the least joint speeds that move the tool as asked",
+    )
+    planner: Text = Field(
+        default="modified-hermite", description="A planner's name; `knotwork planners` lists them"
+    )
+    knots: Annotated[
+        Annotated[Literal["paper", "balanced", "optimal"], Tag("text")]
+        | Annotated[Balanced, Tag("mapping")]
+        | Annotated[list[Number], Tag("list")],
+        by_kind(
+            "paper, balanced, optimal, {balanced: c} or a list of knot times",
+            ["paper", "balanced", "optimal"],
+        ),
+    ] = Field(
+        default="paper",
+        description="Where modified-hermite builds its knots: by the paper's Eq. (39), balanced "
+        "beside each waypoint, at the times given [s], or optimal: where they serve the objective "
+        "best, within the limits. Left out where some times are free: optimal",
+    )
+    times: Literal["fastest"] | None = Field(
+        default=None,
+        description="fastest: for every waypoint that gives no time, as after: fastest there",
+    )
+    duration: Positive | None = Field(
+        default=None,
+        description="Of the whole motion, where times are free: the smoothest so long [s]",
+    )
+    objective: (
+        Annotated[
+            Annotated[
+                Literal["time", "jerk", "effort", "acceleration", "peak_jerk", "peak_acceleration"],
+                Tag("text"),
+            ]
+            | Annotated[Weights, Tag("mapping")],
+            by_kind(
+                "time, jerk, effort, acceleration, peak_jerk, peak_acceleration, or a mapping of "
+                "these to weights",
+                ["time", "jerk", "effort", "acceleration", "peak_jerk", "peak_acceleration"],
+            ),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="What is minimised where times or knots are chosen: the duration, or the "
+        "integral of jerk, effort or acceleration squared, or the greatest jerk or acceleration; "
+        "left out: the duration, or jerk where that is given",
+    )
+    chosen: Annotated[list[ChosenMotion], Field(min_length=1)] | None = Field(
+        default=None,
+        description="Knots and accelerations of runs whose times were chosen, as `knotwork plan "
+        "--freeze` writes them",
+    )
+    end_acceleration: (
+        Annotated[
+            Annotated[Literal["zero"], Tag("text")] | Annotated[EndAcceleration, Tag("mapping")],
+            by_kind("zero or a mapping with start and end", ["zero"]),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="Joint accelerations at the two ends; left out: what the planner makes of them",
+    )
+    planner_options: Presets = Field(
+        default=Presets.model_construct(),
+        description="Further options of some planners",
+    )
+    limits: Limits = Field(
+        default=Limits.model_construct(),
+        description="Take the place of the robot's limits, or limit the motion of tool and links",
+    )
+    tolerances: Tolerances = Field(
+        default=Tolerances.model_construct(),
+        description="How far the check lets the motion be from what was asked",
+    )
+    continuity: Literal[0, 1, 2] = Field(
+        default=2, description="Continuity the check asks for: 2 means no jump of acceleration"
+    )
+    path: PathOptions = Field(
+        default=PathOptions.model_construct(), description="How the tool moves along paths"
+    )
+    rate: Positive = Field(default=100.0, description="Samples per second in samples.csv [Hz]")
+    waypoints: Annotated[list[Waypoint], Field(min_length=1)] = Field(
+        description="Two at least, or one after a start, in order of time"
+    )
+
+    @classmethod
+    def load(cls, reference: str | Path | Mapping[str, Any]) -> Task:
+        """Read a task: a shipped scenario by name, a file by path, or a mapping of the same shape.
+
+        Paths in it become absolute; the name of a file is that of a task without one.
+
+        >>> [one.name for one in kw.Task.load("ur5_deburring").waypoints][:2]
+        ['approach', 'edge start']
+
+        Raises:
+            InputError: The file can't be read, or something in it is wrong: as `load_scenario`.
+        """
+        document = read_document(reference)
+        if document.file is None:
+            return validate(cls, document)
+        moved = moved_paths(document.data, document.file.parent.resolve(), None)
+        task = validate(cls, edited(document, moved))
+        return task if task.name else task.replace(name=document.file.stem)
+
+    def save(self, path: str | Path) -> Path:
+        """Write a scenario file that gives this task again.
+
+        Args:
+            path: The file to write; an existing one is replaced.
+
+        Raises:
+            InputError: The file can't be written.
+        """
+        target, data = Path(path), self.to_dict()
+        moved = moved_paths(data, Path.cwd(), target.parent.resolve())
+        text = block(edited(Document(data), moved).data)
+        return storage.write_files(target.parent, {target.name: text})[0]

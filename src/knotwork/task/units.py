@@ -1,0 +1,98 @@
+"""The units of a task's values: those in brackets in the descriptions of its fields.
+
+Joint values are angles or lengths as their joint has it, which a task alone does not say: they stay
+in the units that they are given in.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Iterator
+from functools import cache
+from typing import Any, TypeVar
+
+from knotwork.documents import Location
+from knotwork.task.part import TaskPart
+from knotwork.task.task import TaskUnits
+
+PartT = TypeVar("PartT", bound=TaskPart)
+
+_UNIT = re.compile(r"\[([^\]]+)\]")
+# Of length/s² it leaves length, of angle/s or length/s, which depends on the joint, all.
+_KIND = re.compile(r"/s²?$")
+
+
+@cache
+def units_of(part: type[TaskPart]) -> dict[str, tuple[str, str]]:
+    """The key and the unit of each field that has one unit, by name."""
+    found = {}
+    for name, field in part.model_fields.items():
+        units = set(_UNIT.findall(field.description or ""))
+        key = str(field.validation_alias or name)
+        found[name] = key, units.pop() if len(units) == 1 else ""
+    return found
+
+
+def numbers(
+    part: TaskPart, units: Collection[str], location: Location = ()
+) -> Iterator[tuple[Location, str, float]]:
+    """All given numbers in some units: where they are in a file, the unit, and the value.
+
+    Args:
+        part: A task, or a part of one.
+        units: As descriptions of fields have them, for example `"angle"`.
+        location: Where the part is.
+    """
+    for name, (key, unit) in units_of(type(part)).items():
+        if name in part.model_fields_set:
+            yield from _numbers(getattr(part, name), units, (*location, key), unit)
+
+
+def _numbers(
+    value: Any, units: Collection[str], place: Location, unit: str
+) -> Iterator[tuple[Location, str, float]]:
+    if isinstance(value, TaskPart):
+        yield from numbers(value, units, place)
+    elif isinstance(value, dict | list):
+        for key, one in value.items() if isinstance(value, dict) else enumerate(value):
+            if unit in units or not isinstance(one, float):
+                yield from _numbers(one, units, (*place, key), unit)
+    elif isinstance(value, float) and unit in units:
+        yield place, unit, value
+
+
+def si_factors(units: TaskUnits) -> tuple[float, float]:
+    """The units of length [m] and angle [rad] of a task."""
+    length = 1.0 if units.length == "m" else 1e-3
+    return length, 1.0 if units.angle == "rad" else math.pi / 180
+
+
+def in_si(part: PartT, length: float, angle: float) -> PartT:
+    """A task, or a part of one, with all but joint values in SI.
+
+    Args:
+        part: In other units.
+        length: Its unit of length [m].
+        angle: Its unit of angle [rad].
+    """
+    factors = {"length": length, "angle": angle}
+
+    def scaled(value: Any, factor: float) -> Any:
+        if isinstance(value, TaskPart):
+            return in_si(value, length, angle)
+        if isinstance(value, dict):
+            return {key: scaled(one, factor) for key, one in value.items()}
+        if isinstance(value, list):
+            return [scaled(one, factor) for one in value]
+        return factor * value if isinstance(value, float) and factor != 1.0 else value
+
+    if length == angle == 1.0:
+        return part
+    units = units_of(type(part)).items()
+    changed = {
+        name: scaled(getattr(part, name), factors.get(_KIND.sub("", unit), 1.0))
+        for name, (_, unit) in units
+        if name in part.model_fields_set
+    }
+    return part.model_copy(update=changed)

@@ -1,0 +1,202 @@
+"""Tasks as Python objects: the same as files, checked when made, never changed."""
+
+from __future__ import annotations
+
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import knotwork as kw
+from knotwork.errors import DocumentError
+from knotwork.task import (
+    AlongPoints,
+    Collisions,
+    Fastest,
+    Frame,
+    HalfSpace,
+    HeldObject,
+    JointWaypoint,
+    Limits,
+    PathWaypoint,
+    Placement,
+    Pose,
+    PoseWaypoint,
+    SceneObject,
+    Surroundings,
+    TaskUnits,
+    Tool,
+    Turned,
+    Velocity,
+)
+from shipped import SCENARIO_FILES
+
+FILE = """
+robot: ur5
+tool:
+  offset: {position: [0, 0, 0.12]}
+  holds: {nozzle: {from: above, to: away, cylinder: {radius: 0.01, length: 0.03}}}
+frames: {part: {in: base, position: [0.4, -0.1, 0.06]}}
+frame: part
+scene:
+  objects: {floor: {half_space: {normal: [0, 0, 1]}, position: [0, 0, -0.2]}}
+collisions: {self: false}
+start: home
+end_acceleration: zero
+waypoints:
+  - {name: above, time: 2, pose: {position: [0, 0, 0.05], rpy: [3.141592653589793, 0, 0]},
+     velocity: {angular: [0, 0, 0.1], in: base}}
+  - {name: on, after: 1, pose: {position: [0, 0, 0], rpy: [3.141592653589793, 0, 0]}, wait: 0.2}
+  - {name: end, along: line, speed: 0.04, pose: {position: [0.12, 0, 0]}}
+  - {name: away, after: 1.5, pose: {position: [0.13, 0, 0.05], rpy: [3.141592653589793, 0, 0]}}
+"""
+DOWN = [pi, 0, 0]
+TASK = kw.Task(
+    robot="ur5",
+    tool=Tool(
+        offset=Placement(position=[0, 0, 0.12]),
+        holds={
+            "nozzle": HeldObject(
+                take="above", leave="away", cylinder=Turned(radius=0.01, length=0.03)
+            )
+        },
+    ),
+    frames={"part": Frame(parent="base", position=[0.4, -0.1, 0.06])},
+    frame="part",
+    scene=Surroundings(
+        objects={
+            "floor": SceneObject(
+                half_space=HalfSpace(normal=[0, 0, 1]), position=np.array([0, 0, -0.2])
+            )
+        }
+    ),
+    collisions=Collisions(itself=False),
+    start="home",
+    end_acceleration="zero",
+    waypoints=[
+        PoseWaypoint(
+            name="above",
+            time=2,
+            pose=Pose(position=(0, 0, 0.05), rpy=DOWN),
+            velocity=Velocity(angular=[0, 0, 0.1], axes="base"),
+        ),
+        PoseWaypoint(name="on", after=1, pose=Pose(position=[0, 0, 0], rpy=DOWN), wait=0.2),
+        PathWaypoint(name="end", along="line", speed=0.04, pose=Placement(position=[0.12, 0, 0])),
+        PoseWaypoint(name="away", after=1.5, pose=Pose(position=[0.13, 0, 0.05], rpy=DOWN)),
+    ],
+)
+SWING = kw.Task(
+    units=TaskUnits(angle="deg"),
+    limits=Limits(velocity=90, acceleration=180),
+    waypoints=[
+        JointWaypoint(joints={"a": 0}),
+        JointWaypoint(joints={"a": 40}, after="fastest", velocity="free"),
+        JointWaypoint(joints={"a": 90}, after=Fastest(fastest=True, at_least=1.5)),
+    ],
+)
+
+
+def motion(plan: kw.Plan) -> tuple[list[float], list[float]]:
+    polynomial = plan.trajectory.polynomial
+    return polynomial.x.tolist(), polynomial.c.ravel().tolist()
+
+
+def test_a_task_in_python_and_its_file_give_one_motion(tmp_path: Path) -> None:
+    file = tmp_path / "task.yaml"
+    file.write_text(FILE, encoding="utf-8")
+    plan = kw.plan(TASK)
+    assert plan.report.ok
+    assert motion(plan) == motion(kw.plan(file))
+    assert kw.Task.load(file) == TASK.replace(name="task")
+
+
+@pytest.mark.parametrize("task", [TASK, SWING])
+def test_what_is_saved_is_what_is_loaded(task: kw.Task, tmp_path: Path) -> None:
+    file = task.save(tmp_path / "folder" / "task.yaml")
+    assert kw.Task.load(file) == task.replace(name="task")
+    assert motion(kw.plan(file)) == motion(kw.plan(task))
+
+
+@pytest.mark.parametrize("name", SCENARIO_FILES)
+def test_shipped_scenarios_survive_being_saved(name: str, tmp_path: Path) -> None:
+    task = kw.Task.load(name)
+    saved, shipped = kw.load_scenario(task.save(tmp_path / f"{name}.yaml")), kw.load_scenario(name)
+    assert saved.name == task.name == name
+    for one, other in zip(saved.waypoints, shipped.waypoints, strict=True):
+        assert (one.name, one.time) == (other.name, other.time)
+    np.testing.assert_array_equal(kw.load_scenario(task).times, shipped.times)
+
+
+def test_a_time_that_is_free_is_no_number() -> None:
+    given = kw.load_scenario("ur10_spray")
+    assert np.isfinite(given.times).all()
+    np.testing.assert_array_equal(kw.load_scenario(SWING).times, [0.0, np.nan, np.nan])
+    end = TASK.waypoints[2].replace(speed="fastest")
+    task = TASK.replace(waypoints=[*TASK.waypoints[:2], end, TASK.waypoints[3]])
+    expected = [0.0, 2.0, 3.0, 3.2, np.nan, np.nan]  # the wait stands twice
+    np.testing.assert_array_equal(kw.load_scenario(task).times, expected)
+
+
+def test_each_waypoint_knows_its_row() -> None:
+    """Of those at the joints, most of which are inserted along the path."""
+    plan = kw.plan(TASK)
+    rows = list(plan.joint_waypoints.asked)
+    asked = [waypoint.name for waypoint in plan.scenario.waypoints]
+    assert [plan.joint_waypoints.names[row] for row in rows] == asked
+    assert plan.joint_waypoints.time[rows].tolist() == plan.scenario.times.tolist()
+    assert len(plan.joint_waypoints.time) > len(rows)
+    swing = kw.JointWaypoints(["a"], [0, 1], [[0], [1]], [[0], [0]])
+    assert swing.asked == (0, 1)
+
+
+def test_a_changed_task_is_planned_as_changed() -> None:
+    *before, last = TASK.waypoints
+    later = TASK.replace(waypoints=[*before, last.replace(after=None, time=9.5)])
+    assert kw.plan(later).trajectory.end_time == 9.5
+    assert TASK.waypoints[-1].after == 1.5
+
+
+def test_a_pose_may_be_pinocchio_s() -> None:
+    pose = pin.SE3(pin.rpy.rpyToMatrix(pi, 0, 0), np.array([0.4, 0.1, 0.3]))
+    task = kw.Task(robot="ur5", start="home", waypoints=[PoseWaypoint(after=2, pose=pose)])
+    np.testing.assert_allclose(
+        kw.load_scenario(task).waypoints[-1].pose.homogeneous, pose.homogeneous, atol=1e-15
+    )
+
+
+def test_files_are_found_wherever_a_task_is_saved(tmp_path: Path) -> None:
+    (tmp_path / "one").mkdir()
+    (tmp_path / "one" / "bead.csv").write_text("x,y,z\n0,0,0\n0.1,0,0\n", encoding="utf-8")
+    line = PathWaypoint(
+        along=AlongPoints(points="bead.csv"), speed=0.04, pose=Placement(position=[0.1, 0, 0])
+    )
+    begin = PoseWaypoint(name="begin", after=2, pose=Pose(position=[0, 0, 0], rpy=DOWN))
+    made = TASK.replace(tool=None, waypoints=[begin, line])
+    first = made.save(tmp_path / "one" / "task.yaml")
+    kw.load_scenario(first)
+    kw.load_scenario(kw.Task.load(first).save(tmp_path / "two" / "task.yaml"))
+
+
+def test_a_wrong_part_is_refused_where_it_is_made() -> None:
+    with pytest.raises(DocumentError) as caught:
+        Pose(position=[0, 0], rpyy=DOWN)
+    words = str(caught.value)
+    assert "Pose.position" in words
+    assert "Pose.rpyy: unknown key (did you mean 'rpy'?" in words
+    with pytest.raises(DocumentError, match=r"Task\.waypoints: is missing"):
+        kw.Task(robot="ur5")
+
+
+def test_names_for_python_are_no_keys_of_files() -> None:
+    frames = {"part": {"parent": "base", "position": [0, 0, 0]}}
+    with pytest.raises(DocumentError, match=r"frames\.part\.parent: unknown key"):
+        kw.load_scenario({**TASK.to_dict(), "frames": frames})
+
+
+def test_tasks_are_planned_in_other_processes() -> None:
+    one, other = kw.plan_many([SWING, TASK], workers=1)
+    assert isinstance(one, kw.Plan)
+    assert isinstance(other, kw.Plan)
+    assert motion(one) == motion(kw.plan(SWING))
