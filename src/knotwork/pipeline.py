@@ -322,6 +322,7 @@ def _planned(
             solution = replace(
                 chosen.solution,
                 waypoints=waypoints,
+                rows=solution.rows,
                 infeasibilities=solution.infeasibilities,
             )
         report = check(trajectory, scenario, space=space, known=known)

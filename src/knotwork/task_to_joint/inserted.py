@@ -10,7 +10,7 @@ import numpy as np
 from knotwork.errors import PathError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.waypoints import CartesianWaypoint, FloatArray, JointWaypoints
+from knotwork.waypoints import CartesianWaypoint, FloatArray, IndexArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.kinematics.following.continuation import Continuation
@@ -25,8 +25,8 @@ def completed_waypoints(
     velocities: FloatArray,
     knots: Any,
     way: KnownWay = lambda path, start: None,
-) -> JointWaypoints:
-    """Joint waypoints from the solutions at a scenario's waypoints.
+) -> tuple[JointWaypoints, IndexArray]:
+    """Joint waypoints from the solutions at a scenario's waypoints, and which of them those are.
 
     Along a tool path waypoints are inserted until the motion keeps its tolerances; there, and where
     the arm waits, accelerations are known as well.
@@ -49,6 +49,7 @@ def completed_waypoints(
         known[i : i + 2] = 0.0
     names = np.array([waypoint.name for waypoint in scenario.waypoints], dtype=object)
     parts: list[tuple[FloatArray, ...]] = []
+    rows = np.arange(len(times))
     done = 0
     for path in scenario.paths:
         _hold(positions, still)
@@ -59,6 +60,10 @@ def completed_waypoints(
         followed = followed_path(scenario, space.robot, path, start, knots, found)
         followed[2][0] = start  # not off by rounding from a wait before the path
         positions[path.last] = followed[2][-1]
+        own_rows = slice(path.first, path.last + 1)
+        inserted = len(followed[0]) - len(rows[own_rows])
+        rows[own_rows] = rows[path.first] + np.searchsorted(followed[0], _ends(path))
+        rows[path.last + 1 :] += inserted
         # a path that begins where the one before ends: its first waypoint stands there already
         parts.append(followed)
         done = path.last + 1
@@ -71,7 +76,7 @@ def completed_waypoints(
     time, name, position, velocity, acceleration = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
-    return JointWaypoints(
+    waypoints = JointWaypoints(
         joint_names=space.joint_names,
         time=time,
         position=position,
@@ -80,6 +85,12 @@ def completed_waypoints(
         joint_units=space.joint_units,
         acceleration=None if np.isnan(acceleration).all() else acceleration,
     )
+    return waypoints, rows
+
+
+def _ends(path: ScenarioPath) -> FloatArray:
+    """When the stretches of a path begin and end [s]."""
+    return np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
 
 
 def _hold(positions: FloatArray, still: tuple[int, ...]) -> None:
@@ -106,7 +117,7 @@ def followed_path(
 
     tolerances = scenario.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
-    ends = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
+    ends = _ends(path)
     try:
         joints = JointsOnPath(robot, path.motion, start, scenario.pull_to_middle, found)
         followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
@@ -128,41 +139,3 @@ def followed_path(
         if isinstance(waypoint, CartesianWaypoint) and not waypoint.twist.vector.any():
             velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stands
     return followed.time, names, followed.position, velocity, acceleration
-
-
-def way_along(
-    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray
-) -> Continuation:
-    """The way along a path from where it begins, whatever limits are broken on it."""
-    from knotwork.kinematics.following.continuation import continue_along
-
-    times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
-    pull = scenario.pull_to_middle
-    return continue_along(robot, path.motion, start[None], times, pull=pull)
-
-
-def leads_along(robot: Any, path: ScenarioPath, way: Continuation, room: float) -> list[bool]:
-    """Whether joints keep their limits along each stretch, as is asked where a start is chosen.
-
-    Args:
-        robot: The arm.
-        path: The path.
-        way: The way along it.
-        room: Joints are to be slow enough for a speed greater by this part of it.
-    """
-    one, turns = np.zeros(1, dtype=int), np.zeros((1, robot.dof))
-    faster = way._replace(time=way.time / (1.0 + room), velocity=way.velocity * (1.0 + room))
-    leads = []
-    for stretch in path.stretches:
-        if (way.lost < stretch.end).any():
-            leads.append(False)
-            continue
-        own = (way.time >= stretch.start) & (way.time <= stretch.end)
-        part = faster._replace(
-            time=faster.time[own],
-            position=faster.position[own],
-            velocity=faster.velocity[own],
-            lost=np.full(1, np.inf),
-        )
-        leads.append(bool(part.free(robot, one, turns).all()))
-    return leads

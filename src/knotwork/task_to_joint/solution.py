@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from knotwork.waypoints import JointWaypoints
+from knotwork.waypoints import IndexArray, JointWaypoints
 
 
 @dataclass(frozen=True)
@@ -76,11 +76,13 @@ class TaskSolution:
 
     Attributes:
         waypoints: Joint positions and velocities.
+        rows: Which of them are those of the scenario, by index, shape (n,).
         infeasibilities: Velocity limits that are exceeded however the solutions are chosen.
         choices: The solutions chosen at the waypoints given by poses, in order.
     """
 
     waypoints: JointWaypoints
+    rows: IndexArray
     infeasibilities: tuple[Infeasibility, ...] = ()
     choices: tuple[Choice, ...] = ()
     _avoid: Callable[[Collection[int]], TaskSolution | None] | None = field(

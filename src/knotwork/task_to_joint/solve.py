@@ -13,7 +13,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.inserted import completed_waypoints
 from knotwork.task_to_joint.solution import TaskSolution
-from knotwork.waypoints import FloatArray, JointWaypoints
+from knotwork.waypoints import FloatArray, IndexArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.task_to_joint.inserted import KnownWay
@@ -72,7 +72,7 @@ def solve_task(scenario: Scenario, space: JointSpace, knots: Any = "paper") -> T
 
             Obstacles(scenario, space, space.robot).check_start(np.array(given[0]))
         positions, velocities = np.array(given, float), np.array(speeds, float)
-        return TaskSolution(_completed(scenario, space, positions, velocities, knots))
+        return TaskSolution(*_completed(scenario, space, positions, velocities, knots))
     if space.robot is None:
         first = next(w for w, q in zip(scenario.waypoints, given, strict=True) if q is None)
         raise UnknownNameError("robot", "", (), where=first.where)
@@ -96,7 +96,9 @@ def _solution(search: Search, knots: Any) -> TaskSolution:
     found = search.solve()
     explanation = Explanation(search, found)
     values = found.positions, found.velocities
-    waypoints = _completed(search.scenario, search.space, *values, knots, search.dependent.way)
+    waypoints, rows = _completed(
+        search.scenario, search.space, *values, knots, search.dependent.way
+    )
 
     def avoid(intervals: Collection[int]) -> TaskSolution | None:
         search.avoid(found, intervals)
@@ -108,7 +110,7 @@ def _solution(search: Search, knots: Any) -> TaskSolution:
     # every other sequence is too fast, collides at a waypoint or takes a step that collided
     hopeless = bool(infeasibilities) or found.sequence.cost.collisions > 0.0
     others = None if hopeless else avoid
-    return TaskSolution(waypoints, infeasibilities, explanation.choices(), others)
+    return TaskSolution(waypoints, rows, infeasibilities, explanation.choices(), others)
 
 
 def _completed(
@@ -118,16 +120,16 @@ def _completed(
     velocities: FloatArray,
     knots: Any,
     *way: KnownWay,
-) -> JointWaypoints:
+) -> tuple[JointWaypoints, IndexArray]:
     """Waypoints at the joints, with those along paths and the velocities that were chosen."""
-    waypoints = completed_waypoints(scenario, space, positions, velocities, knots, *way)
+    waypoints, rows = completed_waypoints(scenario, space, positions, velocities, knots, *way)
     chosen = {name: v for run in space.chosen or () for name, v in run.velocity.items()}
     if not chosen:
-        return waypoints
+        return waypoints, rows
     velocity = waypoints.velocity.copy()
     for name, own in chosen.items():
         velocity[waypoints.names.index(name)] = own
-    return replace(waypoints, velocity=velocity)
+    return replace(waypoints, velocity=velocity), rows
 
 
 def _check_pull(scenario: Scenario, space: JointSpace) -> None:
