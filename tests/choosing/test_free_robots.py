@@ -132,14 +132,14 @@ def test_the_acceleration_of_the_tool_bounds_the_speed_along_an_arc() -> None:
 
     made = kw.plan(task("fastest"))
     made.report.raise_if_failed()
-    assert 0.99 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
+    assert 0.98 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
     assert not passes(task(491))
 
 
 def test_limits_that_allow_no_speed_along_a_path() -> None:
     """These two joints turn against each other, alike up to rounding."""
     joint = "'(shoulder_pan|wrist_3)_joint'"
-    said = rf"waypoints\[1\]\.speed: no speed from 1 mm/s .*; at 1 mm/s {joint} exceeds its limit"
+    said = rf"waypoints\[1\]\.speed: no speed from 1 mm/s .*: {joint} exceeds its limit"
     with pytest.raises(InputError, match=said):
         kw.plan(reach(line("fastest"), limits={"acceleration": 1}))
 
@@ -207,7 +207,7 @@ def test_the_speed_along_a_path_leaves_its_tolerance_below_the_limit_of_the_tool
 
     made = kw.plan(task("fastest"))
     made.report.raise_if_failed()
-    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.1998)
+    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.1998, rel=2e-3)
     assert made.chosen.gap < 0.05  # the tool's way bounds the time
     says = (
         r"waypoints\[2\]\.speed: 200 mm/s along the path from 'in' to 'out' leaves no room below "
@@ -217,7 +217,7 @@ def test_the_speed_along_a_path_leaves_its_tolerance_below_the_limit_of_the_tool
     ):
         kw.plan(task(200))
     with pytest.raises(
-        InputError, match=r"takes the tool beyond tool_speed, 200 mm/s; .* 196\.078"
+        InputError, match=r"199\.95 mm/s .* no room below tool_speed, 200 mm/s; .* 196\.078"
     ):
         kw.plan(task(199.95))
 

@@ -65,7 +65,7 @@ def test_each_stretch_has_the_greatest_speed_of_its_own(most: float | None) -> N
     found = speeds(made)
     assert min(found[0], found[2]) > 2.5 * found[1]
     for k in range(3):
-        faster = [1.02 * speed if j == k else speed for j, speed in enumerate(found)]
+        faster = [1.06 * speed if j == k else speed for j, speed in enumerate(found)]
         assert not keeps(task, faster) or (most is not None and found[k] == most)
 
 
@@ -275,10 +275,10 @@ def test_the_best_speeds_so_far_are_taken_when_a_budget_ends(
         (said,) = made.report.select(quantity="chosen_times")
         assert "the best so far when the budget ended" in str(said)
         bounds = [str(one) for one in made.report.select(quantity="binding_limits")]
-        if budget == 1:
+        if budgets == (1,):
             what = "the end of the budget bounds the speed along the path"
             assert all(what in one for one in bounds[:2])
-            assert "lower bound with these speeds along its paths" in str(said)
+        assert "lower bound with these speeds along its paths" in str(said)
         durations.append(made.trajectory.duration)
     assert sorted(durations, reverse=True) == durations
-    assert durations[-1] >= best.trajectory.duration
+    assert durations[-1] >= (1 - 1e-6) * best.trajectory.duration

@@ -124,9 +124,10 @@ def choose_times(
     if free.path_speed:  # next to given ones that leave no margin there may be none
         tell(one for errors in paths_near_tool_speed(scenario).values() for one in errors)
     try:
-        paths, found = _found(scenario, free, solution, watch, warm)
+        best = _found(scenario, free, solution, watch, warm)
     except _NoMotionsError as failed:
         raise failed.reported() from None
+    paths, found = best.paths, best.motions
     task, asked = paths.task, free.document
     edits = paths.edits | chosen_values(task, found)
     scenario = scenario_of(edited(asked, edits))
@@ -158,8 +159,8 @@ SMOOTHEST = Objective(time=0.0, jerk=1.0)
 """What is minimised where all times are given."""
 
 
-LOWER, LOWERINGS = 0.7, 6
-"""Speeds along paths from which the arm can't go on are lowered by a factor, so often at most."""
+LOWER = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+"""Parts of the greatest speeds along paths that are tried where the arm can't go on from these."""
 
 
 class _NoMotionsError(Exception):
@@ -180,43 +181,60 @@ class _NoMotionsError(Exception):
         return together([one for causes in located for one in causes])
 
 
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A task with speeds along its paths, and the motions of its segments."""
+
+    paths: TimedPaths
+    motions: list[tuple[Segment, TimedMotion]]
+
+    @property
+    def duration(self) -> float:
+        """Of the whole motion [s]."""
+        between = _time_between(self.paths.task, [one for one, _ in self.motions])
+        return between + sum(motion.duration for _, motion in self.motions)
+
+
 def _found(
     scenario: Scenario,
     free: FreeTimes,
     solution: TaskSolution | None,
     watch: Watch,
     warm: ChosenTimes | None,
-) -> tuple[TimedPaths, list[tuple[Segment, TimedMotion]]]:
-    """Speeds along paths, the greatest ones from which the arm can go on, and all motions."""
-    caps: dict[int, float] = {}
+) -> _Found:
+    """Speeds along paths and all motions.
+
+    Where the arm can't go on from the greatest speeds, lower ones are tried until the whole takes
+    longer again.
+    """
+    paths = with_greatest_speeds(scenario, free, solution, watch)
+    greatest, parts = paths.speeds, list(LOWER)
     lower: set[int] = set()
-    best: tuple[TimedPaths, list[tuple[Segment, TimedMotion]]] | None = None
-    least = np.inf
-    for lowerings in range(LOWERINGS + 1):
-        paths = with_greatest_speeds(scenario, free, solution, watch, caps)
+    best: _Found | None = None
+    while True:
         task = paths.task
         segments = find_segments(task)
         _check_given(task, free, segments, watch)
+        late = False
         try:
-            found = _solved(task, segments, watch, _starts(task, segments, warm))
+            motions = _solved(task, segments, watch, _starts(task, segments, warm))
         except _NoMotionsError as failed:
             lower = lower or _next_to(failed.errors, paths, free)
             if best is not None:
-                break
-            if not lower or lowerings == LOWERINGS or watch.late(found=True):
+                return best
+            if not lower or not parts:
                 raise
+            parts = parts[-1:] if watch.late(found=True) else parts
         else:
-            duration = _time_between(task, segments)
-            duration += sum(motion.duration for _, motion in found)
-            if best is not None and duration >= least:
-                break
-            stopped = bool(lower) and watch.late(found=True)
-            best, least = (replace(paths, stopped=paths.stopped or stopped), found), duration
-            if not lower or stopped:
-                break
-        caps |= {place: LOWER * paths.speeds[place] for place in lower}
-    assert best is not None  # or the last error was raised
-    return best
+            late = bool(lower) and watch.late(found=True)
+            found = _Found(replace(paths, stopped=paths.stopped or late), motions)
+            if best is None or found.duration < best.duration:
+                best = found
+            if best is not found or not lower or not parts or late:
+                return best
+        part = parts.pop(0)
+        caps = {place: part * greatest[place] for place in lower}
+        paths = with_greatest_speeds(scenario, free, solution, watch, caps)
 
 
 def _next_to(segments: Iterable[Segment], paths: TimedPaths, free: FreeTimes) -> set[int]:

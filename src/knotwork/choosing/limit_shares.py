@@ -6,7 +6,7 @@ q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every share then follows from ṡ, s
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 import pinocchio as pin
@@ -14,6 +14,7 @@ import pinocchio as pin
 from knotwork.choosing.task import FreeTask
 from knotwork.kinematics.following.joints_on_path import JointsOnPath
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
 from knotwork.scenario import ScenarioPath
 from knotwork.tool_paths import TimedPath, Timing, speed_profile
 from knotwork.waypoints import FloatArray
@@ -57,8 +58,8 @@ class LimitShares:
 
     def __init__(self, task: FreeTask) -> None:
         space, asked = task.space, task.scenario.motion_limits
-        assert space.robot is not None
-        self.robot, self._bounds = space.robot, space.limits
+        self.robot = robot = cast(Robot, space.robot)  # nothing else follows paths
+        self._bounds = space.limits
         joints, frames = space.joint_names, []
         quantities = ("velocity", "acceleration", "jerk")
         limits = [Limit(one, what, 1 + k) for k, what in enumerate(quantities) for one in joints]
@@ -67,15 +68,15 @@ class LimitShares:
             limits += [Limit(one, "effort", 2) for one in joints]
         if asked.tool_speed is not None:
             limits.append(Limit("", "tool speed", 1, 3))
-            frames.append((self.robot.require_tool(), pin.getFrameVelocity, asked.tool_speed))
+            frames.append((robot.require_tool(), pin.getFrameVelocity, asked.tool_speed))
         for frame in asked.frame_speed:
             limits.append(Limit(frame.frame, "speed", 1, 3))
-            index = self.robot.frame_index(frame.frame)
+            index = robot.frame_index(frame.frame)
             frames.append((index, pin.getFrameVelocity, frame.speed))
         if asked.tool_acceleration is not None:
             limits.append(Limit("", "tool acceleration", 2, 3))
             acceleration = pin.getFrameClassicalAcceleration
-            frames.append((self.robot.require_tool(), acceleration, asked.tool_acceleration))
+            frames.append((robot.require_tool(), acceleration, asked.tool_acceleration))
         self.limits, self._frames = tuple(limits), frames
         sizes = np.array([one.size for one in limits])
         self.starts = np.cumsum(sizes) - sizes
@@ -112,7 +113,7 @@ class LimitShares:
     def of_curve(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
         """The greatest shares that a motion uses between times, shape (k - 1, m), for k times."""
         t, q, v, a, j = _states(curve)
-        return _greatest(self.shares(self.components(q, v, a, j)), t, times)
+        return greatest_of_each(self.shares(self.components(q, v, a, j)), t, times)
 
 
 def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
@@ -121,11 +122,25 @@ def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
     return x, *(curve(x, order) for order in range(4))
 
 
-def _greatest(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
+def greatest_of_each(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
+    """The greatest of shares (n, m) at places x (n,) on each of the intervals between k ends."""
     found = np.zeros((len(ends) - 1, shares.shape[1]))
     index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(found) - 1)
     np.maximum.at(found, index, shares)
     return found
+
+
+def parts(timing: Timing) -> FloatArray:
+    """When the parts of n stretches begin, and the last one ends [s], shape (3n + 1,).
+
+    A stretch has a change of speed at its start, its own speed, and a change of speed at its end.
+    """
+    return np.append(np.column_stack((timing.times[:-1], timing.full_speed)), timing.times[-1])
+
+
+def of_stretches(shares: FloatArray) -> FloatArray:
+    """The greatest shares on each of n stretches, shape (n, m), from those of their parts."""
+    return np.asarray(shares.reshape(-1, 3, shares.shape[1]).max(axis=1))
 
 
 class SharesAlongPath:
@@ -160,11 +175,11 @@ class SharesAlongPath:
         self._ends = timing.times
 
     def at(self, timing: Timing) -> FloatArray:
-        """The greatest shares on each of n stretches under a timing, shape (n, m)."""
-        curve = timing.arc_length
-        found = np.zeros((len(timing.speeds), len(self._shares.limits)))
+        """The greatest shares on each of the parts of n stretches under a timing, shape (3n, m)."""
+        curve, ends = timing.arc_length, parts(timing)
+        found = np.zeros((len(ends) - 1, len(self._shares.limits)))
         for c, begin, end in zip(curve.c.T, curve.x[:-1], curve.x[1:], strict=True):
-            k = int(np.searchsorted(timing.times, 0.5 * (begin + end))) - 1
+            k = int(np.searchsorted(ends, 0.5 * (begin + end))) - 1
             used = self._on_ramp(c, end - begin) if c[:3].any() else self._at_speed(c, end - begin)
             np.maximum(found[k], used.max(axis=0, initial=0.0), out=found[k])
         return found

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
+from knotwork.choosing.limit_shares import Limit
 from knotwork.choosing.path_errors import no_speeds
-from knotwork.choosing.path_speeds import NEXT, ChosenSpeeds, NoSpeedsError, PathSpeeds, rounded
+from knotwork.choosing.path_speeds import (
+    AT_MOST,
+    BUDGET,
+    NEXT,
+    NoSpeedsError,
+    PathSpeeds,
+    rounded,
+)
 from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.documents import REMOVED, Location, edited
 from knotwork.joint_space import joint_space
@@ -66,17 +74,21 @@ def with_greatest_speeds(
     for i, path in enumerate(paths):
         places = [free.index[path.first + 1 + k] for k in range(len(path.stretches))]
         most = {k: min(one, caps.get(places[k], one)) for k, one in path.asked.at_most.items()}
-        capped = {k for k in most if places[k] in caps}
         problem = PathSpeeds(task, path, most)
         try:
             with watch.turn(1.0 / (2 * len(paths) - i)):
                 chosen = problem.greatest(watch)
         except NoSpeedsError as error:
             no_speeds(task, paths, problem, error, watch)
+        lowered = BUDGET if watch.late(found=True) else NEXT
+        limits = {
+            k: lowered if places[k] in caps and one == AT_MOST else one
+            for k, one in chosen.limits.items()
+        }
         found = replace(
             found,
             speeds=found.speeds | {places[k]: speed for k, speed in chosen.speeds.items()},
-            binding=found.binding + _binding(task, path, chosen, capped),
+            binding=(*found.binding, *_binding(task, path, limits)),
             stopped=found.stopped or chosen.stopped,
         )
     edits = _edits(task, found.speeds)
@@ -87,15 +99,10 @@ def with_greatest_speeds(
     return replace(found, task=FreeTask(scenario, left, space, solution), edits=edits)
 
 
-def _binding(
-    task: FreeTask, path: ScenarioPath, chosen: ChosenSpeeds, capped: set[int]
-) -> tuple[Binding, ...]:
+def _binding(task: FreeTask, path: ScenarioPath, limits: Mapping[int, Limit]) -> Iterator[Binding]:
     names = [waypoint.name for waypoint in task.scenario.waypoints[path.first : path.last + 1]]
-    found = []
-    for k, limit in chosen.limits.items():
-        one = NEXT if k in capped and limit.quantity == "at_most" else limit
-        found.append(Binding(names[k], names[k + 1], one.name, one.quantity, None))
-    return tuple(found)
+    for k, limit in limits.items():
+        yield Binding(names[k], names[k + 1], limit.name, limit.quantity, None)
 
 
 def _edits(task: FreeTask, speeds: Mapping[int, float]) -> dict[Location, Any]:

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from knotwork.choosing.limit_shares import Limit, LimitShares
+from knotwork.choosing.limit_shares import Limit, LimitShares, of_stretches
 from knotwork.choosing.path_speeds import (
     RAMPS,
     SLOWEST,
@@ -212,7 +212,7 @@ def _given_too_fast(
     durations = np.diff(found.timing.times)
     if used is None:
         try:
-            used = problem.along.at(problem.asked.timed({**found.speeds, **given})[0])
+            used = of_stretches(problem.along.at(problem.asked.timed({**found.speeds, **given})[0]))
             used = used[:, : 3 * len(task.space.joint_names)]
         except PathError:
             used = np.zeros((len(durations), 1))

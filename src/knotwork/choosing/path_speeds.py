@@ -14,10 +14,19 @@ from typing import NoReturn
 
 import numpy as np
 
-from knotwork.choosing.limit_shares import Limit, LimitShares, SharesAlongPath
+from knotwork.choosing.limit_shares import (
+    Limit,
+    LimitShares,
+    SharesAlongPath,
+    greatest_of_each,
+    of_stretches,
+    parts,
+)
 from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.errors import PathError
 from knotwork.interpolation import ModifiedHermiteSpline
+from knotwork.kinematics.following.continuation import continue_along
+from knotwork.kinematics.following.within_limits import fastest
 from knotwork.scenario import ScenarioPath
 from knotwork.task_to_joint import followed_path
 from knotwork.timing.watch import Watch
@@ -39,16 +48,19 @@ TOOL_MARGIN = 1e-3
 EXPECTED, PLANNED = 0.998, 0.9995
 """The share of each limit that may be used, as it is expected and as it is planned."""
 
-NEAR = 0.97
+NEAR = 0.98
 """A limit that is used up to this part bounds the speed."""
 
 NOTEWORTHY = 0.3
 """Smaller shares are not compared with the planned ones."""
 
+CAREFUL = 1.001
+"""Where a limit is exceeded, what is expected then is greater by this factor."""
+
 PLANS = 8
 """Motions that are planned for one path at most."""
 
-MORE = 3
+MORE = 5
 """Motions that are planned after one that keeps the limits, for greater speeds."""
 
 MOST_SLOWER, LEAST_SLOWER = 0.8, 0.995
@@ -63,6 +75,8 @@ BUDGET = Limit("", "the end of the budget", 1)
 
 NEXT = Limit("", "the motion before or after", 1)
 
+AT_MOST, TOOL_SPEED = Limit("", "at_most", 1), Limit("", "tool speed", 1)
+
 UNBOUNDED = Limit("", "no limit", 1)
 
 TOLERANCES = Limit("", "tolerances", 1)
@@ -74,12 +88,11 @@ class NoSpeedsError(Exception):
     Attributes:
         stretch: A stretch along which there are none.
         limit: What is exceeded there.
-        share: The share of it that is used.
     """
 
-    def __init__(self, stretch: int, limit: Limit, share: float = math.inf) -> None:
+    def __init__(self, stretch: int, limit: Limit) -> None:
         super().__init__()
-        self.stretch, self.limit, self.share = stretch, limit, share
+        self.stretch, self.limit = stretch, limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +139,7 @@ class PathSpeeds:
         given = (*path.asked.speeds, *most.values())
         fastest = max((one for one in given if one and math.isfinite(one)), default=1.0)
         self.along = SharesAlongPath(task, path, self.shares, fastest)
-        self._corrections = np.ones((len(self.asked.lengths), len(self.shares.limits)))
+        self._corrections = np.ones((3 * len(self.asked.lengths), len(self.shares.limits)))
 
     def greatest(self, watch: Watch, *, first: bool = False) -> ChosenSpeeds:
         """The greatest speeds that keep all limits, but for what little is left to gain.
@@ -146,6 +159,8 @@ class PathSpeeds:
             except NoSpeedsError:
                 if best is None:
                     raise
+                return best
+            if best is not None and speeds == best.speeds:
                 return best
             timing = self.asked.timed(speeds)[0]
             used = self._planned(speeds)
@@ -176,7 +191,7 @@ class PathSpeeds:
         Raises:
             NoSpeedsError: There are none.
         """
-        bounds = self.along.greatest_speeds(EXPECTED / self._corrections)
+        bounds = self.along.greatest_speeds(EXPECTED / self._corrections[1::3])
         self.bounds = {k: min(float(bounds[k]), cap) for k, cap in self.caps.items()}
         speeds = self._fitted(self.bounds)
         while (used := self._used(speeds)).max() > 1.0:
@@ -202,7 +217,7 @@ class PathSpeeds:
             used = self._used(trial)
             if trial[k] > speeds[k] and used.max() <= 1.0:
                 return trial
-            factor = float((used ** (-1.0 / self.shares.orders)).min(initial=FINER))
+            factor = float(self._factors(used).min(initial=FINER))
             speed = trial[k] * max(factor, MOST_SLOWER)
         return speeds
 
@@ -211,26 +226,31 @@ class PathSpeeds:
         used = self.along.at(self.asked.timed(speeds)[0])
         return np.asarray(used * self._corrections / EXPECTED)
 
+    def _factors(self, used: FloatArray) -> FloatArray:
+        """By which factors speeds may be greater until shares are used whole, shape (n, m)."""
+        return np.asarray(np.maximum(used, 1e-9) ** (-1.0 / self.shares.orders))
+
     def _slower(self, speeds: Speeds, used: FloatArray) -> Speeds:
         """Lower speeds where a limit is exceeded: no lower than one beside it, at first.
 
         Where two stretches have the same speed it does not change.
         """
-        factors = used ** (-1.0 / self.shares.orders)
+        used = of_stretches(used)
+        factors = self._factors(used)
         worst = factors.argmin(axis=1)
         all_of = self.asked.timed(speeds)[1]
         slower = dict(speeds)
         for k in np.flatnonzero((used > 1.0).any(axis=1)).tolist():
             own = [k] if k in speeds else [*[j for j in speeds if j < k][-1:]]
             own += [] if k in speeds else [*[j for j in speeds if j > k][:1]]
-            limit, share = self.shares.limits[worst[k]], float(used[k, worst[k]])
+            limit = self.shares.limits[worst[k]]
             if not own:
-                raise NoSpeedsError(k, limit, share)
+                raise NoSpeedsError(k, limit)
             factor = float(np.clip(factors[k, worst[k]], MOST_SLOWER, LEAST_SLOWER))
             for j in own:
                 lower = factor * speeds[j]
                 if lower < SLOWEST:
-                    raise NoSpeedsError(j, limit, share)
+                    raise NoSpeedsError(j, limit)
                 beside = (all_of[i] for i in (j - 1, j + 1) if 0 <= i < len(all_of))
                 lower = max((one for one in beside if lower <= one < speeds[j]), default=lower)
                 slower[j] = min(slower[j], lower)
@@ -260,15 +280,24 @@ class PathSpeeds:
 
     def _planned(self, speeds: Speeds) -> FloatArray | None:
         """The shares that the planned motion uses on each stretch; `None` if it can't be made."""
-        scenario, path = self.task.scenario, self._timed(speeds)
-        knots = knots_of(scenario)
+        scenario, path, robot = self.task.scenario, self._timed(speeds), self.shares.robot
+        knots, times = knots_of(scenario), path.motion.start_time + parts(path.motion.timing)
         start = self.task.waypoints.position[self.task.rows[path.first]]
+        ends = times[[0, *range(3, len(times), 3)]]
         try:
-            time, _, q, v, a = followed_path(scenario, self.shares.robot, path, start, knots)
+            way = continue_along(
+                robot, path.motion, start[None], ends, pull=scenario.pull_to_middle
+            )
+            time, _, q, v, a = followed_path(scenario, robot, path, start, knots, way)
         except PathError:
             return None
         curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
-        return self.shares.of_curve(curve, path.motion.start_time + path.motion.timing.times)
+        used = self.shares.of_curve(curve, times)
+        # where a start is chosen, velocities are compared on the way, too
+        fast = fastest(way.time, way.position[:, 0], way.velocity[:, 0])[0] / robot.velocity_limit
+        steps = greatest_of_each(fast, 0.5 * (way.time[1:] + way.time[:-1]), times)
+        np.maximum(used[:, : robot.dof], steps, out=used[:, : robot.dof])
+        return used
 
     def _timed(self, speeds: Speeds) -> ScenarioPath:
         """The path at these speeds."""
@@ -290,14 +319,18 @@ class PathSpeeds:
         expected = self.along.at(timing)
         compared = np.maximum(used, self._corrections * expected) > NOTEWORTHY
         ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
+        ratio[used > PLANNED] *= CAREFUL
         self._corrections = np.where(compared, ratio, self._corrections)
 
     def _limiting(self, k: int, speeds: Speeds, used: FloatArray) -> Limit | None:
         """What bounds the speed of a stretch; `None` if nothing is known to."""
         if not self.slowed(k, speeds[k]):
-            return Limit("", "tool speed" if self.caps[k] == self.limit else "at_most", 1)
-        faster = self.asked.fitted({**speeds, k: speeds[k] / FINER})
-        around = used[max(k - 1, 0) : k + 2].max(axis=0) ** (1.0 / self.shares.orders)
+            return TOOL_SPEED if self.caps[k] == self.limit else AT_MOST
+        faster = self._fitted({**speeds, k: speeds[k] / FINER})
+        all_of = self.asked.timed(speeds)[1]
+        beside = (j for j in (k - 1, k, k + 1) if 0 <= j < len(all_of))
+        alike = [j for j in beside if all_of[j] == all_of[k]]
+        around = of_stretches(used)[alike].max(axis=0) ** (1.0 / self.shares.orders)
         if faster[k] <= speeds[k]:
             return RAMPS
         if around.max() < NEAR:
@@ -309,8 +342,8 @@ class PathSpeeds:
         return speed < self._rounded(self.caps[k])
 
     def _refuse(self, used: FloatArray) -> NoReturn:
-        k, column = np.unravel_index(int(used.argmax()), used.shape)
-        raise NoSpeedsError(int(k), self.shares.limits[column], float(used[k, column]))
+        row, column = np.unravel_index(int(used.argmax()), used.shape)
+        raise NoSpeedsError(int(row) // 3, self.shares.limits[column])
 
 
 def rounded(speed: float) -> float:
