@@ -13,8 +13,6 @@ from knotwork.choosing.chosen_values import chosen_values
 from knotwork.choosing.path_choice import TimedPaths, with_greatest_speeds
 from knotwork.choosing.path_errors import (
     paths_beyond_limits,
-    paths_near_tool_speed,
-    tell,
     waypoints_near_tool_speed,
 )
 from knotwork.choosing.segments import Segment, assumed_jerk, find_segments, timing_problem
@@ -121,8 +119,6 @@ def choose_times(
         InputError: The task can't be solved, or no motion that keeps the limits was found.
     """
     watch = Watch(progress, budget)
-    if free.path_speed:  # next to given ones that leave no margin there may be none
-        tell(one for errors in paths_near_tool_speed(scenario).values() for one in errors)
     try:
         best = _found(scenario, free, solution, watch, warm)
     except _NoMotionsError as failed:
@@ -254,22 +250,22 @@ def _check_given(
 ) -> None:
     """Refuse what is given beyond a limit or in too short a time, whatever it is and wherever.
 
-    Segments that meet a path along which a joint exceeds a limit are left out: it is not known
+    Segments that meet a path along which a limit is exceeded are left out: it is not known
     how fast they may begin or end.
 
     Raises:
         InputError: There is something.
     """
     paths = task.scenario.paths
-    of_tool = paths_near_tool_speed(task.scenario)
-    of_joints = paths_beyond_limits(task, asked, watch)
-    unknown = {i for k in of_joints for i in (paths[k].first, paths[k].last)}
-    errors = [one for found in (of_tool, of_joints) for errors in found.values() for one in errors]
+    beyond = paths_beyond_limits(task, asked, watch)
+    unknown = {i for k in beyond for i in (paths[k].first, paths[k].last)}
+    errors = [one for found in beyond.values() for one in found]
     errors += waypoints_near_tool_speed(task)
     for one in segments:
         if not unknown & {one.waypoints[0], one.waypoints[-1]}:
             errors += _located(impossible(timing_problem(task, one, Objective())), task, one)
-    tell(errors)
+    if errors:
+        raise together(errors)
 
 
 def _located(errors: list[TimingError], task: FreeTask, segment: Segment) -> list[TimingError]:

@@ -25,6 +25,9 @@ PLACES = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6
 ON_RAMP = np.linspace(1e-6, 1.0 - 1e-6, 33)
 """Where each change of speed is evaluated."""
 
+TOOL_MARGIN = 1e-3
+"""Along a path the tool stays below its limit by this part of it, so that it can be approached."""
+
 MIDDLE = 0.25
 """The middle of a stretch reaches so far to both sides, as a part of its length."""
 
@@ -68,7 +71,8 @@ class LimitShares:
             limits += [Limit(one, "effort", 2) for one in joints]
         if asked.tool_speed is not None:
             limits.append(Limit("", "tool speed", 1, 3))
-            frames.append((robot.require_tool(), pin.getFrameVelocity, asked.tool_speed))
+            most = (1.0 - TOOL_MARGIN) * asked.tool_speed
+            frames.append((robot.require_tool(), pin.getFrameVelocity, most))
         for frame in asked.frame_speed:
             limits.append(Limit(frame.frame, "speed", 1, 3))
             index = robot.frame_index(frame.frame)

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import NoReturn
 
 import numpy as np
 
-from knotwork.choosing.limit_shares import Limit, LimitShares, of_stretches
+from knotwork.choosing.limit_shares import Limit, LimitShares
 from knotwork.choosing.path_speeds import (
+    DIGITS,
     RAMPS,
-    SLOWEST,
     TOLERANCES,
-    TOOL_MARGIN,
     UNBOUNDED,
     NoSpeedsError,
     PathSpeeds,
 )
 from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.errors import InputError, PathError, together
+from knotwork.errors import InputError, together
 from knotwork.interpolation import ModifiedHermiteSpline
-from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
 from knotwork.timing.given_values import rounded_down, rounded_up
 from knotwork.timing.problem import with_margin
@@ -41,37 +38,6 @@ ADVISED_MARGIN = 0.002
 
 FACTOR, FACTORS, HALVINGS = 4.0, 6, 3
 """Accelerations along a path are tried in powers of a factor, so many, and then between two."""
-
-
-def tell(errors: Iterable[InputError]) -> None:
-    """Raise what several errors say together, if there are any."""
-    found = list(errors)
-    if found:
-        raise together(found)
-
-
-def paths_near_tool_speed(scenario: Scenario) -> dict[int, list[InputError]]:
-    """Errors for given speeds along paths at the tool's limit or above, by the path's index."""
-    limit, free = scenario.motion_limits.tool_speed, scenario.free
-    errors: dict[int, list[InputError]] = {}
-    if limit is None or free is None:
-        return errors
-    most = limit / (1.0 + scenario.tolerances.path_speed)
-    for number, path in enumerate(scenario.paths):
-        for k, stretch in enumerate(path.stretches):
-            place = free.index[path.first + 1 + k]
-            highest = limit * (1.0 - TOOL_MARGIN) * (1.0 + ROUNDING)
-            if place in free.path_speed or stretch.speed <= highest:
-                continue
-            error = InputError(
-                f"{_speed(scenario, stretch.speed)} along the path {_ends(scenario, path, k)} "
-                f"leaves no room below tool_speed, {_tool_limit(scenario)}; accepted: at most "
-                f"{_speed(scenario, most)} (the path_speed tolerance is "
-                f"{scenario.tolerances.path_speed:g} of the speed), or a higher limit"
-            )
-            error.locate(free.document.where(("waypoints", place, "speed")))
-            errors.setdefault(number, []).append(error)
-    return errors
 
 
 def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
@@ -102,36 +68,34 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
 def paths_beyond_limits(
     task: FreeTask, asked: FreeTimes, watch: Watch
 ) -> dict[int, list[InputError]]:
-    """Errors for given speeds that take a joint beyond a limit, by the path's index.
+    """Errors for given speeds that exceed a limit along a path, by the path's index.
 
     Args:
         task: The task.
         asked: What was to be chosen; along paths with a speed that was, those given are possible.
         watch: What knows of the budget.
     """
+    given = {
+        number: path
+        for number, path in enumerate(task.scenario.paths)
+        if not any(task.free.index[i + 1] in asked.path_speed for i in range(path.first, path.last))
+    }
     errors: dict[int, list[InputError]] = {}
-    stuck: dict[int, tuple[ScenarioPath, FloatArray]] = {}
-    shares = LimitShares(task) if task.scenario.paths else None
-    for number, path in enumerate(task.scenario.paths):
-        ends = range(path.first + 1, path.last + 1)
-        if shares is None or any(task.free.index[i] in asked.path_speed for i in ends):
-            continue
+    for number, path in given.items():
+        shares = LimitShares(task)
         used = _used(task, path, shares)
-        if (used > 1.0 + ROUNDING).any():
-            errors[number] = _given_too_fast(task, path, watch, used)
-            if not errors[number]:
-                stuck[number] = path, used
-    if stuck:
-        other = _other_acceleration(task, [path for path, _ in stuck.values()], watch)
-        for number, (path, used) in stuck.items():
-            k = int(np.flatnonzero((used > 1.0 + ROUNDING).any(axis=1))[0])
-            accepted = "another path" if other is None else _acceleration(task, other)
-            errors[number] = [_too_fast(task, path, k, _reaches(task, used[k]), accepted)]
+        columns, most = used.argmax(axis=1), used.max(axis=1)
+        over = {
+            int(k): _exceeds(task, shares.limits[columns[k]], float(most[k]))
+            for k in np.flatnonzero(most > 1.0 + ROUNDING)
+        }
+        if over:
+            errors[number] = speed_errors(task, [*given.values()], path, over, watch)
     return errors
 
 
 def _used(task: FreeTask, path: ScenarioPath, shares: LimitShares) -> FloatArray:
-    """The greatest shares of joints' limits that the motion uses on the stretches of a path."""
+    """The greatest shares of limits that the motion uses on the stretches of a path."""
     rows, known = task.rows[path.first : path.last + 1], task.waypoints
     own = slice(rows[0], rows[-1] + 1)
     time, q, v, a = (
@@ -139,7 +103,7 @@ def _used(task: FreeTask, path: ScenarioPath, shares: LimitShares) -> FloatArray
         for values in (known.time, known.position, known.velocity, known.acceleration)
     )
     curve = ModifiedHermiteSpline(time, q, v, knots=knots_of(task.scenario), acceleration=a)
-    return shares.of_curve(curve, known.time[rows])[:, : 3 * len(known.joint_names)]
+    return shares.of_curve(curve, known.time[rows])
 
 
 def no_speeds(
@@ -148,8 +112,8 @@ def no_speeds(
     problem: PathSpeeds,
     found: NoSpeedsError,
     watch: Watch,
-) -> NoReturn:
-    """Report that there are no speeds along a path, and what is accepted.
+) -> InputError:
+    """The error for a path along which there are no speeds, with what is accepted.
 
     Args:
         task: The task.
@@ -158,87 +122,76 @@ def no_speeds(
         found: Why it has none.
         watch: What knows of the budget.
     """
-    path, limit = problem.path, found.limit
     k = found.stretch if found.stretch in problem.caps else min(problem.caps)
-    if limit == UNBOUNDED:
+    if found.limit == UNBOUNDED:
         error = InputError(
             "nothing bounds the speed along it; accepted: speed: {at_most: a speed}, or limits"
         )
-        raise task.located(error, path.first + 1 + k, "speed")
-    other = None
-    if limit == RAMPS:
-        other = _other_acceleration(task, paths, watch, higher=True)
-    tell(_given_too_fast(task, path, watch, None, other))
-    if limit != RAMPS:
-        other = _other_acceleration(task, paths, watch)
-    slowest, fastest = (
-        task.scenario.units.text(speed, "m/s", ".4g")
-        for speed in (SLOWEST, max(problem.bounds.get(k, SLOWEST), SLOWEST))
-    )
-    said = (
-        f"no speed from {slowest} to {fastest} was found at which the limits are kept along it: "
-        f"{_exceeded(task, limit)}"
-    )
-    if other is not None and limit != RAMPS:
-        said += f", where speeds change {_at_acceleration(task)}"
-    accepted = "" if other is None else f"{_acceleration(task, other)}, "
-    error = InputError(f"{said}; accepted: {accepted}higher limits, or another path")
-    raise task.located(error, path.first + 1 + k, "speed")
+        return task.located(error, problem.path.first + 1 + k, "speed")
+    over = {k: _exceeds(task, found.limit)}
+    errors = speed_errors(task, paths, problem.path, over, watch, higher=found.limit == RAMPS)
+    return together(errors)
 
 
-def _given_too_fast(
+def speed_errors(
     task: FreeTask,
+    paths: Sequence[ScenarioPath],
     path: ScenarioPath,
+    exceeded: Mapping[int, str],
     watch: Watch,
-    used: FloatArray | None,
-    other: float | None = None,
+    *,
+    higher: bool = False,
 ) -> list[InputError]:
-    """Errors for given speeds that can't be kept along a path, if lower ones can.
+    """Errors for a path along which limits are exceeded, with lower speeds or another acceleration.
 
     Args:
         task: The task.
+        paths: Those of its paths that are to keep the limits with another acceleration.
         path: The path.
+        exceeded: What is exceeded, in words, by index of the stretch.
         watch: What knows of the budget.
-        used: The shares of joints' limits that are used at these speeds, if they are known.
-        other: A path.acceleration with which these speeds can be kept, if one is known [m/s²].
+        higher: Whether an acceleration has to be higher than the task's own.
     """
     chosen = path.asked.at_most
     given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
-    problem = PathSpeeds(task, path, given | dict(chosen))
+    other = _other_acceleration(task, paths, watch, higher=True) if higher else ""
     try:
-        found = problem.greatest(watch)
+        found = PathSpeeds(task, path, given | dict(chosen)).greatest(watch)
     except NoSpeedsError:
-        return []
-    durations = np.diff(found.timing.times)
-    if used is None:
-        try:
-            used = of_stretches(problem.along.at(problem.asked.timed({**found.speeds, **given})[0]))
-            used = used[:, : 3 * len(task.space.joint_names)]
-        except PathError:
-            used = np.zeros((len(durations), 1))
+        k, why = next(iter(exceeded.items()))
+        other = other or _other_acceleration(task, paths, watch, higher=False)
+        return [_error(task, path, k, why, other or "another path")]
     errors = []
+    durations = np.diff(found.timing.times)
     for k, speed in given.items():
-        if found.speeds[k] >= rounded_down(speed, 4) * (1.0 - ROUNDING):
+        if found.speeds[k] >= rounded_down(speed, DIGITS) * (1.0 - ROUNDING):
             continue
-        key = _given_key(task, path.first + 1 + k)
+        key = _key(task, path.first + 1 + k)
         accepted = task.scenario.units.text(found.speeds[k], "m/s")
         if key != "speed":
             accepted = f"{key}: {rounded_up(float(durations[k]), 5):g}"
-        if other is not None:
-            accepted += f", {_acceleration(task, other)}"
-        held = f", {_exceeded(task, found.limits[k])}"
-        if (used[k] > 1.0 + ROUNDING).any():
-            held = _reaches(task, used[k])
-        errors.append(_too_fast(task, path, k, held, accepted))
+        why = exceeded.get(k) or _exceeds(task, found.limits[k])
+        errors.append(_error(task, path, k, why, ", ".join(filter(None, (accepted, other)))))
     return errors
 
 
-def _other_acceleration(
-    task: FreeTask, paths: Sequence[ScenarioPath], watch: Watch, *, higher: bool = False
-) -> float | None:
-    """An acceleration not far from the task's own with which paths keep the limits [m/s²].
+def _error(task: FreeTask, path: ScenarioPath, k: int, why: str, accepted: str) -> InputError:
+    scenario, i = task.scenario, path.first + 1 + k
+    speed = scenario.units.text(path.stretches[k].speed, "m/s")
+    at = "no speed keeps the limits" if k in path.asked.at_most else f"at {speed}"
+    error = InputError(
+        f"{at} along the path {_ends(scenario, path, k)}: {why}; accepted: {accepted}, or a higher "
+        "limit"
+    )
+    return task.located(error, i, _key(task, i))
 
-    `None` if none is found, or the budget has ended.
+
+def _other_acceleration(
+    task: FreeTask, paths: Sequence[ScenarioPath], watch: Watch, *, higher: bool
+) -> str:
+    """A path.acceleration not far from the task's own with which paths keep the limits.
+
+    Empty if none is found, or the budget has ended.
 
     Args:
         task: The task.
@@ -259,7 +212,7 @@ def _other_acceleration(
             good = trial
         else:
             worse = trial
-    return good
+    return f"path: {{acceleration: {unit * good:.6g}}}" if good else ""
 
 
 def _keeps(problem: PathSpeeds, acceleration: float, watch: Watch) -> bool:
@@ -272,17 +225,7 @@ def _keeps(problem: PathSpeeds, acceleration: float, watch: Watch) -> bool:
     return True
 
 
-def _too_fast(task: FreeTask, path: ScenarioPath, k: int, held: str, accepted: str) -> InputError:
-    scenario = task.scenario
-    error = InputError(
-        f"at {scenario.units.text(path.stretches[k].speed, 'm/s')} along the path "
-        f"{_ends(scenario, path, k)}{held}; accepted: {accepted}, or a higher limit"
-    )
-    i = path.first + 1 + k
-    return task.located(error, i, _given_key(task, i))
-
-
-def _given_key(task: FreeTask, i: int) -> str:
+def _key(task: FreeTask, i: int) -> str:
     """What gives the speed of the stretch to a waypoint."""
     waypoint = task.free.document.data["waypoints"][task.free.index[i]]
     return next(key for key in ("speed", "after", "time") if key in waypoint)
@@ -293,38 +236,14 @@ def _ends(scenario: Scenario, path: ScenarioPath, k: int) -> str:
     return f"from {begin!r} to {end!r}"
 
 
-def _reaches(task: FreeTask, used: FloatArray) -> str:
-    """What the joint that uses most of a limit reaches, and the limit."""
-    space, text = task.space, task.scenario.units.text
-    column = int(used[: 3 * len(space.joint_names)].argmax())
-    order, joint = divmod(column, len(space.joint_names))
-    quantity = ("velocity", "acceleration", "jerk")[order]
-    unit = JOINT_QUANTITIES[quantity].units[space.joint_units[joint]]
-    limit = float(space.limits[quantity][joint])
-    said = with_margin(partial(text, unit=unit), limit, task.scenario.margin)
-    return (
-        f" joint {space.joint_names[joint]!r} would reach {text(used[column] * limit, unit)}; its "
-        f"limit of {quantity} is {said}"
-    )
-
-
-def _exceeded(task: FreeTask, limit: Limit) -> str:
+def _exceeds(task: FreeTask, limit: Limit, share: float | None = None) -> str:
     if limit == RAMPS:
-        return f"there is no {RAMPS.quantity} {_at_acceleration(task)}"
+        shown = task.scenario.units.text(task.scenario.paths[0].asked.acceleration, "m/s²")
+        return f"there is no {RAMPS.quantity} at path.acceleration, {shown}"
     if limit == TOLERANCES:
         return "the tolerances are not kept"
-    if limit.name:
-        return f"{limit.name!r} exceeds its limit of {limit.quantity}"
-    return f"the limit of {limit.quantity} is not kept"
-
-
-def _at_acceleration(task: FreeTask) -> str:
-    shown = task.scenario.units.text(task.scenario.paths[0].asked.acceleration, "m/s²")
-    return f"at path.acceleration, {shown}"
-
-
-def _acceleration(task: FreeTask, acceleration: float) -> str:
-    return f"path: {{acceleration: {task.scenario.shown_length[0] * acceleration:.6g}}}"
+    what = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
+    return f"{repr(limit.name) if limit.name else 'the tool'} {what} its limit of {limit.quantity}"
 
 
 def _speed(scenario: Scenario, speed: float) -> str:

@@ -23,7 +23,7 @@ from knotwork.choosing.limit_shares import (
     parts,
 )
 from knotwork.choosing.task import FreeTask, knots_of
-from knotwork.errors import PathError
+from knotwork.errors import FollowingError, PathError
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.kinematics.following.continuation import continue_along
 from knotwork.kinematics.following.within_limits import fastest
@@ -42,14 +42,11 @@ DIGITS = 4
 SLOWEST = 1e-3
 """No speed below this is chosen [m/s]."""
 
-TOOL_MARGIN = 1e-3
-"""Along a path the tool stays below its limit by this part of it, so that it can be approached."""
-
 EXPECTED, PLANNED = 0.998, 0.9995
 """The share of each limit that may be used, as it is expected and as it is planned."""
 
-NEAR = 0.98
-"""A limit that is used up to this part bounds the speed."""
+NEAR = 1.02
+"""A limit bounds the speed if a greater one by this factor exceeds it."""
 
 NOTEWORTHY = 0.3
 """Smaller shares are not compared with the planned ones."""
@@ -75,7 +72,7 @@ BUDGET = Limit("", "the end of the budget", 1)
 
 NEXT = Limit("", "the motion before or after", 1)
 
-AT_MOST, TOOL_SPEED = Limit("", "at_most", 1), Limit("", "tool speed", 1)
+AT_MOST = Limit("", "at_most", 1)
 
 UNBOUNDED = Limit("", "no limit", 1)
 
@@ -119,22 +116,12 @@ class PathSpeeds:
         task: The task.
         path: One of its paths.
         most: Greatest speeds of the stretches whose speed is to be found [m/s], by index.
-        acceleration: Along the path where speeds change, if not as asked for [m/s²].
     """
 
-    def __init__(
-        self,
-        task: FreeTask,
-        path: ScenarioPath,
-        most: Mapping[int, float],
-        acceleration: float | None = None,
-    ) -> None:
+    def __init__(self, task: FreeTask, path: ScenarioPath, most: Mapping[int, float]) -> None:
         self.task, self.path, self.unit = task, path, task.scenario.shown_length[0]
         self.asked = path.asked.choosing(most)
-        if acceleration is not None:
-            self.asked = replace(self.asked, acceleration=acceleration)
-        self.limit = (1.0 - TOOL_MARGIN) * (task.scenario.motion_limits.tool_speed or math.inf)
-        self.caps = {k: min(speed, self.limit) for k, speed in sorted(most.items())}
+        self.caps = dict(sorted(most.items()))
         self.shares = LimitShares(task)
         given = (*path.asked.speeds, *most.values())
         fastest = max((one for one in given if one and math.isfinite(one)), default=1.0)
@@ -289,7 +276,7 @@ class PathSpeeds:
                 robot, path.motion, start[None], ends, pull=scenario.pull_to_middle
             )
             time, _, q, v, a = followed_path(scenario, robot, path, start, knots, way)
-        except PathError:
+        except (PathError, FollowingError):
             return None
         curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
         used = self.shares.of_curve(curve, times)
@@ -324,22 +311,16 @@ class PathSpeeds:
 
     def _limiting(self, k: int, speeds: Speeds, used: FloatArray) -> Limit | None:
         """What bounds the speed of a stretch; `None` if nothing is known to."""
-        if not self.slowed(k, speeds[k]):
-            return TOOL_SPEED if self.caps[k] == self.limit else AT_MOST
+        if speeds[k] >= self._rounded(self.caps[k]):
+            return AT_MOST
         faster = self._fitted({**speeds, k: speeds[k] / FINER})
+        if faster[k] <= speeds[k]:
+            return RAMPS
         all_of = self.asked.timed(speeds)[1]
         beside = (j for j in (k - 1, k, k + 1) if 0 <= j < len(all_of))
         alike = [j for j in beside if all_of[j] == all_of[k]]
-        around = of_stretches(used)[alike].max(axis=0) ** (1.0 / self.shares.orders)
-        if faster[k] <= speeds[k]:
-            return RAMPS
-        if around.max() < NEAR:
-            return None
-        return self.shares.limits[int(around.argmax())]
-
-    def slowed(self, k: int, speed: float) -> bool:
-        """Whether a speed is lower than it may be."""
-        return speed < self._rounded(self.caps[k])
+        factors = self._factors(of_stretches(used)[alike].max(axis=0))
+        return self.shares.limits[int(factors.argmin())] if factors.min() < NEAR else None
 
     def _refuse(self, used: FloatArray) -> NoReturn:
         row, column = np.unravel_index(int(used.argmax()), used.shape)
