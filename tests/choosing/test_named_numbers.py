@@ -171,7 +171,7 @@ def test_speeds_beyond_that_of_the_tool_are_reported_and_then_times_that_are_too
     assert len(speeds) == 2, said
     times = refusal(asked(*speeds, 0.2, 0.3)).splitlines()
     assert len(times) == 2, times
-    assert all("the tool, on the straight line, takes more than" in line for line in times)
+    assert all(" takes more than" in line for line in times), times
     assert kw.plan(asked(*speeds, 2.0, 2.0)).report.ok
 
 

@@ -51,10 +51,8 @@ def waypoints_near_tool_speed(task: FreeTask) -> Iterator[InputError]:
         if free.speed[i] != "given" or i in on_paths:
             continue
         q, v = task.waypoints.position[row], task.waypoints.velocity[row]
-        speed, most = (
-            float(np.linalg.norm(robot.jacobian(q)[:3] @ v)),
-            (1.0 - ADVISED_MARGIN) * limit,
-        )
+        speed = float(np.linalg.norm(robot.jacobian(q)[:3] @ v))
+        most = (1.0 - ADVISED_MARGIN) * limit
         if speed > limit * (1.0 - NO_MARGIN):
             error = InputError(
                 f"waypoint {scenario.waypoints[i].name!r}: the tool is given a speed of "
