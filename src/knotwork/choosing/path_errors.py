@@ -155,15 +155,16 @@ def speed_errors(
     other = _other_acceleration(task, paths, watch, higher=True) if higher else ""
     try:
         found = PathSpeeds(task, path, given | dict(chosen)).greatest(watch)
+        durations = np.diff(found.timing.times)
+        slower = [k for k, speed in given.items() if found.speeds[k] < rounded_down(speed, DIGITS)]
     except NoSpeedsError:
+        slower = []
+    if not slower:
         k, why = next(iter(exceeded.items()))
         other = other or _other_acceleration(task, paths, watch, higher=False)
         return [_error(task, path, k, why, other or "another path")]
     errors = []
-    durations = np.diff(found.timing.times)
-    for k, speed in given.items():
-        if found.speeds[k] >= rounded_down(speed, DIGITS) * (1.0 - ROUNDING):
-            continue
+    for k in slower:
         key = _key(task, path.first + 1 + k)
         accepted = task.scenario.units.text(found.speeds[k], "m/s")
         if key != "speed":

@@ -140,13 +140,15 @@ class PathSpeeds:
         """
         best: ChosenSpeeds | None = None
         tight, left = False, MORE
-        for _ in range(PLANS):
+        for plans in range(PLANS):
             try:
                 speeds = self.expected()
             except NoSpeedsError:
-                if best is None:
+                if best is not None:
+                    return best
+                if plans:
                     raise
-                return best
+                speeds = self._fitted(self.bounds)  # what is expected may be too much
             if best is not None and speeds == best.speeds:
                 return best
             timing = self.asked.timed(speeds)[0]
