@@ -54,6 +54,9 @@ NOTEWORTHY = 0.3
 CAREFUL = 1.001
 """Where a limit is exceeded, what is expected then is greater by this factor."""
 
+ROUNDED = 0.85
+"""Per order of a limit, the planned motion uses about this part of it where the speed changes."""
+
 PLANS = 8
 """Motions that are planned for one path at most."""
 
@@ -127,6 +130,7 @@ class PathSpeeds:
         fastest = max((one for one in given if one and math.isfinite(one)), default=1.0)
         self.along = SharesAlongPath(task, path, self.shares, fastest)
         self._corrections = np.ones((3 * len(self.asked.lengths), len(self.shares.limits)))
+        self._corrections[0::3] = self._corrections[2::3] = ROUNDED ** (self.shares.orders - 1.0)
 
     def greatest(self, watch: Watch, *, first: bool = False) -> ChosenSpeeds:
         """The greatest speeds that keep all limits, but for what little is left to gain.
