@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any
-
-import numpy as np
 
 from knotwork.choosing.chosen_values import chosen_values
 from knotwork.choosing.path_choice import TimedPaths, with_greatest_speeds
@@ -15,18 +12,22 @@ from knotwork.choosing.path_errors import (
     paths_beyond_limits,
     waypoints_near_tool_speed,
 )
+from knotwork.choosing.segment_motions import (
+    NoMotionsError,
+    located_in_segment,
+    solved_segments,
+    time_beside,
+)
 from knotwork.choosing.segments import Segment, assumed_jerk, find_segments, timing_problem
 from knotwork.choosing.task import FreeTask
 from knotwork.documents import Document, Edits, edited
-from knotwork.errors import InputError, TimingError, together
+from knotwork.errors import together
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
-from knotwork.timing.given_values import rounded_up, with_room
 from knotwork.timing.infeasible import impossible
 from knotwork.timing.motion import Status, status_of
 from knotwork.timing.problem import PEAKS
-from knotwork.timing.solving import NoMotionError, solved
 from knotwork.timing.watch import Watch
 
 
@@ -121,7 +122,7 @@ def choose_times(
     watch = Watch(progress, budget)
     try:
         best = _found(scenario, free, solution, watch, warm)
-    except _NoMotionsError as failed:
+    except NoMotionsError as failed:
         raise failed.reported() from None
     paths, found = best.paths, best.motions
     task, asked = paths.task, free.document
@@ -151,30 +152,8 @@ def choose_times(
     )
 
 
-SMOOTHEST = Objective(time=0.0, jerk=1.0)
-"""What is minimised where all times are given."""
-
-
 LOWER = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
 """Parts of the greatest speeds along paths that are tried where the arm can't go on from these."""
-
-
-class _NoMotionsError(Exception):
-    """No motion was found for some segments.
-
-    Attributes:
-        task: The task that has them.
-        errors: Why, by segment.
-    """
-
-    def __init__(self, task: FreeTask, errors: dict[Segment, NoMotionError]) -> None:
-        super().__init__()
-        self.task, self.errors = task, errors
-
-    def reported(self) -> InputError:
-        """The errors of all segments together."""
-        located = [_located(error.causes, self.task, one) for one, error in self.errors.items()]
-        return together([one for causes in located for one in causes])
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +166,7 @@ class _Found:
     @property
     def duration(self) -> float:
         """Of the whole motion [s]."""
-        between = _time_between(self.paths.task, [one for one, _ in self.motions])
+        between = time_beside(self.paths.task, [one for one, _ in self.motions])
         return between + sum(motion.duration for _, motion in self.motions)
 
 
@@ -213,8 +192,8 @@ def _found(
         _check_given(task, free, segments, watch)
         late = False
         try:
-            motions = _solved(task, segments, watch, _starts(task, segments, warm))
-        except _NoMotionsError as failed:
+            motions = solved_segments(task, segments, watch, () if warm is None else warm.runs)
+        except NoMotionsError as failed:
             lower = lower or _next_to(failed.errors, paths, free)
             if best is not None:
                 return best
@@ -263,115 +242,8 @@ def _check_given(
     errors += waypoints_near_tool_speed(task)
     for one in segments:
         if not unknown & {one.waypoints[0], one.waypoints[-1]}:
-            errors += _located(impossible(timing_problem(task, one, Objective())), task, one)
+            errors += located_in_segment(
+                impossible(timing_problem(task, one, Objective())), task, one
+            )
     if errors:
         raise together(errors)
-
-
-def _located(errors: list[TimingError], task: FreeTask, segment: Segment) -> list[TimingError]:
-    """Name the waypoints of the file in errors of a segment."""
-    for error in errors:
-        if error.waypoint is None:
-            error.locate(task.scenario.name)
-        else:
-            task.located(error, segment.waypoints[error.waypoint + error.interval])
-    return errors
-
-
-def _starts(
-    task: FreeTask, segments: list[Segment], warm: ChosenTimes | None
-) -> dict[Segment, TimedMotion]:
-    """Motions to start from, by segment; none where the segments are others than before."""
-    before = () if warm is None else warm.runs
-    same = [len(one.waypoints) for one in segments] == [len(one.time) for one in before]
-    joints = task.space.joint_names
-    if not same or any(one.trajectory.joint_names != joints for one in before):
-        return {}
-    return dict(zip(segments, before, strict=True))
-
-
-def _solved(
-    task: FreeTask, segments: list[Segment], watch: Watch, starts: Mapping[Segment, TimedMotion]
-) -> list[tuple[Segment, TimedMotion]]:
-    """Motions of all segments, with the total duration that is given, if one is.
-
-    Raises:
-        _NoMotionsError: Some have none.
-        TimingError: The total is too short.
-    """
-    free = task.free
-    objective = Objective(**{"time": 0.0, **free.objective})
-    watch.work = sum(len(one.waypoints) - 1 for one in segments)
-    if free.total is None:
-        only_time = objective.only_time
-        motions = _motions(task, segments, objective, watch, starts if only_time else {})
-        return list(motions.items())
-    timed = [one for one in segments if free.duration[list(one.waypoints)[:-1]].any()]
-    watch.work += sum(len(one.waypoints) - 1 for one in timed)
-    fastest = _motions(task, timed, Objective(), watch, starts)
-    spans = {one: motion.duration for one, motion in fastest.items()}
-    given = _time_between(task, timed)
-    shortest = given + sum(spans.values())
-    if free.total < shortest:
-        stopped = any(motion.status == "stopped" for motion in fastest.values())
-        raise _total_too_short(task, shortest, watch if stopped else None)
-    factor = (free.total - given) / sum(spans.values())
-    totals = {one: factor * span for one, span in spans.items()}
-    try:
-        return list(_motions(task, segments, objective, watch, fastest, totals).items())
-    except _NoMotionsError as failed:
-        error = failed.reported()
-        error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
-        raise error from None
-
-
-def _time_between(task: FreeTask, segments: Iterable[Segment]) -> float:
-    """How long all lasts but some segments [s]."""
-    own = sum(float(np.ptp(task.waypoints.time[one.rows])) for one in segments)
-    return float(np.ptp(task.scenario.times)) - own
-
-
-def _motions(
-    task: FreeTask,
-    segments: list[Segment],
-    objective: Objective,
-    watch: Watch,
-    starts: Mapping[Segment, TimedMotion],
-    totals: Mapping[Segment, float] = MappingProxyType({}),
-) -> dict[Segment, TimedMotion]:
-    found, failed = {}, {}
-    for one in segments:
-        problem = timing_problem(task, one, objective, totals.get(one))
-        if objective.only_time and one not in totals and not problem.free.any():
-            problem = replace(problem, objective=SMOOTHEST)
-        try:
-            found[one] = solved(problem, watch, starts.get(one))
-        except NoMotionError as error:
-            failed[one] = error
-    if failed:
-        raise _NoMotionsError(task, failed)
-    return found
-
-
-def _total_too_short(task: FreeTask, shortest: float, watch: Watch | None) -> InputError:
-    """The error for a duration that is shorter than the shortest motion found [s].
-
-    Args:
-        task: The task.
-        shortest: Duration of that motion [s].
-        watch: Of the budget, if it ended before a shorter one may have been found.
-    """
-    total, enough = task.free.total, f"{with_room(shortest):.6g} s"
-    if watch is None:
-        error = InputError(
-            f"{total:g} s is shorter than the least time found under the limits, "
-            f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"
-        )
-    else:
-        error = TimingError(
-            f"no motion of {total:g} s was found within the budget of {watch.budget:g} s, the "
-            f"shortest lasts {enough}; allow more time",
-            limit="budget",
-        )
-    error.locate(task.free.document.where(("duration",)))
-    return error
