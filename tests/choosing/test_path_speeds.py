@@ -282,3 +282,17 @@ def test_the_best_speeds_so_far_are_taken_when_a_budget_ends(
         durations.append(made.trajectory.duration)
     assert sorted(durations, reverse=True) == durations
     assert durations[-1] >= (1 - 1e-6) * best.trajectory.duration
+
+
+def test_what_is_exceeded_at_given_speeds_is_named_when_the_budget_has_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By a clock that goes on by a second each time it is looked at."""
+    given, last = line("a", -50, 100), line("c", 250)
+    limits = {"velocity": 60, "acceleration": 100}
+    ends = [given, line("b", 50, 30, turn=-90), last, {"joints": "home"}]
+    task = along(*ends, limits=limits, times="fastest", path={"acceleration": 150})
+    monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
+    with pytest.raises(InputError, match=r"at 100 mm/s along the path .* accepted: ") as caught:
+        kw.plan(task, budget=1)
+    assert "end of the budget" not in str(caught.value)

@@ -11,6 +11,7 @@ import numpy as np
 
 from knotwork.choosing.limit_shares import Limit, LimitShares
 from knotwork.choosing.path_speeds import (
+    BUDGET,
     DIGITS,
     RAMPS,
     TOLERANCES,
@@ -239,8 +240,8 @@ def _exceeds(task: FreeTask, limit: Limit, share: float | None = None) -> str:
     if limit == RAMPS:
         shown = task.scenario.units.text(task.scenario.paths[0].asked.acceleration, "m/s²")
         return f"there is no {RAMPS.quantity} at path.acceleration, {shown}"
-    if limit == TOLERANCES:
-        return "the tolerances are not kept"
+    if limit in (TOLERANCES, BUDGET):  # whichever limit it was, when the budget ended
+        return f"the {'tolerances' if limit == TOLERANCES else 'limits'} are not kept"
     what = "exceeds" if share is None else f"reaches {rounded_up(share, 4):.4g} times"
     return f"{repr(limit.name) if limit.name else 'the tool'} {what} its limit of {limit.quantity}"
 
