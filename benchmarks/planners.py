@@ -28,7 +28,7 @@ from rich.progress import track
 
 import results
 from knotwork import metrics
-from knotwork.choosing.runs import GREATEST_JERK
+from knotwork.choosing.segments import GREATEST_JERK
 from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots, PlannerOptions, get_planner
 from knotwork.timing import Objective, TimingLimits, TimingProblem, solve

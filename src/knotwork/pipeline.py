@@ -321,9 +321,7 @@ def _planned(
             known += findings(chosen, space)
             # the solutions were chosen before the times were, which hold them fast
             solution = replace(
-                chosen.solution,
-                waypoints=waypoints,
-                infeasibilities=solution.infeasibilities,
+                chosen.solution, waypoints=waypoints, infeasibilities=solution.infeasibilities
             )
         report = check(trajectory, scenario, space=space, known=known)
         return Plan(scenario, space, waypoints, trajectory, report, left_out, solution, chosen)

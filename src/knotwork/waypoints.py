@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
 FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.intp]
 
 
 def read_only(

@@ -132,14 +132,14 @@ def test_the_acceleration_of_the_tool_bounds_the_speed_along_an_arc() -> None:
 
     made = kw.plan(task("fastest"))
     made.report.raise_if_failed()
-    assert 0.99 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
+    assert 0.98 < 1e3 * made.scenario.paths[0].stretches[0].speed / 489.9 <= 1.0
     assert not passes(task(491))
 
 
 def test_limits_that_allow_no_speed_along_a_path() -> None:
     """These two joints turn against each other, alike up to rounding."""
     joint = "'(shoulder_pan|wrist_3)_joint'"
-    said = rf"waypoints\[1\]\.speed: no speed from 1 mm/s .*; at 1 mm/s {joint} exceeds its limit"
+    said = rf"waypoints\[1\]\.speed: no speed keeps the limits .*: {joint} exceeds its limit"
     with pytest.raises(InputError, match=said):
         kw.plan(reach(line("fastest"), limits={"acceleration": 1}))
 
@@ -207,19 +207,17 @@ def test_the_speed_along_a_path_leaves_its_tolerance_below_the_limit_of_the_tool
 
     made = kw.plan(task("fastest"))
     made.report.raise_if_failed()
-    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.1998)
+    assert made.scenario.paths[0].stretches[0].speed == pytest.approx(0.1998, rel=5e-3)
     assert made.chosen.gap < 0.05  # the tool's way bounds the time
-    says = (
-        r"waypoints\[2\]\.speed: 200 mm/s along the path from 'in' to 'out' leaves no room below "
-    )
-    with pytest.raises(
-        InputError, match=says + r"tool_speed, 200 mm/s; accepted: at most 196\.078 "
-    ):
-        kw.plan(task(200))
-    with pytest.raises(
-        InputError, match=r"takes the tool beyond tool_speed, 200 mm/s; .* 196\.078"
-    ):
-        kw.plan(task(199.95))
+    for speed in (200, 199.95):
+        says = rf"waypoints\[2\]\.speed: at {speed:g} mm/s along the path from 'in' to 'out': "
+        with pytest.raises(
+            InputError, match=says + "the tool reaches .* its limit of tool speed"
+        ) as caught:
+            kw.plan(task(speed))
+        accepted = float(str(caught.value).partition("accepted: ")[2].split()[0])
+        assert 198 < accepted < speed
+        kw.plan(task(accepted)).report.raise_if_failed()
 
 
 def test_a_given_speed_along_a_path_that_takes_a_joint_beyond_a_limit() -> None:
@@ -235,15 +233,15 @@ def test_a_given_speed_along_a_path_that_takes_a_joint_beyond_a_limit() -> None:
         return reach(times="fastest", limits=limits, waypoints=points)
 
     says = (
-        r"waypoints\[2\]\.speed: at 1300 mm/s along the path from 'in' to 'out' joint '.*' would "
-        r"reach .* deg/s²; its limit of .*; accepted: (.*) mm/s, or a higher limit"
+        r"waypoints\[2\]\.speed: at 1300 mm/s along the path from 'in' to 'out': '.*_joint' "
+        r"reaches 1\..* times its limit of acceleration; accepted: (.*) mm/s, or a higher limit"
     )
     with pytest.raises(InputError, match=says) as caught:
         kw.plan(task(1300))
     most = float(str(caught.value).partition("accepted: ")[2].split()[0])
     kw.plan(task(most)).report.raise_if_failed()
     with pytest.raises(InputError, match=f"accepted: {most:g} mm/s"):
-        kw.plan(task(1.01 * most))
+        kw.plan(task(1.02 * most))
 
 
 def test_a_limit_of_a_link_bounds_the_speed_along_a_path() -> None:

@@ -65,7 +65,7 @@ def test_each_stretch_has_the_greatest_speed_of_its_own(most: float | None) -> N
     found = speeds(made)
     assert min(found[0], found[2]) > 2.5 * found[1]
     for k in range(3):
-        faster = [1.02 * speed if j == k else speed for j, speed in enumerate(found)]
+        faster = [1.06 * speed if j == k else speed for j, speed in enumerate(found)]
         assert not keeps(task, faster) or (most is not None and found[k] == most)
 
 
@@ -122,7 +122,7 @@ def accepted_acceleration(task: dict[str, Any], says: str) -> float:
 def test_an_acceleration_along_the_path_that_is_too_high_is_named(limits: dict[str, Any]) -> None:
     """Each change of speed exceeds a limit, be it ever so small."""
     task = along(line("a", 0), line("b", 150, turn=-150), limits=limits, tolerances={"path": 0.2})
-    says = r"waypoints\[2\]\.speed: .* 'wrist_3_joint' exceeds .* at path\.acceleration, 1000 mm/s²"
+    says = r"waypoints\[2\]\.speed: no speed keeps .*: 'wrist_3_joint' exceeds its limit of "
     acceleration = accepted_acceleration(task, says)
     kw.plan({**task, "path": {"acceleration": acceleration}}).report.raise_if_failed()
 
@@ -132,7 +132,7 @@ def test_an_acceleration_along_the_path_that_is_too_low_is_named() -> None:
     given, slow = line("a", -160, 200), line("b", 0, turn=-120)
     task = along(given, slow, limits={"velocity": 60, "acceleration": 8000})
     says = (
-        r"waypoints\[1\]\.speed: at 200 mm/s along the path from 'in' to 'a', there is no room for "
+        r"waypoints\[1\]\.speed: at 200 mm/s along the path from 'in' to 'a': there is no room for "
         r"changes of speed at path\.acceleration, 1000 mm/s²; "
         r"accepted: ([\d.]+) mm/s, path: {acceleration: ([\d.]+)}, or a higher limit"
     )
@@ -202,9 +202,9 @@ def test_an_acceleration_that_is_proposed_does_for_all_paths() -> None:
     ends = [line("a", -30, stop=True), line("b", 90, stop=True)]
     limits = {"acceleration": 600, "jerk": 8000, "margin": 0.9}
     task = along(*ends, limits=limits, tolerances={"path": 0.3}, path={"acceleration": 50000})
-    acceleration = accepted_acceleration(task, r"at path\.acceleration, 50000 mm/s²")
+    acceleration = accepted_acceleration(task, r"exceeds its limit of jerk")
     kw.plan({**task, "path": {"acceleration": acceleration}}).report.raise_if_failed()
-    with pytest.raises(InputError, match=r"path\.acceleration"):  # little more does not do
+    with pytest.raises(InputError, match=r"accepted: path: "):  # little more does not do
         kw.plan({**task, "path": {"acceleration": 2 * acceleration}})
 
 
@@ -275,10 +275,24 @@ def test_the_best_speeds_so_far_are_taken_when_a_budget_ends(
         (said,) = made.report.select(quantity="chosen_times")
         assert "the best so far when the budget ended" in str(said)
         bounds = [str(one) for one in made.report.select(quantity="binding_limits")]
-        if budget == 1:
+        if budgets == (1,):
             what = "the end of the budget bounds the speed along the path"
             assert all(what in one for one in bounds[:2])
-            assert "lower bound with these speeds along its paths" in str(said)
+        assert "lower bound with these speeds along its paths" in str(said)
         durations.append(made.trajectory.duration)
     assert sorted(durations, reverse=True) == durations
-    assert durations[-1] >= best.trajectory.duration
+    assert durations[-1] >= (1 - 1e-6) * best.trajectory.duration
+
+
+def test_what_is_exceeded_at_given_speeds_is_named_when_the_budget_has_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By a clock that goes on by a second each time it is looked at."""
+    given, last = line("a", -50, 100), line("c", 250)
+    limits = {"velocity": 60, "acceleration": 100}
+    ends = [given, line("b", 50, 30, turn=-90), last, {"joints": "home"}]
+    task = along(*ends, limits=limits, times="fastest", path={"acceleration": 150})
+    monkeypatch.setattr(choice, "Watch", lambda *given: Watch(*given, now=count().__next__))
+    with pytest.raises(InputError, match=r"at 100 mm/s along the path .* accepted: ") as caught:
+        kw.plan(task, budget=1)
+    assert "end of the budget" not in str(caught.value)

@@ -1,27 +1,33 @@
-"""The choice of what a scenario leaves free, run by run."""
+"""The choice of what a scenario leaves free, segment by segment."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any
 
-from knotwork.choosing.faults import check_given, given_time, located_in_run, total_too_short
-from knotwork.choosing.given_speeds import paths_without_room, tell
-from knotwork.choosing.numbers import numbers
-from knotwork.choosing.passing import Passing, at_greatest_speeds, at_lower_speeds
-from knotwork.choosing.runs import Run, assumed_jerk, find_runs, timing_problem
+from knotwork.choosing.chosen_values import chosen_values
+from knotwork.choosing.path_choice import TimedPaths, with_greatest_speeds
+from knotwork.choosing.path_errors import (
+    paths_beyond_limits,
+    waypoints_near_tool_speed,
+)
+from knotwork.choosing.segment_motions import (
+    NoMotionsError,
+    located_in_segment,
+    solved_segments,
+    time_beside,
+)
+from knotwork.choosing.segments import Segment, assumed_jerk, find_segments, timing_problem
 from knotwork.choosing.task import FreeTask
 from knotwork.documents import Document, Edits, edited
-from knotwork.errors import InputError, TimingError, together
+from knotwork.errors import together
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
-from knotwork.timing.given_values import with_room
+from knotwork.timing.infeasible import impossible
 from knotwork.timing.motion import Status, status_of
 from knotwork.timing.problem import PEAKS
-from knotwork.timing.solving import NoMotionError, solved
 from knotwork.timing.watch import Watch
 
 
@@ -43,7 +49,7 @@ class ChosenTimes:
         assumed_jerk: Bounds of jerk that were assumed for joints without a limit of it, by joint
             [rad/s³ or m/s³].
         objective: Value of each term that has a weight, by name.
-        runs: What was found for each run.
+        runs: What was found for each segment.
     """
 
     document: Document
@@ -99,7 +105,7 @@ def choose_times(
     """Choose what a scenario leaves free.
 
     Constant speeds of tool paths come first: each is the greatest that the limits allow. Then the
-    runs between tool paths and waits are solved, each by itself, because position, velocity and
+    segments between tool paths and waits are solved, each by itself, because position, velocity and
     acceleration are known where they meet.
 
     Args:
@@ -114,17 +120,16 @@ def choose_times(
         InputError: The task can't be solved, or no motion that keeps the limits was found.
     """
     watch = Watch(progress, budget)
-    if free.path_speed:  # beside given ones that leave no room there may be none
-        tell(one for errors in paths_without_room(scenario).values() for one in errors)
     try:
-        passing, found = _found(scenario, free, solution, watch, warm)
-    except _NoMotionsError as failed:
-        raise failed.told() from None
-    task, asked = passing.task, free.document
-    edits = passing.edits | numbers(task, found)
+        best = _found(scenario, free, solution, watch, warm)
+    except NoMotionsError as failed:
+        raise failed.reported() from None
+    paths, found = best.paths, best.motions
+    task, asked = paths.task, free.document
+    edits = paths.edits | chosen_values(task, found)
     scenario = scenario_of(edited(asked, edits))
     duration = float(scenario.times[-1] - scenario.times[0])
-    in_runs = sum(motion.duration for _, motion in found)
+    in_segments = sum(motion.duration for _, motion in found)
     least = sum(motion.lower_bound for _, motion in found)
     parts = [motion.status for _, motion in found]
     objective: dict[str, float] = {}
@@ -136,39 +141,33 @@ def choose_times(
         document=asked,
         scenario=scenario,
         edits=edits,
-        solution=passing.solution,
+        solution=task.solution,
         duration=duration,
-        lower_bound=duration - in_runs + least,
-        status="stopped" if passing.stopped else status_of(parts),
-        binding=(*passing.binding, *(binding for _, motion in found for binding in motion.binding)),
+        lower_bound=duration - in_segments + least,
+        status="stopped" if paths.stopped else status_of(parts),
+        binding=(*paths.binding, *(binding for _, motion in found for binding in motion.binding)),
         objective=objective,
         runs=tuple(motion for _, motion in found),
         assumed_jerk=assumed_jerk(task.space),
     )
 
 
-SMOOTHEST = Objective(time=0.0, jerk=1.0)
-"""What is made least where all times are given."""
+LOWER = (0.7, 0.5, 0.35, 0.25, 0.18, 0.12)
+"""Parts of the greatest speeds along paths that are tried where the arm can't go on from these."""
 
 
-class _NoMotionsError(Exception):
-    """No motion was found for some runs.
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A task with speeds along its paths, and the motions of its segments."""
 
-    Attributes:
-        task: The task that has them.
-        errors: Why, by run.
-    """
+    paths: TimedPaths
+    motions: list[tuple[Segment, TimedMotion]]
 
-    def __init__(self, task: FreeTask, errors: dict[Run, NoMotionError]) -> None:
-        super().__init__()
-        self.task, self.errors = task, errors
-
-    def told(self) -> InputError:
-        """What may be the cause, for all runs together."""
-        located = [
-            located_in_run(error.causes, self.task, run) for run, error in self.errors.items()
-        ]
-        return together([one for causes in located for one in causes])
+    @property
+    def duration(self) -> float:
+        """Of the whole motion [s]."""
+        between = time_beside(self.paths.task, [one for one, _ in self.motions])
+        return between + sum(motion.duration for _, motion in self.motions)
 
 
 def _found(
@@ -177,89 +176,74 @@ def _found(
     solution: TaskSolution | None,
     watch: Watch,
     warm: ChosenTimes | None,
-) -> tuple[Passing, list[tuple[Run, TimedMotion]]]:
-    """Speeds along paths, the greatest ones if they will do, and the motions of the runs."""
+) -> _Found:
+    """Speeds along paths and all motions.
 
-    def motions(passing: Passing) -> list[tuple[Run, TimedMotion]]:
-        task = passing.task
-        runs = find_runs(task)
-        check_given(task, free, runs)
-        return _solved(task, runs, watch, _starts(task, runs, warm))
+    Where the arm can't go on from the greatest speeds, lower ones are tried until the whole takes
+    longer again.
+    """
+    paths = with_greatest_speeds(scenario, free, solution, watch)
+    greatest, parts = paths.speeds, list(LOWER)
+    lower: set[int] = set()
+    best: _Found | None = None
+    while True:
+        task = paths.task
+        segments = find_segments(task)
+        _check_given(task, free, segments, watch)
+        late = False
+        try:
+            motions = solved_segments(task, segments, watch, () if warm is None else warm.runs)
+        except NoMotionsError as failed:
+            lower = lower or _next_to(failed.errors, paths, free)
+            if best is not None:
+                return best
+            if not lower or not parts:
+                raise
+            parts = parts[-1:] if watch.late(found=True) else parts
+        else:
+            late = bool(lower) and watch.late(found=True)
+            found = _Found(replace(paths, stopped=paths.stopped or late), motions)
+            if best is None or found.duration < best.duration:
+                best = found
+            if best is not found or not lower or not parts or late:
+                return best
+        part = parts.pop(0)
+        caps = {place: part * greatest[place] for place in lower}
+        paths = with_greatest_speeds(scenario, free, solution, watch, caps)
 
-    greatest = at_greatest_speeds(scenario, free, solution, watch)
-    try:
-        return greatest, motions(greatest)
-    except _NoMotionsError as failed:
-        runs = list(failed.errors)
-        slower = at_lower_speeds(scenario, free, solution, greatest, runs, watch)
-        if slower is None:
-            raise
-    return slower, motions(slower)
+
+def _next_to(segments: Iterable[Segment], paths: TimedPaths, free: FreeTimes) -> set[int]:
+    """The stretches with chosen speeds of paths that segments meet, by index in the file."""
+    ends = {i for one in segments for i in (one.waypoints[0], one.waypoints[-1])}
+    return {
+        free.index[i]
+        for path in paths.task.scenario.paths
+        if ends & {path.first, path.last}
+        for i in range(path.first + 1, path.last + 1)
+        if free.index[i] in paths.speeds
+    }
 
 
-def _starts(task: FreeTask, runs: list[Run], warm: ChosenTimes | None) -> dict[Run, TimedMotion]:
-    """Motions to start from, by run; none where the runs are others than those of before."""
-    before = () if warm is None else warm.runs
-    same = [len(run.waypoints) for run in runs] == [len(one.time) for one in before]
-    joints = task.space.joint_names
-    if not same or any(one.trajectory.joint_names != joints for one in before):
-        return {}
-    return dict(zip(runs, before, strict=True))
+def _check_given(
+    task: FreeTask, asked: FreeTimes, segments: Sequence[Segment], watch: Watch
+) -> None:
+    """Refuse what is given beyond a limit or in too short a time, whatever it is and wherever.
 
+    Segments that meet a path along which a limit is exceeded are left out: it is not known
+    how fast they may begin or end.
 
-def _solved(
-    task: FreeTask, runs: list[Run], watch: Watch, starts: Mapping[Run, TimedMotion]
-) -> list[tuple[Run, TimedMotion]]:
-    free, scenario = task.free, task.scenario
-    weights = {"time": 0.0, **free.objective}
-    objective = Objective(**weights)
-
-    def found_for(
-        runs: list[Run],
-        objective: Objective,
-        totals: Mapping[Run, float] = MappingProxyType({}),
-        fastest: Mapping[Run, TimedMotion] = MappingProxyType({}),
-    ) -> dict[Run, TimedMotion]:
-        found, failed = {}, {}
-        for run in runs:
-            total = totals.get(run)
-            # what is not fastest has not the knots of what is
-            start = starts.get(run) if objective.only_time and total is None else fastest.get(run)
-            problem = timing_problem(task, run, objective, total)
-            if objective.only_time and total is None and not problem.free.any():
-                problem = replace(problem, objective=SMOOTHEST)
-            try:
-                found[run] = solved(problem, watch, start)
-            except NoMotionError as error:
-                failed[run] = error
-        if failed:
-            raise _NoMotionsError(task, failed)
-        return found
-
-    watch.work = sum(len(run.waypoints) - 1 for run in runs)
-    if free.total is None:
-        return list(found_for(runs, objective).items())
-    timed = [run for run in runs if free.duration[list(run.waypoints)[:-1]].any()]
-    watch.work += sum(len(run.waypoints) - 1 for run in timed)
-    fastest = found_for(timed, Objective())
-    spans = {run: motion.duration for run, motion in fastest.items()}
-    given = given_time(task, timed)
-    shortest = given + sum(spans.values())
-    if free.total < shortest:
-        if any(motion.status == "stopped" for motion in fastest.values()):
-            with scenario.error_context("duration"):
-                raise TimingError(
-                    f"no motion of {free.total:g} s was found within the budget of "
-                    f"{watch.budget:g} s, the shortest lasts {with_room(shortest):.6g} s; "
-                    "allow more time",
-                    limit="budget",
-                )
-        raise total_too_short(task, shortest)
-    stretch = (free.total - given) / sum(spans.values())
-    totals = {run: stretch * span for run, span in spans.items()}
-    try:
-        return list(found_for(runs, objective, totals, fastest).items())
-    except _NoMotionsError as failed:
-        error = failed.told()
-        error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
-        raise error from None
+    Raises:
+        InputError: There is something.
+    """
+    paths = task.scenario.paths
+    beyond = paths_beyond_limits(task, asked, watch)
+    unknown = {i for k in beyond for i in (paths[k].first, paths[k].last)}
+    errors = [one for found in beyond.values() for one in found]
+    errors += waypoints_near_tool_speed(task)
+    for one in segments:
+        if not unknown & {one.waypoints[0], one.waypoints[-1]}:
+            errors += located_in_segment(
+                impossible(timing_problem(task, one, Objective())), task, one
+            )
+    if errors:
+        raise together(errors)

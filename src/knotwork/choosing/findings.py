@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.choosing.choice import ChosenTimes
-from knotwork.choosing.path_search import RAMPS
+from knotwork.choosing.path_speeds import RAMPS
 from knotwork.joint_quantities import rate_unit
 from knotwork.joint_space import JointSpace
 from knotwork.verification import Finding

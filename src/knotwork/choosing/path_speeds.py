@@ -1,217 +1,341 @@
-"""Constant speeds along tool paths: those that are chosen, and those given that can't be kept."""
+"""The greatest constant speeds along a tool path, from q(s) and its derivatives.
+
+The speeds follow from the limits in closed form where the speed is constant, and are lowered until
+changes of speed keep the limits, too. The motion at these speeds is planned once. Where it uses
+other shares of the limits than those that were expected, the ratio corrects what is expected.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import partial
-from typing import Any, NoReturn
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import NoReturn
 
 import numpy as np
 
-from knotwork.choosing.accelerations import other_acceleration
-from knotwork.choosing.along_path import AlongPath, Excess, Hindrance
-from knotwork.choosing.bracket import SLOWEST
-from knotwork.choosing.given_speeds import ROUNDING, located, tell
-from knotwork.choosing.path_search import RAMPS, PathSearch, Speeds
-from knotwork.choosing.task import FreeTask
-from knotwork.documents import Location
-from knotwork.errors import DocumentError, InputError
-from knotwork.joint_quantities import JOINT_QUANTITIES
-from knotwork.scenario import FreeTimes, ScenarioPath
-from knotwork.timing import Binding
-from knotwork.timing.given_values import rounded_up
-from knotwork.timing.problem import with_margin
+from knotwork.choosing.limit_shares import (
+    Limit,
+    LimitShares,
+    SharesAlongPath,
+    greatest_of_each,
+    of_stretches,
+    parts,
+)
+from knotwork.choosing.task import FreeTask, knots_of
+from knotwork.errors import FollowingError, PathError
+from knotwork.interpolation import ModifiedHermiteSpline
+from knotwork.kinematics.following.continuation import continue_along
+from knotwork.kinematics.following.within_limits import fastest
+from knotwork.scenario import ScenarioPath
+from knotwork.task_to_joint import followed_path
 from knotwork.timing.watch import Watch
+from knotwork.tool_paths import TimedPath, Timing
+from knotwork.waypoints import FloatArray
+
+Speeds = dict[int, float]
+"""Speeds [m/s] by index of the stretch."""
+
+DIGITS = 4
+"""Speeds are rounded down to this number of digits."""
+
+SLOWEST = 1e-3
+"""No speed below this is chosen [m/s]."""
+
+EXPECTED, PLANNED = 0.998, 0.9995
+"""The share of each limit that may be used, as it is expected and as it is planned."""
+
+NEAR = 1.02
+"""A limit bounds the speed if a greater one by this factor exceeds it."""
+
+NOTEWORTHY = 0.3
+"""Smaller shares are not compared with the planned ones."""
+
+CAREFUL = 1.001
+"""Where a limit is exceeded, what is expected then is greater by this factor."""
+
+ROUNDED = 0.85
+"""Per order of a limit, the planned motion uses about this part of it where the speed changes."""
+
+PLANS = 8
+"""Motions that are planned for one path at most."""
+
+MORE = 5
+"""Motions that are planned after one that keeps the limits, for greater speeds."""
+
+MOST_SLOWER, LEAST_SLOWER = 0.8, 0.995
+"""Factors by which a speed is lowered in one step."""
+
+FINER = 0.98
+"""Factor between the speeds that are tried where one was lowered together with others."""
+
+RAMPS = Limit("", "room for changes of speed", 1)
+
+BUDGET = Limit("", "the end of the budget", 1)
+
+NEXT = Limit("", "the motion before or after", 1)
+
+AT_MOST = Limit("", "at_most", 1)
+
+UNBOUNDED = Limit("", "no limit", 1)
+
+TOLERANCES = Limit("", "tolerances", 1)
+
+
+class NoSpeedsError(Exception):
+    """There are no speeds along a path that keep the limits.
+
+    Attributes:
+        stretch: A stretch along which there are none.
+        limit: What is exceeded there.
+    """
+
+    def __init__(self, stretch: int, limit: Limit) -> None:
+        super().__init__()
+        self.stretch, self.limit = stretch, limit
 
 
 @dataclass(frozen=True, eq=False)
-class PathSpeeds:
-    """Speeds along tool paths that were chosen.
+class ChosenSpeeds:
+    """Speeds along a path.
 
     Attributes:
-        edits: What gives each stretch its speed.
-        binding: What bounds these speeds.
+        speeds: Those that were chosen [m/s], by index of the stretch.
+        limits: What bounds each of them.
+        timing: Of the path at these speeds.
         stopped: Whether the budget ended before they were the greatest.
     """
 
-    edits: dict[Location, Any] = field(default_factory=dict)
-    binding: tuple[Binding, ...] = ()
+    speeds: Speeds
+    limits: dict[int, Limit]
+    timing: Timing
     stopped: bool = False
 
 
-def path_speeds(task: FreeTask, watch: Watch) -> PathSpeeds:
-    """Choose the speeds along tool paths that are to be chosen, with up to half of the budget.
-
-    Raises:
-        InputError: Nothing bounds a speed, or the limits allow none.
-    """
-    edits: dict[Location, Any] = {}
-    binding: list[Binding] = []
-    stopped = False
-    paths = [path for path in task.scenario.paths if path.asked.at_most]
-    for i, path in enumerate(paths):
-        search = PathSearch(task, path, path.asked.at_most, watch)
-        with watch.turn(1.0 / (2 * len(paths) - i)):
-            speeds = search.greatest()
-        if speeds is None:
-            other = partial(other_acceleration, task, paths, higher=search.no_room)
-            found = other() if search.no_room else None
-            tell(_given_too_fast(task, path, found))
-            _refuse(task, search, found if search.no_room else other())
-        edits |= search.edits(speeds)
-        binding += search.binding(speeds)
-        stopped |= search.stopped
-    return PathSpeeds(edits, (*binding,), stopped)
-
-
-def paths_beyond_joint_limits(task: FreeTask, asked: FreeTimes) -> dict[int, list[InputError]]:
-    """Errors for given speeds that take a joint beyond a limit, by number of the path.
+class PathSpeeds:
+    """The problem of finding the greatest speeds along one path.
 
     Args:
         task: The task.
-        asked: What was to be chosen; along paths with a speed that was, those given do.
+        path: One of its paths.
+        most: Greatest speeds of the stretches whose speed is to be found [m/s], by index.
     """
-    errors: dict[int, list[InputError]] = {}
-    stuck: dict[int, ScenarioPath] = {}
-    for number, path in enumerate(task.scenario.paths):
-        ends = range(path.first + 1, path.last + 1)
-        if any(task.free.index[i] in asked.path_speed for i in ends):
-            continue
-        along = AlongPath(task, path)
-        if along.joint_beyond(along.motion(task.scenario), 1.0 + ROUNDING) is not None:
-            errors[number] = _given_too_fast(task, path)
-            if not errors[number]:
-                stuck[number] = path
-    if stuck:
-        waypoints = asked.document.data["waypoints"]
-        others: dict[Location, Any] = {
-            ("waypoints", i, "speed"): waypoints[i]["speed"] for i in asked.path_speed
-        }
-        other = other_acceleration(task, [*stuck.values()], higher=False, others=others)
-        for number, path in stuck.items():
-            errors[number] = [_no_lower_speed(task, path, other)]
-    return errors
 
+    def __init__(self, task: FreeTask, path: ScenarioPath, most: Mapping[int, float]) -> None:
+        self.task, self.path, self.unit = task, path, task.scenario.shown_length[0]
+        self.asked = path.asked.choosing(most)
+        self.caps = dict(sorted(most.items()))
+        self.shares = LimitShares(task)
+        given = (*path.asked.speeds, *most.values())
+        fastest = max((one for one in given if one and math.isfinite(one)), default=1.0)
+        self.along = SharesAlongPath(task, path, self.shares, fastest)
+        self._corrections = np.ones((3 * len(self.asked.lengths), len(self.shares.limits)))
+        self._corrections[0::3] = self._corrections[2::3] = ROUNDED ** (self.shares.orders - 1.0)
 
-def _given_too_fast(
-    task: FreeTask, path: ScenarioPath, other: float | None = None
-) -> list[InputError]:
-    """Errors for given speeds that can't be kept along a path, if lower ones can.
+    def greatest(self, watch: Watch, *, first: bool = False) -> ChosenSpeeds:
+        """The greatest speeds that keep all limits, but for what little is left to gain.
 
-    Args:
-        task: The task.
-        path: The path.
-        other: A path.acceleration with which they can, if one is known [m/s²].
-    """
-    chosen = path.asked.at_most
-    given = {k: one.speed for k, one in enumerate(path.stretches) if k not in chosen}
-    search = PathSearch(task, path, given | dict(chosen))
-    found = search.greatest() if given else None
-    if found is None:
-        return []
-    errors = []
-    excesses = _excesses(task, path, {k: found[k] for k in chosen})
-    durations = np.diff(search.asked.timed(found)[0].times)
-    for k in given:
-        if not search.slowed(k, found):
-            continue
-        key = _given_key(task, task.free.index[path.first + 1 + k])
-        accepted = task.scenario.units.text(found[k], "m/s")
-        if key != "speed":
-            accepted = f"{key}: {rounded_up(float(durations[k]), 5):g}"
-        if other is not None:
-            accepted += f", {_acceleration(task, other)}"
-        held = excesses.get(k)
-        if held is None:
-            held = f", {_not_kept(task, search.too_fast.get(k, RAMPS))}"
-        errors.append(_too_fast(task, path, k, held, accepted))
-    return errors
+        Args:
+            watch: What knows of the budget: when it has ended, the first speeds that do are taken.
+            first: Take the first speeds that do in any case.
 
+        Raises:
+            NoSpeedsError: There are none.
+        """
+        best: ChosenSpeeds | None = None
+        tight, left = False, MORE
+        for plans in range(PLANS):
+            try:
+                speeds = self.expected()
+            except NoSpeedsError:
+                if best is not None:
+                    return best
+                if plans:
+                    raise
+                speeds = self._fitted(self.bounds)  # what is expected may be too much
+            if best is not None and speeds == best.speeds:
+                return best
+            timing = self.asked.timed(speeds)[0]
+            used = self._planned(speeds)
+            if used is None:
+                if not speeds:
+                    raise NoSpeedsError(0, TOLERANCES)
+                self.caps = {k: MOST_SLOWER * speed for k, speed in speeds.items()}
+                continue
+            if (used <= PLANNED).all() and (best is None or timing.duration < best.timing.duration):
+                found = {k: self._limiting(k, speeds, used) for k in speeds}
+                tight = None not in found.values()
+                best = ChosenSpeeds(speeds, {k: one or RAMPS for k, one in found.items()}, timing)
+            if best is not None:
+                if first or tight or not left:
+                    return best
+                left -= 1
+                if watch.late(found=True):
+                    limits = dict.fromkeys(best.limits, BUDGET)
+                    return replace(best, limits=limits, stopped=True)
+            elif not speeds:
+                self._refuse(used)
+            self._correct(timing, used)
+        return best or self._refuse(self.along.at(timing) if used is None else used)
 
-def _excesses(task: FreeTask, path: ScenarioPath, chosen: Speeds) -> dict[int, str]:
-    """What joints reach at the given speeds, by index of those stretches where it is too much."""
-    scenario = task.scenario
-    if chosen:
+    def expected(self) -> Speeds:
+        """The greatest speeds that are expected to keep the limits.
+
+        Raises:
+            NoSpeedsError: There are none.
+        """
+        bounds = self.along.greatest_speeds(EXPECTED / self._corrections[1::3])
+        self.bounds = {k: min(float(bounds[k]), cap) for k, cap in self.caps.items()}
+        speeds = self._fitted(self.bounds)
+        while (used := self._used(speeds)).max() > 1.0:
+            speeds = self._fitted(self._slower(speeds, used))
+        for k, bound in self.bounds.items():
+            speeds = self._raised(speeds, k, bound)
+        return speeds
+
+    def _raised(self, speeds: Speeds, k: int, speed: float) -> Speeds:
+        """The speeds with a greater one of one stretch, if there is one, the others as they are.
+
+        Args:
+            speeds: Speeds that keep the limits.
+            k: The stretch.
+            speed: The greatest speed that is tried [m/s].
+        """
+        while speed > speeds[k]:
+            try:
+                trial = self._fitted({**speeds, k: speed})
+            except NoSpeedsError:
+                speed *= FINER
+                continue
+            used = self._used(trial)
+            if trial[k] > speeds[k] and used.max() <= 1.0:
+                return trial
+            factor = float(self._factors(used).min(initial=FINER))
+            speed = trial[k] * max(factor, MOST_SLOWER)
+        return speeds
+
+    def _used(self, speeds: Speeds) -> FloatArray:
+        """The greatest corrected shares of what may be used, on each stretch."""
+        used = self.along.at(self.asked.timed(speeds)[0])
+        return np.asarray(used * self._corrections / EXPECTED)
+
+    def _factors(self, used: FloatArray) -> FloatArray:
+        """By which factors speeds may be greater until shares are used whole, shape (n, m)."""
+        return np.asarray(np.maximum(used, 1e-9) ** (-1.0 / self.shares.orders))
+
+    def _slower(self, speeds: Speeds, used: FloatArray) -> Speeds:
+        """Lower speeds where a limit is exceeded: no lower than one beside it, at first.
+
+        Where two stretches have the same speed it does not change.
+        """
+        used = of_stretches(used)
+        factors = self._factors(used)
+        worst = factors.argmin(axis=1)
+        all_of = self.asked.timed(speeds)[1]
+        slower = dict(speeds)
+        for k in np.flatnonzero((used > 1.0).any(axis=1)).tolist():
+            own = [k] if k in speeds else [*[j for j in speeds if j < k][-1:]]
+            own += [] if k in speeds else [*[j for j in speeds if j > k][:1]]
+            limit = self.shares.limits[worst[k]]
+            if not own:
+                raise NoSpeedsError(k, limit)
+            factor = float(np.clip(factors[k, worst[k]], MOST_SLOWER, LEAST_SLOWER))
+            for j in own:
+                lower = factor * speeds[j]
+                if lower < SLOWEST:
+                    raise NoSpeedsError(j, limit)
+                beside = (all_of[i] for i in (j - 1, j + 1) if 0 <= i < len(all_of))
+                lower = max((one for one in beside if lower <= one < speeds[j]), default=lower)
+                slower[j] = min(slower[j], lower)
+        return slower
+
+    def _fitted(self, speeds: Speeds) -> Speeds:
+        """Rounded speeds that leave room for changes of speed, none above those.
+
+        Raises:
+            NoSpeedsError: Given ones leave no room.
+        """
+        for k, speed in speeds.items():
+            if math.isinf(speed):
+                raise NoSpeedsError(k, UNBOUNDED)
+        while True:
+            bounded = {k: self._rounded(max(speed, SLOWEST)) for k, speed in speeds.items()}
+            try:
+                speeds = self.asked.fitted(bounded)
+            except PathError as error:
+                raise NoSpeedsError(getattr(error, "stretch", 0), RAMPS) from error
+            if speeds == bounded:
+                return speeds
+
+    def _rounded(self, speed: float) -> float:
+        """A speed as it is in the file."""
+        return rounded(self.unit * speed) / self.unit
+
+    def _planned(self, speeds: Speeds) -> FloatArray | None:
+        """The shares that the planned motion uses on each stretch; `None` if it can't be made."""
+        scenario, path, robot = self.task.scenario, self._timed(speeds), self.shares.robot
+        knots, times = knots_of(scenario), path.motion.start_time + parts(path.motion.timing)
+        start = self.task.waypoints.position[self.task.rows[path.first]]
+        ends = times[[0, *range(3, len(times), 3)]]
         try:
-            scenario = task.with_edits(PathSearch(task, path, chosen).edits(chosen))
-        except DocumentError:
-            return {}
-    along = AlongPath(task, path)
-    whole, at_speed = along.motion(scenario), scenario.paths[along.number]
-    found = {}
-    for k in range(len(path.stretches)):
-        excess = along.joint_beyond(along.on_stretch(whole, at_speed, k), 1.0 + ROUNDING)
-        if excess is not None:
-            found[k] = _reaches(task, excess)
-    return found
+            way = continue_along(
+                robot, path.motion, start[None], ends, pull=scenario.pull_to_middle
+            )
+            time, _, q, v, a, _ = followed_path(scenario, robot, path, start, knots, way)
+        except (PathError, FollowingError):
+            return None
+        curve = ModifiedHermiteSpline(time, q, v, knots=knots, acceleration=a)
+        used = self.shares.of_curve(curve, times)
+        # where a start is chosen, velocities are compared on the way, too
+        fast = fastest(way.time, way.position[:, 0], way.velocity[:, 0])[0] / robot.velocity_limit
+        steps = greatest_of_each(fast, 0.5 * (way.time[1:] + way.time[:-1]), times)
+        np.maximum(used[:, : robot.dof], steps, out=used[:, : robot.dof])
+        return used
+
+    def _timed(self, speeds: Speeds) -> ScenarioPath:
+        """The path at these speeds."""
+        timing, found = self.asked.timed(speeds)
+        start = self.path.motion.start_time
+        times, full = (start + timing.times).tolist(), (start + timing.full_speed).tolist()
+        stretches = tuple(
+            replace(one, start=times[k], end=times[k + 1], speed=found[k], full_speed=(*full[k],))
+            for k, one in enumerate(self.path.stretches)
+        )
+        motion = TimedPath(self.path.motion.path, timing, start)
+        return replace(self.path, motion=motion, stretches=stretches, asked=self.asked)
+
+    def _correct(self, timing: Timing, used: FloatArray) -> None:
+        """Have what is expected agree with what was planned."""
+        if self.task.scenario.pull_to_middle:
+            full_speed = float(timing.speeds.max())
+            self.along = SharesAlongPath(self.task, self.path, self.shares, full_speed)
+        expected = self.along.at(timing)
+        compared = np.maximum(used, self._corrections * expected) > NOTEWORTHY
+        ratio = np.clip(used / np.maximum(expected, 1e-9), 0.1, 1e3)
+        ratio[used > PLANNED] *= CAREFUL
+        self._corrections = np.where(compared, ratio, self._corrections)
+
+    def _limiting(self, k: int, speeds: Speeds, used: FloatArray) -> Limit | None:
+        """What bounds the speed of a stretch; `None` if nothing is known to."""
+        if speeds[k] >= self._rounded(self.caps[k]):
+            return AT_MOST
+        faster = self._fitted({**speeds, k: speeds[k] / FINER})
+        if faster[k] <= speeds[k]:
+            return RAMPS
+        all_of = self.asked.timed(speeds)[1]
+        beside = (j for j in (k - 1, k, k + 1) if 0 <= j < len(all_of))
+        alike = [j for j in beside if all_of[j] == all_of[k]]
+        factors = self._factors(of_stretches(used)[alike].max(axis=0))
+        return self.shares.limits[int(factors.argmin())] if factors.min() < NEAR else None
+
+    def _refuse(self, used: FloatArray) -> NoReturn:
+        row, column = np.unravel_index(int(used.argmax()), used.shape)
+        raise NoSpeedsError(int(row) // 3, self.shares.limits[column])
 
 
-def _no_lower_speed(task: FreeTask, path: ScenarioPath, other: float | None) -> InputError:
-    """The error for given speeds that can't be kept along a path, and lower ones neither."""
-    k, held = next(iter(_excesses(task, path, {}).items()))
-    accepted = "another path" if other is None else _acceleration(task, other)
-    return _too_fast(task, path, k, held, accepted)
-
-
-def _too_fast(task: FreeTask, path: ScenarioPath, k: int, held: str, accepted: str) -> InputError:
-    scenario = task.scenario
-    begin, end = (scenario.waypoints[path.first + k + i].name for i in (0, 1))
-    error = InputError(
-        f"at {scenario.units.text(path.stretches[k].speed, 'm/s')} along the path from {begin!r} "
-        f"to {end!r}{held}; accepted: {accepted}, or a higher limit"
-    )
-    place = task.free.index[path.first + 1 + k]
-    return located(scenario, error, "waypoints", place, _given_key(task, place))
-
-
-def _given_key(task: FreeTask, place: int) -> str:
-    """What gives the speed of the stretch to a waypoint of the file."""
-    waypoint = task.free.document.data["waypoints"][place]
-    return next(key for key in ("speed", "after", "time") if key in waypoint)
-
-
-def _reaches(task: FreeTask, excess: Excess) -> str:
-    space, text = task.space, task.scenario.units.text
-    unit = JOINT_QUANTITIES[excess.quantity].units[space.joint_units[excess.joint]]
-    limit = float(space.limits[excess.quantity][excess.joint])
-    said = with_margin(partial(text, unit=unit), limit, task.scenario.margin)
-    return (
-        f" joint {space.joint_names[excess.joint]!r} would reach {text(excess.peak, unit)}; its "
-        f"limit of {excess.quantity} is {said}"
-    )
-
-
-def _not_kept(task: FreeTask, held: Hindrance) -> str:
-    if held == RAMPS:
-        return f"there is no {RAMPS.quantity} {_at_acceleration(task)}"
-    if held.who:
-        return f"{held.who!r} exceeds its limit of {held.quantity}"
-    return f"the limit of {held.quantity} is not kept"
-
-
-def _refuse(task: FreeTask, search: PathSearch, other: float | None) -> NoReturn:
-    """Say that no speed was found along a path, and with which path.acceleration there is one."""
-    scenario = task.scenario
-    k = search.stuck if search.stuck is not None else min(search.places)
-    slowest, fastest = (
-        scenario.units.text(v, "m/s", ".4g") for v in (SLOWEST, max(search.first[k], SLOWEST))
-    )
-    said = f"no speed from {slowest} to {fastest} was found at which the limits are kept along it"
-    if search.no_room:
-        said += f": {_not_kept(task, RAMPS)}"
-    elif search.stuck is not None:
-        said += f"; at {slowest} {_not_kept(task, search.too_fast[k])}"
-        if other is not None:
-            said += f", where speeds change {_at_acceleration(task)}"
-    accepted = "" if other is None else f"{_acceleration(task, other)}, "
-    with scenario.error_context("waypoints", search.places[k], "speed"):
-        raise InputError(f"{said}; accepted: {accepted}higher limits, or another path")
-
-
-def _at_acceleration(task: FreeTask) -> str:
-    shown = task.scenario.units.text(task.scenario.paths[0].asked.acceleration, "m/s²")
-    return f"at path.acceleration, {shown}"
-
-
-def _acceleration(task: FreeTask, acceleration: float) -> str:
-    return f"path: {{acceleration: {task.scenario.shown_length[0] * acceleration:.6g}}}"
+def rounded(speed: float) -> float:
+    """A speed rounded down to a few digits."""
+    if math.isinf(speed):
+        return speed
+    digit = 10.0 ** (math.floor(math.log10(speed)) - DIGITS + 1)
+    return float(f"{math.floor(speed / digit * (1.0 + 1e-12)) * digit:.{DIGITS}g}")

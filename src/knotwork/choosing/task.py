@@ -6,11 +6,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from knotwork.documents import Edits, edited
+from knotwork.errors import InputError
 from knotwork.interpolation import BalancedKnots
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
-from knotwork.waypoints import JointWaypoints
+from knotwork.task_to_joint import TaskSolution
+from knotwork.waypoints import IndexArray, JointWaypoints
 
 if TYPE_CHECKING:
     from knotwork.timing import Dynamics
@@ -30,17 +34,27 @@ class FreeTask:
         scenario: The task.
         free: What it leaves to be chosen.
         space: Its joints.
-        waypoints: Its waypoints at the joints, at provisional times and speeds.
+        solution: Its waypoints at the joints, at provisional times and speeds.
     """
 
     scenario: Scenario
     free: FreeTimes
     space: JointSpace
-    waypoints: JointWaypoints
+    solution: TaskSolution
+
+    @property
+    def waypoints(self) -> JointWaypoints:
+        """All waypoints at the joints, with those inserted along paths."""
+        return self.solution.waypoints
+
+    @property
+    def rows(self) -> IndexArray:
+        """Which of them are those of the scenario, by index, shape (n,)."""
+        return np.array(self.waypoints.asked)
 
     @cached_property
     def dynamics(self) -> Dynamics | None:
-        """Of its robot, if there is one; what is derived from it once serves all runs."""
+        """Of its robot, if there is one; what is derived from it once serves all segments."""
         if self.space.robot is None:
             return None
         from knotwork.timing import Dynamics
@@ -50,3 +64,10 @@ class FreeTask:
     def with_edits(self, edits: Edits) -> Scenario:
         """The scenario with other values in its document."""
         return scenario_of(edited(self.free.document, edits))
+
+    def located(self, error: InputError, i: int, *key: str) -> InputError:
+        """The error with its place in the file: a key of waypoint i of the scenario."""
+        k = self.free.index[i]
+        place = ("waypoints", k) if k >= 0 else ("start",)
+        error.locate(self.free.document.where((*place, *key)))
+        return error

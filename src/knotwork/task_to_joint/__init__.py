@@ -1,6 +1,6 @@
 """A scenario's waypoints at the joints: inverse kinematics, position (eq 3) and velocity (eq 4)."""
 
-from knotwork.task_to_joint.inserted import followed_path, leads_along, way_along
+from knotwork.task_to_joint.inserted import followed_path
 from knotwork.task_to_joint.solution import Choice, Infeasibility, TaskSolution
 from knotwork.task_to_joint.solve import solve_task
 
@@ -9,7 +9,5 @@ __all__ = [
     "Infeasibility",
     "TaskSolution",
     "followed_path",
-    "leads_along",
     "solve_task",
-    "way_along",
 ]

@@ -84,6 +84,11 @@ def completed_waypoints(
     )
 
 
+def _ends(path: ScenarioPath) -> FloatArray:
+    """When the stretches of a path begin and end [s]."""
+    return np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
+
+
 def _hold(positions: FloatArray, still: tuple[int, ...]) -> None:
     """Have the arm end each wait exactly where it began it."""
     for i in still:
@@ -108,7 +113,7 @@ def followed_path(
 
     tolerances = scenario.tolerances
     tolerance = PathTolerance(tolerances.path, tolerances.path_orientation, tolerances.path_speed)
-    ends = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
+    ends = _ends(path)
     try:
         joints = JointsOnPath(robot, path.motion, start, scenario.pull_to_middle, found)
         followed = with_waypoints_inserted(joints, tolerance, times=ends, knots=knots)
@@ -131,41 +136,3 @@ def followed_path(
             velocity[row] = acceleration[row] = 0.0  # exactly, where the tool stands
     asked = np.isin(np.arange(len(along)), index)
     return followed.time, names, followed.position, velocity, acceleration, asked
-
-
-def way_along(
-    scenario: Scenario, robot: Any, path: ScenarioPath, start: FloatArray
-) -> Continuation:
-    """The way along a path from where it begins, whatever limits are broken on it."""
-    from knotwork.kinematics.following.continuation import continue_along
-
-    times = np.array([path.stretches[0].start, *(one.end for one in path.stretches)])
-    pull = scenario.pull_to_middle
-    return continue_along(robot, path.motion, start[None], times, pull=pull)
-
-
-def leads_along(robot: Any, path: ScenarioPath, way: Continuation, room: float) -> list[bool]:
-    """Whether joints keep their limits along each stretch, as is asked where a start is chosen.
-
-    Args:
-        robot: The arm.
-        path: The path.
-        way: The way along it.
-        room: Joints are to be slow enough for a speed greater by this part of it.
-    """
-    one, turns = np.zeros(1, dtype=int), np.zeros((1, robot.dof))
-    faster = way._replace(time=way.time / (1.0 + room), velocity=way.velocity * (1.0 + room))
-    leads = []
-    for stretch in path.stretches:
-        if (way.lost < stretch.end).any():
-            leads.append(False)
-            continue
-        own = (way.time >= stretch.start) & (way.time <= stretch.end)
-        part = faster._replace(
-            time=faster.time[own],
-            position=faster.position[own],
-            velocity=faster.velocity[own],
-            lost=np.full(1, np.inf),
-        )
-        leads.append(bool(part.free(robot, one, turns).all()))
-    return leads

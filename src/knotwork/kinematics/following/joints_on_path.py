@@ -57,6 +57,8 @@ class JointsOnPath:
         robot, path: As given.
         time: Of the steps [s], shape (n,).
         position: Joint positions then [rad or m], shape (n, d).
+        curve: Quintics through positions, velocities and accelerations of the steps: C2 but where
+            the path's acceleration jumps, and near the path.
 
     Raises:
         FollowingError: The arm can't go on somewhere, whatever its limits.
@@ -88,7 +90,7 @@ class JointsOnPath:
             found.position[:, 0],
         )
         self.position = self.position[np.append(steps, len(found.time) - 1)]
-        self._between = PiecewisePolynomial(self._quintics(found, steps), self.time)
+        self.curve = PiecewisePolynomial(self._quintics(found, steps), self.time)
 
     def _quintics(self, found: Continuation, steps: NDArray[np.intp]) -> FloatArray:
         """Coefficients of the polynomials between steps, by index, and those after them."""
@@ -155,7 +157,7 @@ class JointsOnPath:
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Joint positions at times [rad or m], shape (k, d)."""
-        guess = self._between(times)
+        guess = self.curve(times)
         s, path = self.path.arc_length(times), self.path.path
         q, error = self.field.corrected(guess, path.position(s), path.rotation(s))
         stray = ~(np.abs(q - guess).max(axis=1, initial=0.0) <= STRAY) | ~(error <= LOST)

@@ -1,4 +1,4 @@
-"""Numbers in place of what was free: edits of the scenario's document, and the scenario of them."""
+"""Chosen values as edits of the scenario's document."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.choosing.runs import Run
+from knotwork.choosing.segments import Segment
 from knotwork.choosing.task import FreeTask
 from knotwork.documents import REMOVED, Location
 from knotwork.scenario import JointTarget, Scenario
 from knotwork.timing import TimedMotion
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
-STANDS = 1e-9
-"""A chosen speed below this is none [m/s]."""
+STANDING = 1e-9
+"""A chosen speed below this is a stop [m/s]."""
 
 
-def numbers(task: FreeTask, runs: list[tuple[Run, TimedMotion]]) -> dict[Location, Any]:
-    """The edits that put chosen numbers in place of all that is free.
+def chosen_values(task: FreeTask, found: list[tuple[Segment, TimedMotion]]) -> dict[Location, Any]:
+    """The edits that put chosen values in place of all that is free.
 
     Args:
         task: The task.
-        runs: The runs and what was found for them.
+        found: The segments and what was found for them.
     """
     free = task.free
     units = _Units(task)
@@ -32,17 +32,17 @@ def numbers(task: FreeTask, runs: list[tuple[Run, TimedMotion]]) -> dict[Locatio
     if free.document.data.get("knots") == "optimal":
         edits[("knots",)] = REMOVED
     edits |= _solutions(task, units)
-    for run, motion in runs:
-        for k, i in enumerate(run.waypoints):
+    for segment, motion in found:
+        for k, i in enumerate(segment.waypoints):
             place: Location = ("waypoints", free.index[i])
             if k and free.duration[i - 1]:
                 edits[(*place, "after")] = float(motion.time[k] - motion.time[k - 1])
-            q = task.waypoints.position[run.rows[k]]
+            q = task.waypoints.position[segment.rows[k]]
             edits |= _speed(task, i, place, q, motion.velocity[k], units)
-    if not runs:
+    if not found:
         return edits
     timed = task.with_edits(edits)
-    edits[("chosen",)] = [_chosen(timed, free.speed, run, motion, units) for run, motion in runs]
+    edits[("chosen",)] = [_chosen(timed, free.speed, *one, units) for one in found]
     return edits
 
 
@@ -77,7 +77,7 @@ def _solutions(task: FreeTask, units: _Units) -> dict[Location, Any]:
             and index[i] not in on_paths
             and place not in edits
         ):
-            edits[place] = units.by_joint(task.waypoints.position[task.waypoints.asked[i]])
+            edits[place] = units.by_joint(task.waypoints.position[task.rows[i]])
     return edits
 
 
@@ -100,19 +100,19 @@ def _speed(
             }
         }
     speed = float(np.linalg.norm(twist.linear))
-    if speed < STANDS:
+    if speed < STANDING:
         return {(*place, "speed"): REMOVED, (*place, "stop"): True}
     return {(*place, "speed"): speed / units.length}
 
 
 def _chosen(
-    timed: Scenario, kinds: tuple[str, ...], run: Run, motion: TimedMotion, units: _Units
+    timed: Scenario, kinds: tuple[str, ...], segment: Segment, motion: TimedMotion, units: _Units
 ) -> dict[str, Any]:
-    """A run as the file has it; knots begin where the waypoint before them is in the file."""
+    """A segment as the file has it; knots begin where the waypoint before them is in the file."""
     x = motion.trajectory.breaks
     a = motion.trajectory.acceleration(x)
     times = x.copy()
-    for k, i in enumerate(run.waypoints):
+    for k, i in enumerate(segment.waypoints):
         later = x >= motion.time[k] - 1e-12
         times[later] = timed.waypoints[i].time + (x[later] - motion.time[k])
     found: dict[str, Any] = {
@@ -124,7 +124,7 @@ def _chosen(
     }
     velocities = {
         timed.waypoints[i].name: units.by_joint(motion.velocity[k])
-        for k, i in enumerate(run.waypoints)
+        for k, i in enumerate(segment.waypoints)
         if kinds[i] != "given"
     }
     return found | ({"velocities": velocities} if velocities else {})

@@ -1,4 +1,4 @@
-"""Runs: consecutive waypoints between which something is chosen, cut where all is known."""
+"""Segments: consecutive waypoints between which something is chosen, divided where all is known."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from knotwork.errors import InputError
 from knotwork.joint_space import JointSpace
 from knotwork.scenario import FreeTimes, Scenario
 from knotwork.timing import Objective, TimingLimits, TimingProblem
-from knotwork.waypoints import FloatArray
+from knotwork.waypoints import FloatArray, IndexArray
 
 SHORTEST_RAMP = 0.01
 """Without a limit of jerk, the acceleration goes from none to its limit in no less time [s]."""
@@ -21,7 +21,7 @@ GREATEST_JERK = 2e4
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Segment:
     """Consecutive waypoints of a scenario; between them is neither a tool path nor a wait.
 
     Attributes:
@@ -30,11 +30,11 @@ class Run:
     """
 
     waypoints: range
-    rows: FloatArray
+    rows: IndexArray
 
 
-def find_runs(task: FreeTask) -> list[Run]:
-    """The runs of a task in which something is chosen, in order of time.
+def find_segments(task: FreeTask) -> list[Segment]:
+    """The segments of a task in which something is chosen, in order of time.
 
     Raises:
         InputError: The time between two equal stops is to be chosen.
@@ -52,16 +52,15 @@ def find_runs(task: FreeTask) -> list[Run]:
                 )
     for path in scenario.paths:
         closed.update(range(path.first, path.last))
-    rows = np.array(task.waypoints.asked)
-    runs: list[Run] = []
+    segments: list[Segment] = []
     first = 0
     for i in range(n):
         if i + 1 < n and i not in closed:
             continue
         if i > first and _chosen(free, first, i):
-            runs.append(Run(range(first, i + 1), rows[first : i + 1]))
+            segments.append(Segment(range(first, i + 1), task.rows[first : i + 1]))
         first = i + 1 if i in closed else i
-    return runs
+    return segments
 
 
 def _chosen(free: FreeTimes, first: int, last: int) -> bool:
@@ -74,30 +73,30 @@ def _chosen(free: FreeTimes, first: int, last: int) -> bool:
 
 
 def timing_problem(
-    task: FreeTask, run: Run, objective: Objective, total: float | None = None
+    task: FreeTask, segment: Segment, objective: Objective, total: float | None = None
 ) -> TimingProblem:
-    """What is known of a run, and what is to be chosen.
+    """What is known of a segment, and what is to be chosen.
 
     Args:
         task: The task.
-        run: The run.
-        objective: What is made least.
-        total: How long the run is to last [s], or `None`.
+        segment: The segment.
+        objective: What is minimised.
+        total: How long the segment is to last [s], or `None`.
 
     Raises:
         InputError: A joint that moves has neither a limit of acceleration nor one of effort.
     """
     free, space, waypoints = task.free, task.space, task.waypoints
-    rows = run.rows.astype(int)
-    inner = slice(run.waypoints[0], run.waypoints[-1])
+    rows = segment.rows
+    inner = slice(segment.waypoints[0], segment.waypoints[-1])
     velocity = waypoints.velocity[rows].copy()
-    kinds = [free.speed[i] for i in run.waypoints]
+    kinds = [free.speed[i] for i in segment.waypoints]
     velocity[[kind == "free" for kind in kinds]] = np.nan
     duration = np.where(free.duration[inner], np.nan, np.diff(waypoints.time[rows]))
     limits = TimingLimits(
         space.limits["velocity"],
         space.limits["acceleration"],
-        _jerk_limits(space),
+        jerk_limits(space),
         space.limits["effort"] if space.robot is not None else None,  # type: ignore[arg-type]
         space.lower_position_limit,
         space.upper_position_limit,
@@ -116,7 +115,7 @@ def timing_problem(
         names=tuple(waypoints.names[row] for row in rows),
         joint_units=space.joint_units,
         along=np.array([kind == "along" for kind in kinds]),
-        most=free.at_most[list(run.waypoints)],
+        most=free.at_most[list(segment.waypoints)],
         acceleration=_accelerations(task, rows),
         duration=duration,
         at_least=free.at_least[inner],
@@ -127,7 +126,7 @@ def timing_problem(
     )
 
 
-def _jerk_limits(space: JointSpace) -> FloatArray:
+def jerk_limits(space: JointSpace) -> FloatArray:
     """Limits of jerk; where there is none, what keeps changes of acceleration from being jumps."""
     jerk, acceleration = space.limits["jerk"], space.limits["acceleration"]
     ramped = np.where(np.isfinite(acceleration), acceleration / SHORTEST_RAMP, GREATEST_JERK)
@@ -137,12 +136,12 @@ def _jerk_limits(space: JointSpace) -> FloatArray:
 def assumed_jerk(space: JointSpace) -> dict[str, float]:
     """Bounds of jerk of the joints that have no limit of it [rad/s³ or m/s³]."""
     given = np.isfinite(space.limits["jerk"])
-    bounds = zip(space.joint_names, given, _jerk_limits(space), strict=True)
+    bounds = zip(space.joint_names, given, jerk_limits(space), strict=True)
     return {name: float(bound) for name, has, bound in bounds if not has}
 
 
-def _accelerations(task: FreeTask, rows: FloatArray) -> FloatArray:
-    """Accelerations at the ends of a run.
+def _accelerations(task: FreeTask, rows: IndexArray) -> FloatArray:
+    """Accelerations at the ends of a segment.
 
     At the ends of the motion they are as asked for; else none where times are chosen, and chosen
     where only knots are.

@@ -1,0 +1,225 @@
+"""The share of each limit that joints use: in given states, and along a path at any speeds.
+
+Along a path q(s) and its derivatives are computed once. With q̇ = q' ṡ, q̈ = q'' ṡ² + q' s̈ and
+q⃛ = q''' ṡ³ + 3 q'' ṡ s̈ + q' s⃛ every share then follows from ṡ, s̈ and s⃛.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, cast
+
+import numpy as np
+import pinocchio as pin
+
+from knotwork.choosing.task import FreeTask
+from knotwork.kinematics.following.joints_on_path import JointsOnPath
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.robot import Robot
+from knotwork.scenario import ScenarioPath
+from knotwork.tool_paths import TimedPath, Timing, speed_profile
+from knotwork.waypoints import FloatArray
+
+PLACES = np.array([1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 - 1e-6])
+"""Where each piece of a curve is evaluated: at both ends, which may jump, and between them."""
+
+ON_RAMP = np.linspace(1e-6, 1.0 - 1e-6, 33)
+"""Where each change of speed is evaluated."""
+
+TOOL_MARGIN = 1e-3
+"""Along a path the tool stays below its limit by this part of it, so that it can be approached."""
+
+MIDDLE = 0.25
+"""The middle of a stretch reaches so far to both sides, as a part of its length."""
+
+
+class Limit(NamedTuple):
+    """A limit.
+
+    Attributes:
+        name: Of a joint or a frame; empty for the tool.
+        quantity: What is limited.
+        order: The power of the speed along a path with which it grows.
+        size: Number of components of the quantity.
+    """
+
+    name: str
+    quantity: str
+    order: int
+    size: int = 1
+
+
+class LimitShares:
+    """The shares of all limits of a task that states of its joints use.
+
+    Args:
+        task: The task.
+
+    Attributes:
+        limits: The limits, length m: velocity, acceleration and jerk of each joint come first.
+        orders: Their orders, shape (m,).
+    """
+
+    def __init__(self, task: FreeTask) -> None:
+        space, asked = task.space, task.scenario.motion_limits
+        self.robot = robot = cast(Robot, space.robot)  # nothing else follows paths
+        self._bounds = space.limits
+        joints, frames = space.joint_names, []
+        quantities = ("velocity", "acceleration", "jerk")
+        limits = [Limit(one, what, 1 + k) for k, what in enumerate(quantities) for one in joints]
+        self._effort = task.dynamics if np.isfinite(space.limits["effort"]).any() else None
+        if self._effort is not None:
+            limits += [Limit(one, "effort", 2) for one in joints]
+        if asked.tool_speed is not None:
+            limits.append(Limit("", "tool speed", 1, 3))
+            most = (1.0 - TOOL_MARGIN) * asked.tool_speed
+            frames.append((robot.require_tool(), pin.getFrameVelocity, most))
+        for frame in asked.frame_speed:
+            limits.append(Limit(frame.frame, "speed", 1, 3))
+            index = robot.frame_index(frame.frame)
+            frames.append((index, pin.getFrameVelocity, frame.speed))
+        if asked.tool_acceleration is not None:
+            limits.append(Limit("", "tool acceleration", 2, 3))
+            acceleration = pin.getFrameClassicalAcceleration
+            frames.append((robot.require_tool(), acceleration, asked.tool_acceleration))
+        self.limits, self._frames = tuple(limits), frames
+        sizes = np.array([one.size for one in limits])
+        self.starts = np.cumsum(sizes) - sizes
+        self.orders = np.array([one.order for one in limits])
+
+    def components(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
+        """Signed components of the quantities, each divided by its limit, shape (n, c).
+
+        Args:
+            q: Joint positions, shape (n, d).
+            v: Their derivatives, likewise.
+            a: Their second derivatives.
+            j: Their third derivatives.
+        """
+        bounds = self._bounds
+        columns = [v / bounds["velocity"], a / bounds["acceleration"], j / bounds["jerk"]]
+        if self._effort is not None:
+            columns.append(self._effort.effort(q, v, a) / bounds["effort"])
+        if self._frames:
+            columns.append(np.array([self._of_frames(*row) for row in zip(q, v, a, strict=True)]))
+        return np.hstack(columns)
+
+    def _of_frames(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        model, data = self.robot.model, self.robot.data
+        pin.forwardKinematics(model, data, q, v, a)
+        return np.concatenate(
+            [of(model, data, k, pin.LOCAL_WORLD_ALIGNED).linear / n for k, of, n in self._frames]
+        )
+
+    def shares(self, components: FloatArray) -> FloatArray:
+        """Shares of the limits, shape (n, m), from components of shape (n, c)."""
+        return np.asarray(np.sqrt(np.add.reduceat(components**2, self.starts, axis=1)))
+
+    def of_curve(self, curve: PiecewisePolynomial, times: FloatArray) -> FloatArray:
+        """The greatest shares that a motion uses between times, shape (k - 1, m), for k times."""
+        t, q, v, a, j = _states(curve)
+        return greatest_of_each(self.shares(self.components(q, v, a, j)), t, times)
+
+
+def _states(curve: PiecewisePolynomial) -> tuple[FloatArray, ...]:
+    """Parameters at the places of all pieces of a curve, its value and three derivatives there."""
+    x = (curve.x[:-1, None] + np.diff(curve.x)[:, None] * PLACES).ravel()
+    return x, *(curve(x, order) for order in range(4))
+
+
+def greatest_of_each(shares: FloatArray, x: FloatArray, ends: FloatArray) -> FloatArray:
+    """The greatest of shares (n, m) at places x (n,) on each of the intervals between k ends."""
+    found = np.zeros((len(ends) - 1, shares.shape[1]))
+    index = np.clip(np.searchsorted(ends, x, "right") - 1, 0, len(found) - 1)
+    np.maximum.at(found, index, shares)
+    return found
+
+
+def parts(timing: Timing) -> FloatArray:
+    """When the parts of n stretches begin, and the last one ends [s], shape (3n + 1,).
+
+    A stretch has a change of speed at its start, its own speed, and a change of speed at its end.
+    """
+    return np.append(np.column_stack((timing.times[:-1], timing.full_speed)), timing.times[-1])
+
+
+def of_stretches(shares: FloatArray) -> FloatArray:
+    """The greatest shares on each of n stretches, shape (n, m), from those of their parts."""
+    return np.asarray(shares.reshape(-1, 3, shares.shape[1]).max(axis=1))
+
+
+class SharesAlongPath:
+    """The shares of limits that joints use along a path, at any speeds.
+
+    Args:
+        task: The task.
+        path: One of its paths.
+        shares: The shares of its limits.
+        full_speed: The greatest speed along the path [m/s], on which only the self-motion of a
+            redundant arm depends that is pulled to the middle of its ranges.
+    """
+
+    def __init__(
+        self, task: FreeTask, path: ScenarioPath, shares: LimitShares, full_speed: float
+    ) -> None:
+        self._shares, lengths = shares, path.asked.lengths
+        # at 1 m/s time is the arc length
+        timing = speed_profile(lengths, np.ones(len(lengths)), acceleration=1.0)
+        unit = TimedPath(path.motion.path, timing)
+        pull = task.scenario.pull_to_middle / full_speed
+        start = task.waypoints.position[task.rows[path.first]]
+        curve = JointsOnPath(shares.robot, unit, start, pull).curve
+        self._s, q, d1, d2, d3 = _states(curve)
+        none = np.zeros_like(q)
+        rest = shares.components(q, none, none, none)
+        # the factors of 1, ṡ to the power of the order, s̈, ṡ s̈ and s⃛
+        others = ((d1, d2, d3), (none, d1, none), (none, none, 3.0 * d2), (none, none, d1))
+        factors = [shares.components(q, *one) - rest for one in others]
+        self._terms = np.stack([rest, *factors], axis=1)
+        self._powers = np.repeat(shares.orders, [one.size for one in shares.limits])
+        self._ends = timing.times
+
+    def at(self, timing: Timing) -> FloatArray:
+        """The greatest shares on each of the parts of n stretches under a timing, shape (3n, m)."""
+        curve, ends = timing.arc_length, parts(timing)
+        found = np.zeros((len(ends) - 1, len(self._shares.limits)))
+        for c, begin, end in zip(curve.c.T, curve.x[:-1], curve.x[1:], strict=True):
+            k = int(np.searchsorted(ends, 0.5 * (begin + end))) - 1
+            used = self._on_ramp(c, end - begin) if c[:3].any() else self._at_speed(c, end - begin)
+            np.maximum(found[k], used.max(axis=0, initial=0.0), out=found[k])
+        return found
+
+    def _at_speed(self, c: FloatArray, duration: float) -> FloatArray:
+        first, last = np.searchsorted(self._s, (c[-1], c[-1] + c[-2] * duration))
+        terms = self._terms[max(first - 1, 0) : last + 1]
+        return self._shares.shares(terms[:, 0] + terms[:, 1] * c[-2] ** self._powers)
+
+    def _on_ramp(self, c: FloatArray, duration: float) -> FloatArray:
+        t = ON_RAMP * duration
+        s, v, a, j = (np.polyval(np.polyder(c, order), t)[:, None] for order in range(4))
+        after = np.clip(np.searchsorted(self._s, s[:, 0]), 1, len(self._s) - 1)
+        low, high = self._s[after - 1], self._s[after]
+        part = np.clip((s[:, 0] - low) / (high - low), 0.0, 1.0)[:, None, None]
+        terms = (1.0 - part) * self._terms[after - 1] + part * self._terms[after]
+        rates = np.stack((v**0 + 0.0 * self._powers, v**self._powers, a + 0.0 * self._powers,
+                          v * a + 0.0 * self._powers, j + 0.0 * self._powers), axis=1)  # fmt: skip
+        return self._shares.shares((terms * rates).sum(axis=1))
+
+    def greatest_speeds(self, allowed: FloatArray) -> FloatArray:
+        """The greatest constant speed in the middle of each stretch [m/s], in closed form; (n,).
+
+        Nearer to its ends the speed may change.
+
+        Args:
+            allowed: The share of each limit that may be used on each stretch, shape (n, m).
+        """
+        starts = self._shares.starts
+        rest, factor = self._terms[:, 0][:, starts], self._terms[:, 1]
+        sizes = np.sqrt(np.add.reduceat(factor**2, starts, axis=1))
+        rest = rest * np.sign(factor[:, starts])
+        index = np.clip(np.searchsorted(self._ends, self._s) - 1, 0, len(allowed) - 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.maximum(allowed[index] - rest, 0.0)
+            speeds = np.where(sizes > 0.0, room / sizes, np.inf) ** (1.0 / self._shares.orders)
+        part = (self._s - self._ends[index]) / np.diff(self._ends)[index]
+        index[np.abs(part - 0.5) > MIDDLE] = -1
+        return np.array([speeds[index == k].min() for k in range(len(allowed))])

@@ -1,0 +1,156 @@
+"""The motions of all segments of a task, and why there are none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from knotwork.choosing.segments import Segment, timing_problem
+from knotwork.choosing.task import FreeTask
+from knotwork.errors import InputError, TimingError, together
+from knotwork.timing import Objective, TimedMotion
+from knotwork.timing.given_values import rounded_up, with_room
+from knotwork.timing.solving import NoMotionError, solved
+from knotwork.timing.watch import Watch
+
+SMOOTHEST = Objective(time=0.0, jerk=1.0)
+"""What is minimised where all times are given."""
+
+
+class NoMotionsError(Exception):
+    """No motion was found for some segments.
+
+    Attributes:
+        task: The task that has them.
+        errors: Why, by segment.
+    """
+
+    def __init__(self, task: FreeTask, errors: dict[Segment, NoMotionError]) -> None:
+        super().__init__()
+        self.task, self.errors = task, errors
+
+    def reported(self) -> InputError:
+        """The errors of all segments together."""
+        located = [
+            located_in_segment(error.causes, self.task, one) for one, error in self.errors.items()
+        ]
+        return together([one for causes in located for one in causes])
+
+
+def _starts(
+    task: FreeTask, segments: list[Segment], before: Sequence[TimedMotion]
+) -> dict[Segment, TimedMotion]:
+    """Motions to start from, by segment; none where the segments are others than before."""
+    same = [len(one.waypoints) for one in segments] == [len(one.time) for one in before]
+    joints = task.space.joint_names
+    if not same or any(one.trajectory.joint_names != joints for one in before):
+        return {}
+    return dict(zip(segments, before, strict=True))
+
+
+def solved_segments(
+    task: FreeTask, segments: list[Segment], watch: Watch, before: Sequence[TimedMotion] = ()
+) -> list[tuple[Segment, TimedMotion]]:
+    """Motions of all segments, with the total duration that is given, if one is.
+
+    Args:
+        task: The task.
+        segments: Its segments.
+        watch: What follows the solution of all of them.
+        before: Motions to start from, if they are of the same segments.
+
+    Raises:
+        NoMotionsError: Some have none.
+        TimingError: The total is too short.
+    """
+    free, starts = task.free, _starts(task, segments, before)
+    objective = Objective(**{"time": 0.0, **free.objective})
+    watch.work = sum(len(one.waypoints) - 1 for one in segments)
+    if free.total is None:
+        only_time = objective.only_time
+        motions = _motions(task, segments, objective, watch, starts if only_time else {})
+        return list(motions.items())
+    timed = [one for one in segments if free.duration[list(one.waypoints)[:-1]].any()]
+    watch.work += sum(len(one.waypoints) - 1 for one in timed)
+    fastest = _motions(task, timed, Objective(), watch, starts)
+    spans = {one: motion.duration for one, motion in fastest.items()}
+    given = time_beside(task, timed)
+    shortest = given + sum(spans.values())
+    if free.total < shortest:
+        stopped = any(motion.status == "stopped" for motion in fastest.values())
+        raise _total_too_short(task, shortest, watch if stopped else None)
+    factor = (free.total - given) / sum(spans.values())
+    totals = {one: factor * span for one, span in spans.items()}
+    try:
+        return list(_motions(task, segments, objective, watch, fastest, totals).items())
+    except NoMotionsError as failed:
+        error = failed.reported()
+        error.add(f"the shortest motion that was found lasts {with_room(shortest):.6g} s")
+        raise error from None
+
+
+def time_beside(task: FreeTask, segments: Iterable[Segment]) -> float:
+    """How long all lasts but some segments [s]."""
+    own = sum(float(np.ptp(task.waypoints.time[one.rows])) for one in segments)
+    return float(np.ptp(task.scenario.provisional_times)) - own
+
+
+def _motions(
+    task: FreeTask,
+    segments: list[Segment],
+    objective: Objective,
+    watch: Watch,
+    starts: Mapping[Segment, TimedMotion],
+    totals: Mapping[Segment, float] = MappingProxyType({}),
+) -> dict[Segment, TimedMotion]:
+    found, failed = {}, {}
+    for one in segments:
+        problem = timing_problem(task, one, objective, totals.get(one))
+        if objective.only_time and one not in totals and not problem.free.any():
+            problem = replace(problem, objective=SMOOTHEST)
+        try:
+            found[one] = solved(problem, watch, starts.get(one))
+        except NoMotionError as error:
+            failed[one] = error
+    if failed:
+        raise NoMotionsError(task, failed)
+    return found
+
+
+def _total_too_short(task: FreeTask, shortest: float, watch: Watch | None) -> InputError:
+    """The error for a duration that is shorter than the shortest motion found [s].
+
+    Args:
+        task: The task.
+        shortest: Duration of that motion [s].
+        watch: Of the budget, if it ended before a shorter one may have been found.
+    """
+    total, enough = task.free.total, f"{with_room(shortest):.6g} s"
+    if watch is None:
+        error = InputError(
+            f"{total:g} s is shorter than the least time found under the limits, "
+            f"{rounded_up(shortest):.6g} s; accepted: {enough} or more"
+        )
+    else:
+        error = TimingError(
+            f"no motion of {total:g} s was found within the budget of {watch.budget:g} s, the "
+            f"shortest lasts {enough}; allow more time",
+            limit="budget",
+        )
+    error.locate(task.free.document.where(("duration",)))
+    return error
+
+
+def located_in_segment(
+    errors: list[TimingError], task: FreeTask, segment: Segment
+) -> list[TimingError]:
+    """Name the waypoints of the file in errors of a segment."""
+    for error in errors:
+        if error.waypoint is None:
+            error.locate(task.scenario.name)
+        else:
+            task.located(error, segment.waypoints[error.waypoint + error.interval])
+    return errors
