@@ -9,7 +9,6 @@ import numpy as np
 
 from knotwork.timing.care import first_care, form_of_care, keeps_limits, more_care
 from knotwork.timing.costs import terms, weighted
-from knotwork.timing.efforts import effort_shares
 from knotwork.timing.motion import Status
 from knotwork.timing.problem import Objective, TimingProblem
 from knotwork.timing.program import Solution, joined_limits
@@ -22,22 +21,14 @@ from knotwork.timing.section import (
     Section,
     near_guess,
     plain_guess,
-    slower_guess,
     stretched_guess,
 )
-from knotwork.timing.spline import pieces_each
-from knotwork.timing.start import between_stops, short_durations
+from knotwork.timing.start import short_durations
 from knotwork.timing.watch import Steps, Watch
 from knotwork.waypoints import FloatArray
 
 STARTS = (1.0, 0.5, 2.0)
 """Factors of the first durations that are tried until one leads to a solution."""
-
-MOST_SLOWED = 2.5
-"""Where efforts bind, the start is the motion without their limits, at most so much slower."""
-
-ROOM = 1.05
-"""It is slower by this factor than if efforts fell with the square of time."""
 
 MOST_TIMES = 12
 """How often a start is solved again, with more care, before it has failed."""
@@ -102,9 +93,6 @@ def _starts(
     care, fixed = first_care(problem), problem.total is not None or not problem.free.all()
     if guess is not None:
         yield (stretched_guess(guess, problem) if fixed else guess), care
-    known = between_stops(problem, pieces_each(1))
-    if known is not None and problem.objective.only_time and not fixed:
-        yield near_guess(Found(known, rebuilt(known))), care
     if not np.isnan(short_durations(problem)).all():
         yield plain_guess(problem, STARTS[0], hurried=True), care
     varied = problem.free.any() and problem.total is None
@@ -159,10 +147,6 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> Atte
             if more is None:
                 cost = weighted(problem, terms(problem, found.curve))
                 return Attempt(found, cost, "optimal", care)
-            if care.effort is None and more.effort is not None and not guess.near:
-                share = float(effort_shares(problem, found.curve).max())
-                times = float(np.clip(ROOM * np.sqrt(share), 1.0, MOST_SLOWED))
-                guess = slower_guess(near_guess(found), times)
             # with further equations the solution is no good start
             same = form_of_care(more) == form_of_care(care)
             care, last = more, solution if same else None

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.efforts import (
-    MORE_PARTS,
     effort_shares,
     proved_efforts,
     proved_tool,
@@ -27,9 +26,6 @@ Shares = Callable[[TimingProblem, PiecewisePolynomial], FloatArray]
 
 BETWEEN = 1e-4
 """Part of the limits of effort and tool speed that is left between the places looked at."""
-
-VARIES = 1.02
-"""Efforts that are so much beyond a limit between the places looked at are held at more of them."""
 
 KNOWN = 2.0
 """Part of a limit that the solver is allowed where a value is given, which nothing can change."""
@@ -58,10 +54,9 @@ def _all_allowed(problem: TimingProblem, width: int, known: BoolArray) -> FloatA
     return allowed
 
 
-def form_of_care(care: Care) -> tuple[bool, int, bool]:
+def form_of_care(care: Care) -> tuple[bool, bool, bool]:
     """Which equations it takes."""
-    inside = 0 if care.effort is None else len(care.parts)
-    return care.position, inside, care.tool is not None
+    return care.position, care.effort is not None, care.tool is not None
 
 
 def more_care(problem: TimingProblem, care: Care, curve: PiecewisePolynomial) -> Care | None:
@@ -81,8 +76,6 @@ def more_care(problem: TimingProblem, care: Care, curve: PiecewisePolynomial) ->
         shares = _exceeded(problem, curve, effort_shares, proved_efforts)
         if shares is not None:
             known = problem.velocity_known & problem.acceleration_known
-            if care.effort is not None and care.parts != MORE_PARTS and shares.max() > VARIES:
-                return replace(care, effort=_less(problem, None, shares, known), parts=MORE_PARTS)
             return replace(care, effort=_less(problem, care.effort, shares, known))
     if np.isfinite(problem.limits.tool_speed):
         shares = _exceeded(problem, curve, tool_shares, proved_tool)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
-from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS, likely_accelerations
+from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS
 from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
@@ -106,7 +106,7 @@ def form_of(
     problem: TimingProblem,
     *,
     position: bool = False,
-    effort: tuple[float, ...] = (),
+    effort: bool = False,
     tool: bool = False,
 ) -> Form:
     """Find which equations a problem has."""
@@ -136,8 +136,6 @@ def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool =
         stretch: What the free durations are multiplied by.
         hurried: Whether joints that may not stop are taken not to.
     """
-    limits = replace(problem.limits, acceleration=likely_accelerations(problem))
-    problem = replace(problem, limits=limits)
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
     duration = np.where(problem.free, np.maximum(stretch * duration, problem.at_least), duration)
@@ -160,14 +158,12 @@ class Care:
         position: Whether positions between the breaks are limited.
         effort: Part of the effort limits that is allowed at each break and inside each piece, by
             turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
-        parts: Where inside the pieces that is.
         tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
     """
 
     margin: float = MARGIN
     position: bool = False
     effort: FloatArray | None = None
-    parts: tuple[float, ...] = EFFORT_PARTS
     tool: FloatArray | None = None
 
 
@@ -189,23 +185,10 @@ def stretched_guess(guess: Guess, problem: TimingProblem) -> Guess:
     if problem.total is not None:
         free = problem.free
         duration[free] *= (problem.total - duration[~free].sum()) / duration[free].sum()
-    return _stretched(guess, duration / before)
-
-
-def slower_guess(guess: Guess, times: float) -> Guess:
-    """Start from a motion slowed by a factor, velocities at the waypoints too."""
-    slowed = _stretched(guess, np.full(guess.duration.size, times))
-    return replace(slowed, velocity=guess.velocity / times, near=False)
-
-
-def _stretched(guess: Guess, times: FloatArray) -> Guess:
-    """The same with the duration of each interval times a factor."""
-    curve, each = guess.curve, np.repeat(times, guess.share.shape[1])
+    curve, each = guess.curve, np.repeat(duration / before, guess.share.shape[1])
     slowed = curve.c / each[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
     breaks = np.concatenate(([0.0], np.cumsum(each * np.diff(curve.x))))
-    return replace(
-        guess, duration=times * guess.duration, curve=PiecewisePolynomial(slowed, breaks)
-    )
+    return replace(guess, duration=duration, curve=PiecewisePolynomial(slowed, breaks))
 
 
 def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
@@ -243,7 +226,7 @@ class Section:
         self.form = form_of(
             problem,
             position=care.position,
-            effort=() if care.effort is None else care.parts,
+            effort=care.effort is not None,
             tool=care.tool is not None,
         )
         self.scale = _scale(problem, guess)
@@ -269,7 +252,7 @@ class Section:
         span = guess.share * guess.duration[:, None]
         x[at.tau] = span.ravel() / scale.time
         time = np.minimum(np.append(0.0, np.cumsum(span.ravel())), guess.curve.x[-1])
-        most = likely_accelerations(self.problem)
+        most = self.problem.limits.acceleration
         x[at.q] = guess.curve(time) / scale.unit(0)
         x[at.v] = guess.curve(time, 1) / scale.unit(1)
         x[at.a] = np.clip(guess.curve(time, 2), -most, most) / scale.unit(2)
@@ -409,7 +392,7 @@ class Section:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
         for allowed, limit in self._held():
-            parts = TOOL_PARTS if np.ndim(limit) == 0 else self.care.parts
+            parts = TOOL_PARTS if np.ndim(limit) == 0 else EFFORT_PARTS
             inside = len(parts) * allowed.shape[1]
             for rows, part in ((allowed.shape[1], allowed[::2]), (inside, allowed[1::2])):
                 most = np.full((rows, len(part)), 1.0 - self.margin)
@@ -485,7 +468,7 @@ class Section:
 
 def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     time = float(np.median(guess.duration))
-    limits = replace(problem.limits, acceleration=likely_accelerations(problem))
+    limits = problem.limits
     with np.errstate(invalid="ignore"):
         room = np.minimum(limits.velocity * time, limits.acceleration * time**2)
         room = np.minimum(room, limits.jerk * time**3)

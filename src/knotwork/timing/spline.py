@@ -53,8 +53,7 @@ class Form:
         position: Whether positions between the breaks are limited.
         smooth: Whether jerk counts in the objective.
         dynamics: Inertias, if efforts or the tool's speed matter.
-        effort: At which parts of each piece efforts are limited beside its ends; none if they are
-            not.
+        effort: Whether efforts are limited.
         tool: Whether the tool's speed is limited.
         work: Whether efforts count in the objective.
         peaks: Names of peaks that count in the objective.
@@ -69,7 +68,7 @@ class Form:
     position: bool = False
     smooth: bool = False
     dynamics: Dynamics | None = None
-    effort: tuple[float, ...] = ()
+    effort: bool = False
     tool: bool = False
     work: bool = False
     peaks: tuple[str, ...] = ()
@@ -93,7 +92,7 @@ class Layout:
         tau: Durations of the pieces, shape (pieces,).
         q, v, a: States at the breaks, shape (pieces + 1, joints) each.
         factor: Factors of the velocities along directions, shape (len(along),).
-        peak: Peaks that are made least, shape (len(peaks),).
+        peak: Peaks that are minimised, shape (len(peaks),).
         size: Number of variables.
     """
 
@@ -154,11 +153,11 @@ def blocks(form: Form) -> tuple[Block, ...]:
     if form.dynamics is not None:
         state = np.concatenate((at.q, at.v, at.a), axis=1).T
         if form.effort:
-            found.append(Block(effort_kernel(form.dynamics, ()), state))
-            found.append(Block(effort_kernel(form.dynamics, form.effort), piece))
+            found.append(Block(effort_kernel(form.dynamics, inside=False), state))
+            found.append(Block(effort_kernel(form.dynamics, inside=True), piece))
         if form.tool:
-            found.append(Block(tool_kernel(form.dynamics, middle=False), state))
-            found.append(Block(tool_kernel(form.dynamics, middle=True), piece))
+            found.append(Block(tool_kernel(form.dynamics, inside=False), state))
+            found.append(Block(tool_kernel(form.dynamics, inside=True), piece))
         if form.work:
             found.append(Block(work_kernel(form.dynamics), piece))
     for name, place in zip(form.peaks, at.peak, strict=True):
