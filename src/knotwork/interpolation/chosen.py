@@ -17,6 +17,10 @@ from knotwork.interpolation.hermite import ModifiedHermiteSpline, end_accelerati
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.pieces import joined
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.from_accelerations import (
+    corrected_accelerations,
+    cubics_from_accelerations,
+)
 from knotwork.waypoints import ChosenRun, FloatArray, JointWaypoints
 
 SAME_TIME = 1e-9
@@ -46,25 +50,17 @@ def with_chosen_runs(waypoints: JointWaypoints, options: PlannerOptions) -> Piec
     for (first, last), run in zip(spans, options.chosen or (), strict=True):
         for row, own in ((first, run.acceleration[0]), (last, run.acceleration[-1])):
             known[row] = np.where(np.isnan(known[row]), own, known[row])
-    breaks: list[FloatArray] = [waypoints.time[:1]]
-    pieces: list[FloatArray] = []
+    parts: list[tuple[FloatArray, FloatArray]] = []
     done = 0
     for i, ((first, last), run) in enumerate(zip(spans, options.chosen or (), strict=True)):
         if first < done:
             raise OptionError("chosen", f"run {i + 1} begins before the one before it ends")
-        for part in (
-            _between(waypoints, known, done, first, options),
-            _run(waypoints, known, first, last, run, i),
-        ):
-            if part is not None:
-                breaks.append(part[0][1:])
-                pieces.append(part[1])
+        parts += _between(waypoints, known, done, first, options)
+        parts.append(_run(waypoints, known, first, last, run, i))
         done = last
-    rest = _between(waypoints, known, done, len(waypoints.time) - 1, options)
-    if rest is not None:
-        breaks.append(rest[0][1:])
-        pieces.append(rest[1])
-    return joined(waypoints, np.concatenate(pieces, axis=1), np.concatenate(breaks))
+    parts += _between(waypoints, known, done, len(waypoints.time) - 1, options)
+    breaks = np.concatenate([waypoints.time[:1], *(x[1:] for x, _ in parts)])
+    return joined(waypoints, np.concatenate([c for _, c in parts], axis=1), breaks)
 
 
 def _span(waypoints: JointWaypoints, run: ChosenRun, i: int) -> tuple[int, int]:
@@ -90,10 +86,10 @@ def _slack(waypoints: JointWaypoints) -> float:
 
 def _between(
     waypoints: JointWaypoints, known: FloatArray, first: int, last: int, options: PlannerOptions
-) -> tuple[FloatArray, FloatArray] | None:
-    """Knots and coefficients of the curve between runs."""
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Knots and coefficients of the curve between runs; none where nothing is between."""
     if first == last:
-        return None
+        return []
     rows = slice(first, last + 1)
     a = known[rows].copy()
     ends = end_accelerations(options.end_acceleration, waypoints.position.shape[1:])
@@ -109,7 +105,7 @@ def _between(
         knots=options.knots,
         acceleration=a,
     )
-    return spline.x, spline.c
+    return [(spline.x, spline.c)]
 
 
 def _run(
@@ -141,7 +137,10 @@ def _run(
     pieces = []
     for k, (low, high) in zip(range(first, last), pairwise(rows), strict=True):
         part = slice(low, high + 1)
-        a[part], most = _corrected(waypoints, k, np.diff(x[part]), a[part])
+        span, ends = np.diff(x[part])[None], slice(k, k + 2)
+        given = waypoints.position[ends], waypoints.velocity[ends]
+        found = corrected_accelerations(span, a[part][None], *given)
+        most = np.abs(found[0] - a[part]).max(axis=0)
         beyond = np.flatnonzero(most > STALE * np.maximum(peak, 1e-9))
         if beyond.size:
             raise OptionError(
@@ -151,40 +150,5 @@ def _run(
                 f"{waypoints.joint_names[int(beyond[0])]!r} would have to change by "
                 f"{most[beyond[0]]:.3g}; choose the times again",
             )
-        pieces.append(_coefficients(waypoints, k, np.diff(x[part]), a[part]))
+        pieces.append(cubics_from_accelerations(span, found, *given))
     return x, np.concatenate(pieces, axis=1)
-
-
-def _corrected(
-    waypoints: JointWaypoints, k: int, tau: FloatArray, a: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Accelerations in an interval that meet its end, and the largest change of each joint.
-
-    With pieces of length τ, and L and R the times from the start and the end of a piece to the end
-    of the interval, Δv = Σ τ (a + a')/2 and Δq − v h = Σ τ (a (2L + R) + a' (L + 2R))/6.
-    """
-    h = float(tau.sum())
-    right = h - np.cumsum(tau)
-    left = right + tau
-    M = np.zeros((2, len(a)))
-    M[0, :-1] += tau / 2.0
-    M[0, 1:] += tau / 2.0
-    M[1, :-1] += tau * (2.0 * left + right) / (6.0 * h)
-    M[1, 1:] += tau * (left + 2.0 * right) / (6.0 * h)
-    q, v = waypoints.position[k : k + 2], waypoints.velocity[k : k + 2]
-    wanted = np.array([v[1] - v[0], (q[1] - q[0]) / h - v[0]])
-    inner = np.linalg.pinv(M[:, 1:-1])
-    found = a.copy()
-    for _ in range(2):
-        found[1:-1] += inner @ (wanted - M @ found)
-    return found, np.abs(found - a).max(axis=0)
-
-
-def _coefficients(waypoints: JointWaypoints, k: int, tau: FloatArray, a: FloatArray) -> FloatArray:
-    """Coefficients of the cubics with given accelerations at their ends, shape (4, m, d)."""
-    t = tau[:, None]
-    steps = t * (a[:-1] + a[1:]) / 2.0
-    v = waypoints.velocity[k] + np.concatenate([0.0 * a[:1], np.cumsum(steps, axis=0)])[:-1]
-    moves = t * v + t**2 * (2.0 * a[:-1] + a[1:]) / 6.0
-    q = waypoints.position[k] + np.concatenate([0.0 * a[:1], np.cumsum(moves, axis=0)])[:-1]
-    return np.array([(a[1:] - a[:-1]) / (6.0 * t), a[:-1] / 2.0, v, q])
