@@ -12,7 +12,7 @@ from knotwork.choosing.task import FreeTask
 from knotwork.documents import Edits
 from knotwork.errors import DocumentError, PathError
 from knotwork.scenario import ScenarioPath
-from knotwork.timing.given_values import rounded_down
+from knotwork.timing.infeasible_values import rounded_down
 
 FACTOR = 4.0
 """The accelerations tried first differ by this factor."""

@@ -18,11 +18,11 @@ from knotwork.errors import InputError, TimingError, together
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
-from knotwork.timing.given_values import with_room
+from knotwork.timing.budget import Watch
+from knotwork.timing.infeasible_values import with_room
 from knotwork.timing.motion import Status, status_of
 from knotwork.timing.problem import PEAKS
 from knotwork.timing.solving import NoMotionError, solved
-from knotwork.timing.watch import Watch
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,8 @@ from knotwork.documents import Location
 from knotwork.errors import InputError, TimingError
 from knotwork.scenario import FreeTimes
 from knotwork.timing import Objective
-from knotwork.timing.given_values import rounded_up, with_room
 from knotwork.timing.infeasible import impossible
+from knotwork.timing.infeasible_values import rounded_up, with_room
 
 
 def check_given(task: FreeTask, asked: FreeTimes, runs: Sequence[Run]) -> None:

@@ -11,7 +11,7 @@ from knotwork.choosing.along_path import AlongPath, proved
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, together
 from knotwork.scenario import Scenario, ScenarioPath
-from knotwork.timing.given_values import rounded_down
+from knotwork.timing.infeasible_values import rounded_down
 from knotwork.timing.problem import with_margin
 
 ROUNDING = 1e-9

@@ -23,8 +23,8 @@ from knotwork.joint_space import joint_space
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding, Objective
+from knotwork.timing.budget import Watch
 from knotwork.timing.solving import NoMotionError, solved
-from knotwork.timing.watch import Watch
 
 LEAST = 0.1
 """The part of the greatest speeds that is tried first: if it does not do, they do not hinder."""

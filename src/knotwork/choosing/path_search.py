@@ -21,7 +21,7 @@ from knotwork.documents import REMOVED, Location
 from knotwork.errors import DocumentError, InputError, PathError
 from knotwork.scenario import ScenarioPath
 from knotwork.timing import Binding
-from knotwork.timing.watch import Watch
+from knotwork.timing.budget import Watch
 from knotwork.trajectory import JointTrajectory
 
 Speeds = dict[int, float]

@@ -19,9 +19,9 @@ from knotwork.errors import DocumentError, InputError
 from knotwork.joint_quantities import JOINT_QUANTITIES
 from knotwork.scenario import FreeTimes, ScenarioPath
 from knotwork.timing import Binding
-from knotwork.timing.given_values import rounded_up
+from knotwork.timing.budget import Watch
+from knotwork.timing.infeasible_values import rounded_up
 from knotwork.timing.problem import with_margin
-from knotwork.timing.watch import Watch
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from knotwork.interpolation.joining import joined
 from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import JointWaypoints
 

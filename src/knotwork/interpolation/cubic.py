@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from knotwork.interpolation.joining import joined
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
 from knotwork.waypoints import JointWaypoints

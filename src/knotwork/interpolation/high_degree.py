@@ -11,8 +11,8 @@ Source: Eqs. (7), (8) of the paper; degrees seven and nine as its section 1 name
 
 from __future__ import annotations
 
+from knotwork.interpolation.joining import joined
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined
 from knotwork.interpolation.presets import preset_accelerations, preset_rows
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients

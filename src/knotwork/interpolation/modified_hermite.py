@@ -25,7 +25,7 @@ def plan(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePolynom
         OptionError: End accelerations, or chosen runs, are not as they must be.
     """
     if options.chosen is not None:
-        from knotwork.interpolation.chosen import with_chosen_runs
+        from knotwork.interpolation.chosen_knots import with_chosen_runs
 
         return with_chosen_runs(waypoints, options)
     return ModifiedHermiteSpline(

@@ -18,7 +18,8 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import resting
 from knotwork.timing.bounds import least_durations, slowest
 from knotwork.timing.efforts import effort_shares, tool_shares
-from knotwork.timing.given_values import (
+from knotwork.timing.exact_curve import rebuilt
+from knotwork.timing.infeasible_values import (
     ROUNDING,
     faults,
     overloads,
@@ -27,8 +28,7 @@ from knotwork.timing.given_values import (
     with_room,
 )
 from knotwork.timing.problem import BoolArray, TimingProblem
-from knotwork.timing.rebuild import rebuilt
-from knotwork.timing.resting import SLOWER, resting_knots, with_longer
+from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
 from knotwork.waypoints import FloatArray
 
 NOTHING = "no motion was found that keeps all limits"

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.timing.watch import OnStep, casadi_callback
+from knotwork.timing.budget import OnStep, casadi_callback
 from knotwork.waypoints import FloatArray
 
 IndexArray = NDArray[np.intp]

@@ -13,13 +13,13 @@ from knotwork.errors import TimingError, together
 from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
-from knotwork.timing.costs import terms, weighted
+from knotwork.timing.budget import Watch
+from knotwork.timing.exact_curve import in_a_row, rebuilt_row
 from knotwork.timing.infeasible import impossible, unsolved
+from knotwork.timing.initial_guess import Guess, guess_from
 from knotwork.timing.motion import Progress, TimedMotion, status_of
+from knotwork.timing.objective_terms import terms, weighted
 from knotwork.timing.problem import TimingProblem, part_of
-from knotwork.timing.rebuild import in_a_row, rebuilt_row
-from knotwork.timing.section import Guess, guess_from
-from knotwork.timing.watch import Watch
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
 

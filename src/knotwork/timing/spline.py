@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.timing.efforts import effort_kernel, tool_kernel, work_kernel
+from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Block, IndexArray, Kernel
 from knotwork.waypoints import FloatArray
 
@@ -82,6 +83,32 @@ class Form:
     def pieces(self) -> int:
         """Number of pieces of the whole motion."""
         return self.each * self.intervals
+
+
+def form_of(
+    problem: TimingProblem,
+    *,
+    position: bool = False,
+    effort: bool = False,
+    tool: bool = False,
+) -> Form:
+    """Find which equations a problem has."""
+    timed = ~problem.free | (problem.at_least > 0.0)
+    return Form(
+        len(problem.position) - 1,
+        len(problem.joint_names),
+        along=tuple(np.flatnonzero(problem.along).tolist()),
+        timed=tuple(np.flatnonzero(timed).tolist()),
+        total=problem.total is not None,
+        jerk=bool(np.isfinite(problem.limits.jerk).any()),
+        position=position,
+        smooth=bool(problem.objective.jerk or problem.objective.peak_jerk),
+        peaks=problem.objective.peaks,
+        dynamics=problem.dynamics if effort or tool or problem.objective.effort else None,
+        effort=effort,
+        tool=tool,
+        work=problem.objective.effort > 0.0,
+    )
 
 
 @dataclass(frozen=True, eq=False)

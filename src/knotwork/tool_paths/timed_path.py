@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, TimeRangeError
 from knotwork.tool_paths.path import LENGTHS, ToolPath
-from knotwork.tool_paths.timing import Timing
+from knotwork.tool_paths.path_timing import Timing
 from knotwork.waypoints import FloatArray
 
 STANDING = 1e-6

@@ -13,8 +13,8 @@ from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.costs import AT_LIMIT
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
+from knotwork.kinematics.sequence.step_costs import AT_LIMIT
 from knotwork.kinematics.solutions.all_within_limits import in_order, turned_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
 from knotwork.robot import Robot

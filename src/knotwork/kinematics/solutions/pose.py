@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.arguments import check_count, check_distance, check_request
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, starts
 from knotwork.kinematics.chain.levenberg_marquardt import (
@@ -25,6 +24,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
 from knotwork.kinematics.chain.null_space import nearest_by_self_motion
 from knotwork.kinematics.chain.seeds import seeds
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
+from knotwork.kinematics.pose_arguments import check_count, check_distance, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
 from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
 from knotwork.robot import Robot

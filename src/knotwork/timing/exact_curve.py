@@ -40,6 +40,19 @@ class Knots:
     acceleration: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class ExactCurve:
+    """A curve that meets positions and velocities to rounding, and its knots.
+
+    Attributes:
+        knots: What the curve is made from.
+        curve: The curve.
+    """
+
+    knots: Knots
+    curve: PiecewisePolynomial
+
+
 def rebuilt(knots: Knots) -> PiecewisePolynomial:
     """Make the C2 cubic curve that meets all positions and velocities to rounding.
 

@@ -1,9 +1,9 @@
-"""What the solver is held to, and with what margin, until a curve passes."""
+"""How the limits are tightened for the solver until the exact curve keeps them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,6 @@ from knotwork.timing.efforts import (
     tool_shares,
 )
 from knotwork.timing.problem import BoolArray, TimingProblem
-from knotwork.timing.section import Care, excess
 from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray
 
@@ -31,19 +30,44 @@ KNOWN = 2.0
 """Part of a limit that the solver is allowed where a value is given, which nothing can change."""
 
 
-def first_care(problem: TimingProblem) -> Care:
+MARGIN = 1e-6
+"""Part of each limit that the solver leaves, so that its tolerance never shows as a violation."""
+
+SLACK = 1e-10
+"""A limit counts as kept if it is exceeded by no more than this part of it: rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tightening:
+    """What the solver is held to beside the limits at the breaks, and with what margin.
+
+    Attributes:
+        margin: Part of each limit that is left.
+        position: Whether positions between the breaks are limited.
+        effort: Part of the effort limits that is allowed at each break and inside each piece, by
+            turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
+        tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
+    """
+
+    margin: float = MARGIN
+    position: bool = False
+    effort: FloatArray | None = None
+    tool: FloatArray | None = None
+
+
+def first_tightening(problem: TimingProblem) -> Tightening:
     """What a first solution is held to: efforts only if nothing else limits a joint."""
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
         return first_efforts(problem)
-    return Care()
+    return Tightening()
 
 
-def first_efforts(problem: TimingProblem) -> Care:
-    """Care for efforts too, nowhere more than elsewhere."""
+def first_efforts(problem: TimingProblem) -> Tightening:
+    """Tightening for efforts too, nowhere more than elsewhere."""
     known = problem.velocity_known & problem.acceleration_known
-    return Care(effort=_all_allowed(problem, len(problem.limits.effort), known))
+    return Tightening(effort=_all_allowed(problem, len(problem.limits.effort), known))
 
 
 def _all_allowed(problem: TimingProblem, width: int, known: BoolArray) -> FloatArray:
@@ -54,33 +78,37 @@ def _all_allowed(problem: TimingProblem, width: int, known: BoolArray) -> FloatA
     return allowed
 
 
-def form_of_care(care: Care) -> tuple[bool, bool, bool]:
+def equations_of(tightening: Tightening) -> tuple[bool, bool, bool]:
     """Which equations it takes."""
-    return care.position, care.effort is not None, care.tool is not None
+    return tightening.position, tightening.effort is not None, tightening.tool is not None
 
 
-def more_care(problem: TimingProblem, care: Care, curve: PiecewisePolynomial) -> Care | None:
+def tightened(
+    problem: TimingProblem, tightening: Tightening, curve: PiecewisePolynomial
+) -> Tightening | None:
     """Compare a curve with all limits.
 
     Returns:
         What to hold the solver to next, or `None` if every limit is kept.
     """
     over = excess(problem, curve)
-    if "position" in over and not care.position:
-        return replace(care, position=True)
+    if "position" in over and not tightening.position:
+        return replace(tightening, position=True)
     if over:
-        return replace(care, margin=10.0 * care.margin)
+        return replace(tightening, margin=10.0 * tightening.margin)
     if problem.dynamics is None:
         return None
     if np.isfinite(problem.limits.effort).any():
         shares = _exceeded(problem, curve, effort_shares, proved_efforts)
         if shares is not None:
             known = problem.velocity_known & problem.acceleration_known
-            return replace(care, effort=_less(problem, care.effort, shares, known))
+            return replace(tightening, effort=_less(problem, tightening.effort, shares, known))
     if np.isfinite(problem.limits.tool_speed):
         shares = _exceeded(problem, curve, tool_shares, proved_tool)
         if shares is not None:
-            return replace(care, tool=_less(problem, care.tool, shares, problem.velocity_known))
+            return replace(
+                tightening, tool=_less(problem, tightening.tool, shares, problem.velocity_known)
+            )
     return None
 
 
@@ -131,3 +159,22 @@ def _rows(problem: TimingProblem) -> IndexArray:
     """Where the waypoints are among the breaks and middles of the pieces."""
     intervals = len(problem.position) - 1
     return np.arange(intervals + 1) * 2 * pieces_each(intervals)
+
+
+def excess(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
+    """By how much a curve exceeds the limits of its joints' motion, relative to each limit.
+
+    By its exact extrema; only the limits that are exceeded.
+    """
+    found = {}
+    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        over = float((curve.extrema(order).peak / getattr(problem.limits, name)).max()) - 1.0
+        if over > SLACK:
+            found[name] = over
+    positions = curve.extrema(0)
+    lower, upper = problem.limits.lower, problem.limits.upper
+    size = np.maximum(1.0, np.maximum(np.abs(problem.position).max(axis=0), 0.0))
+    over = float((np.maximum(lower - positions.minimum, positions.maximum - upper) / size).max())
+    if over > SLACK:
+        found["position"] = over
+    return found

@@ -14,10 +14,10 @@ import numpy as np
 
 from knotwork.distinct import distinct
 from knotwork.errors import InputError
-from knotwork.meshes.bounds import FARTHEST, check_triangles, read_bounded
 from knotwork.meshes.part import IndexArray, MeshPart
 from knotwork.meshes.ply_file import read_ply
 from knotwork.meshes.polygons import read_obj, read_off
+from knotwork.meshes.size_limits import FARTHEST, check_triangles, read_bounded
 from knotwork.meshes.stl_file import read_stl
 from knotwork.waypoints import FloatArray
 

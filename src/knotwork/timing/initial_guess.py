@@ -1,17 +1,97 @@
-"""Where the solver starts: durations from the limits, and plain cubics between the waypoints."""
+"""Where the solver starts: plain cubics between the waypoints, or a motion found before."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.timing.exact_curve import ExactCurve
+from knotwork.timing.motion import TimedMotion
 from knotwork.timing.problem import TimingProblem
-from knotwork.timing.rebuild import Knots, divided
+from knotwork.timing.spline import pieces_each
 from knotwork.waypoints import FloatArray
 
-LEAST_PHASE = 1e-3
-"""No phase of a first motion is shorter than this part of all."""
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Where the solver starts.
+
+    Attributes:
+        duration: Of the intervals [s], shape (n-1,).
+        share: Part of each interval that each piece takes, shape (n-1, pieces).
+        curve: Joint positions over time from 0 to the sum of the durations.
+        velocity: At the waypoints, shape (n, d).
+        near: Whether it is likely to be near to the solution.
+    """
+
+    duration: FloatArray
+    share: FloatArray
+    curve: PiecewisePolynomial
+    velocity: FloatArray
+    near: bool = False
+
+
+def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool = False) -> Guess:
+    """Start from plain cubics.
+
+    Args:
+        problem: The problem.
+        stretch: What the free durations are multiplied by.
+        hurried: Whether joints that may not stop are taken not to.
+    """
+    velocity = first_velocities(problem)
+    duration = first_durations(problem, velocity)
+    duration = np.where(problem.free, np.maximum(stretch * duration, problem.at_least), duration)
+    if hurried:
+        short = short_durations(problem)
+        duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
+    if problem.total is not None:
+        duration = duration * (problem.total / duration.sum())
+    time = np.concatenate(([0.0], np.cumsum(duration)))
+    share = _even(duration.size)
+    return Guess(duration, share, plain_cubic(time, problem.position, velocity), velocity)
+
+
+def _even(intervals: int) -> FloatArray:
+    each = pieces_each(intervals)
+    return np.full((intervals, each), 1.0 / each)
+
+
+def near_guess(found: ExactCurve) -> Guess:
+    """Start from the solution of a problem that differs little."""
+    knots = found.knots
+    return Guess(np.diff(knots.time), knots.share, found.curve, knots.velocity, near=True)
+
+
+def stretched_guess(guess: Guess, problem: TimingProblem) -> Guess:
+    """Start from a motion whose intervals, or all together, take as long as is given."""
+    before = guess.duration
+    duration = np.where(problem.free, before, problem.duration)
+    if problem.total is not None:
+        free = problem.free
+        duration[free] *= (problem.total - duration[~free].sum()) / duration[free].sum()
+    curve, each = guess.curve, np.repeat(duration / before, guess.share.shape[1])
+    slowed = curve.c / each[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
+    breaks = np.concatenate(([0.0], np.cumsum(each * np.diff(curve.x))))
+    return replace(guess, duration=duration, curve=PiecewisePolynomial(slowed, breaks))
+
+
+def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
+    """Start from a part of a motion that was found before."""
+    curve, each = motion.trajectory.polynomial, pieces_each(last - first)
+    time = motion.time[first : last + 1]
+    here = (curve.x >= time[0]) & (curve.x <= time[-1])
+    spans = np.diff(curve.x[here])
+    duration = np.diff(time)
+    if spans.size == each * duration.size:
+        share = spans.reshape(-1, each) / duration[:, None]
+    else:
+        share = _even(duration.size)
+    part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
+    return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
 
 
 def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
@@ -82,54 +162,3 @@ def plain_cubic(
 ) -> PiecewisePolynomial:
     """Join the waypoints by cubic Hermite pieces."""
     return PiecewisePolynomial(two_point_coefficients(time, (position, velocity)), time)
-
-
-def between_stops(problem: TimingProblem, pieces: int) -> Knots | None:
-    """The fastest motion of the slowest joint from stop to stop, the others in proportion to it.
-
-    It has seven phases, of jerk up, none, down, none, down, none and up; longer ones are divided
-    until there are as many as asked for.
-
-    Args:
-        problem: One interval.
-        pieces: How many pieces there are to be, at least seven.
-
-    Returns:
-        The motion, or `None` where the problem is not of this kind or the jerk is not limited.
-    """
-    ends = (problem.velocity, problem.acceleration)
-    if len(problem.position) != 2 or any(not np.array_equal(one, 0.0 * one) for one in ends):
-        return None
-    limits, move = problem.limits, np.abs(np.diff(problem.position, axis=0)[0])
-    phases = [
-        _phases(*joint)
-        for joint in zip(move, limits.velocity, limits.acceleration, limits.jerk, strict=True)
-    ]
-    k = int(np.argmax([span.sum() for span in phases]))
-    if not 0.0 < phases[k].sum() < np.inf:
-        return None
-    span = np.maximum(phases[k], LEAST_PHASE * phases[k].sum())
-    a = limits.jerk[k] * phases[k][0] * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
-    part = np.diff(problem.position, axis=0)[0] / move[k]
-    found = Knots(
-        np.array([0.0, span.sum()]),
-        span[None] / span.sum(),
-        problem.position,
-        problem.velocity,
-        (a[:, None] * part)[None],
-    )
-    return divided(found, pieces)
-
-
-def _phases(move: float, V: float, A: float, J: float) -> FloatArray:
-    """Durations of the seven phases of one joint [s]."""
-    if move == 0.0 or np.isinf(J):
-        return np.full(7, np.inf if move else 0.0)
-    A = min(A, np.sqrt(J * V))
-    ramp, cruise, hold = A / J, 0.0, 0.0
-    rise = min(ramp, np.cbrt(0.5 * move / J))
-    if move > V * (V / A + ramp):
-        cruise, hold = move / V - V / A - ramp, V / A - ramp
-    elif rise == ramp:
-        hold = 0.5 * (np.sqrt(ramp * ramp + 4.0 * move / A) - 3.0 * ramp)
-    return np.array([rise, hold, rise, cruise, rise, hold, rise])

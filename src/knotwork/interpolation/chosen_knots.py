@@ -14,8 +14,8 @@ import numpy as np
 
 from knotwork.errors import OptionError
 from knotwork.interpolation.hermite import ModifiedHermiteSpline, end_accelerations
+from knotwork.interpolation.joining import joined
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.from_accelerations import (
     corrected_accelerations,
