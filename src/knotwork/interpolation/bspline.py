@@ -15,8 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from knotwork.interpolation.joining import joined
-from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
+from knotwork.interpolation.tridiagonal import cubic_pieces, solve_accelerations
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import JointWaypoints
 

@@ -11,9 +11,9 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.interpolation.hermite import end_accelerations
 from knotwork.interpolation.joining import joined
-from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
 from knotwork.interpolation.options import PlannerOptions
 from knotwork.interpolation.presets import estimated_accelerations, preset_rows, with_known
+from knotwork.interpolation.tridiagonal import cubic_pieces, solve_accelerations
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import raised, two_point_coefficients
 from knotwork.waypoints import FloatArray, JointWaypoints
