@@ -1,4 +1,4 @@
-"""The base classes, and errors in what is given: names, files, arrays, options, formats."""
+"""The base classes, and errors in input: names, files, arrays, options, formats."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ class DocumentError(InputError):
     def __init__(
         self, file: Path | str | None, problems: Sequence[Problem], *, complete: bool = True
     ) -> None:
-        """Tell the problems; where they are not `complete`, that there may be more of them."""
+        """List the problems; where they are not `complete`, there may be more of them."""
         self.file, self.problems = file, tuple(problems)
         name = str(file) if file is not None else "(given in Python)"
         lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PROBLEMS]]

@@ -80,7 +80,7 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
 
     Positions at all waypoints, velocities and accelerations at both ends are met. It can't meet
     velocities at inner waypoints; they come out as continuous acceleration makes them. Two
-    waypoints have no room for two quartics: one quintic then meets all that is promised.
+    waypoints take no two quartics: one quintic then meets all that is promised.
 
     Args:
         waypoints: Positions and velocities, n >= 2; inner velocities are not used.

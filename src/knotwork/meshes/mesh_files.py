@@ -38,7 +38,7 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
         inside: Folder that the images of its materials must be in; by default that of the file.
 
     Raises:
-        InputError: The file can't be read whole, is larger than what is read, holds no triangles
+        InputError: The file can't be read whole, is larger than the size read, holds no triangles
             with an area, or points that are not finite.
     """
     try:

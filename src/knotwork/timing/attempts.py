@@ -46,7 +46,7 @@ class Attempt:
         found: The motion.
         cost: What it costs.
         status: As of a `TimedMotion`.
-        tightening: What the solver was held to.
+        tightening: The limits as the solver had them.
     """
 
     found: ExactCurve
@@ -109,7 +109,7 @@ def _starts(
         start = stretched_guess(near_guess(found.found), problem)
         if found.tightening.effort is None:
             yield start, tightening
-        else:  # held to efforts from the first step on, or it leaves the only place with room
+        else:  # limit efforts from the first step on, or it leaves the only feasible region
             yield replace(start, near=False), found.tightening
 
 
@@ -156,7 +156,7 @@ def _run(
             if more is None:
                 cost = weighted(problem, terms(problem, found.curve))
                 return Attempt(found, cost, "optimal", tightening)
-            # with further equations the solution is no good start
+            # with further equations the solution is a poor start
             same = equations_of(more) == equations_of(tightening)
             tightening, last = more, solution if same else None
         elif last is None or again or watch.late(found=best is not None):

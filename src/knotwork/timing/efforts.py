@@ -1,7 +1,7 @@
 """Limits and costs of joint efforts, and limits of the tool's speed: as kernels, and on a curve.
 
-The solver limits them at the breaks. Between these they are looked at afterwards, and where they
-are exceeded the breaks beside are given less.
+The solver limits them at the breaks. Between these they are sampled afterwards, and where they
+are exceeded the limits at the adjoining breaks are tightened.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from knotwork.timing.dynamics import Dynamics
 
 PLACES = 16
-"""Times looked at in each piece, its end left out."""
+"""Samples in each piece, its end left out."""
 
 
 EFFORT_PARTS = (0.5,)

@@ -30,7 +30,7 @@ class Knots:
         position: At the waypoints, shape (n, d).
         velocity: At the waypoints, shape (n, d).
         acceleration: At the ends of the pieces, shape (n-1, pieces + 1, d); at a waypoint the same
-            in both intervals beside it.
+            in both adjoining intervals.
     """
 
     time: FloatArray
@@ -83,7 +83,7 @@ def corrected(knots: Knots) -> Knots:
 
 
 def divided(knots: Knots, pieces: int) -> Knots:
-    """The same motion with so many pieces an interval, or more: the longest are halved."""
+    """The same motion with n pieces an interval, or more: the longest are halved."""
     share, a = knots.share, knots.acceleration
     rows = np.arange(len(share))
     for count in range(share.shape[1], pieces):

@@ -40,7 +40,7 @@ def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool =
     Args:
         problem: The problem.
         stretch: What the free durations are multiplied by.
-        hurried: Whether joints that may not stop are taken not to.
+        hurried: Whether joints that may pass without a stop are assumed to.
     """
     velocity = first_velocities(problem)
     duration = first_durations(problem, velocity)
@@ -67,7 +67,7 @@ def near_guess(found: ExactCurve) -> Guess:
 
 
 def stretched_guess(guess: Guess, problem: TimingProblem) -> Guess:
-    """Start from a motion whose intervals, or all together, take as long as is given."""
+    """Start from a motion whose intervals, or all together, have the durations given."""
     before = guess.duration
     duration = np.where(problem.free, before, problem.duration)
     if problem.total is not None:
@@ -116,7 +116,7 @@ def short_durations(problem: TimingProblem) -> FloatArray:
     """Durations after which a joint that may not stop would have to go back [s], shape (n-1,).
 
     They lie in the middle of what every joint can take without stopping; NaN where no joint is
-    hurried so, or where they don't agree.
+    limited so, or where they do not agree.
     """
     found = np.full(problem.duration.shape, np.nan)
     known = problem.velocity_known

@@ -68,7 +68,7 @@ class Section:
     Args:
         problem: The problem.
         guess: Where to start; it also sets the units.
-        tightening: What is limited how far.
+        tightening: Margins of the limits.
     """
 
     def __init__(
@@ -286,7 +286,7 @@ class Section:
         return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= most)
 
     def _steady(self) -> BoolArray:
-        """Which joints have no acceleration at which waypoints, beside those where it is known."""
+        """Which joints have no acceleration at which waypoints, besides those where it is known."""
         problem = self.problem
         stands = problem.velocity_known[:, None] & (problem.velocity == 0.0)
         idle = stands[:-1] & stands[1:] & (np.diff(problem.position, axis=0) == 0.0)

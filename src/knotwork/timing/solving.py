@@ -34,7 +34,7 @@ def solve(
     start: TimedMotion | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> TimedMotion:
-    """Choose what a problem leaves free, so that its objective is least and every limit is kept.
+    """Minimise the objective of a problem over what it leaves free, every limit kept.
 
     Sections between waypoints where velocity and acceleration are both known do not depend on each
     other, and each is solved alone; one of more than 24 intervals is solved in windows of 8, each
@@ -42,7 +42,7 @@ def solve(
     cubics, at most three. If none leads to a solution the arm comes to rest in each interval.
 
     Args:
-        problem: What is known, and the limits.
+        problem: The waypoints and the limits.
         budget: Time after which the best motion so far is taken [s]; by default it is not limited.
         start: A motion to start from, with as many waypoints and joints: that of a problem that
             differs little. If its solution is farther above the lower bound than this motion was,
@@ -83,7 +83,7 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
     """As `solve`, for one of several problems that share a budget.
 
     Args:
-        problem: What is known, and the limits.
+        problem: The waypoints and the limits.
         watch: What follows the solution of all of them.
         start: A motion to start from.
 

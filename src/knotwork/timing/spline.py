@@ -36,7 +36,7 @@ that share the pieces need more: with twelve, six joints are as fast as the slow
 
 
 def pieces_each(intervals: int) -> int:
-    """Cubic pieces that each interval has in a section of so many."""
+    """Cubic pieces that each interval has in a section of n intervals."""
     return ALONE if intervals == 1 else PIECES
 
 

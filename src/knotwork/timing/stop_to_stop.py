@@ -108,14 +108,14 @@ def _with_rest(problem: TimingProblem, pieces: int, slower: float) -> Knots | No
 def _between_rests(
     problem: TimingProblem, ends: float, pieces: int, slower: float
 ) -> _Phases | None:
-    """The motion from rest to rest, where what is before and after it takes so long [s]."""
+    """The motion from rest to rest, where the phases before and after it take `ends` [s]."""
     given, at_least = (float(one[0]) - ends for one in (problem.duration, problem.at_least))
     moving = between_stops(replace(problem, limits=_in_proportion(problem)), pieces)
     least = 0.0 if moving is None else float(moving.time[-1])
     span = max(slower * least, at_least) if np.isnan(given) else given
     move = np.diff(problem.position, axis=0)[0]
     if moving is not None and span > 0.0:
-        # what is before and after it must not change with what it is off by
+        # the phases before and after it must not change with its rounding
         slowed = corrected(moving).acceleration[0] * (least / span) ** 2
         return _Phases(span * moving.share[0], slowed, move)
     if moving is not None or move.any() or span < 0.0 or not span + ends:
@@ -131,7 +131,7 @@ def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) 
         v: Velocities that they begin with, shape (d,).
         a: Accelerations, shape (d,).
         limits: Of the joints.
-        slower: So many times the least time is taken for the velocities.
+        slower: Factor of the minimum time for the velocities.
     """
     still = np.zeros_like(v)
     first = float(np.max(np.abs(a) / limits.jerk))

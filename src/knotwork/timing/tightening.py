@@ -24,7 +24,7 @@ IndexArray = NDArray[np.intp]
 Shares = Callable[[TimingProblem, PiecewisePolynomial], FloatArray]
 
 BETWEEN = 1e-4
-"""Part of the limits of effort and tool speed that is left between the places looked at."""
+"""Part of the limits of effort and tool speed kept as a margin between the samples."""
 
 KNOWN = 2.0
 """Part of a limit that the solver is allowed where a value is given, which nothing can change."""
@@ -39,13 +39,13 @@ SLACK = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Tightening:
-    """What the solver is held to beside the limits at the breaks, and with what margin.
+    """Margins of the limits, and which limits the solver has between the breaks.
 
     Attributes:
         margin: Part of each limit that is left.
         position: Whether positions between the breaks are limited.
         effort: Part of the effort limits that is allowed at each break and inside each piece, by
-            turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
+            turns, shape (2 pieces + 1, d); `None` where efforts are not limited.
         tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
     """
 
@@ -56,7 +56,7 @@ class Tightening:
 
 
 def first_tightening(problem: TimingProblem) -> Tightening:
-    """What a first solution is held to: efforts only if nothing else limits a joint."""
+    """Limits of a first solution: efforts only if nothing else limits a joint."""
     limits = problem.limits
     unlimited = np.isinf(limits.acceleration) & np.isinf(limits.jerk) & np.isfinite(limits.effort)
     if problem.objective.time and problem.free.any() and unlimited.any():
@@ -71,7 +71,7 @@ def first_efforts(problem: TimingProblem) -> Tightening:
 
 
 def _all_allowed(problem: TimingProblem, width: int, known: BoolArray) -> FloatArray:
-    """What is allowed at first: nearly all, and more where a value is known."""
+    """First parts of the limits: nearly all, and more where a value is known."""
     intervals = len(problem.position) - 1
     allowed = np.full((2 * pieces_each(intervals) * intervals + 1, width), 1.0 - BETWEEN)
     allowed[_rows(problem)[known]] = KNOWN

@@ -9,7 +9,7 @@ with fi the sum of the quintic Bernstein polynomials i to 5. It is a chain of fi
 about the axes vi. At u = 0 only f1 has a first derivative (5), and f1, f2 second ones (-20, 20):
 with a, α the turn per unit of u and its change in the axes of R0, v1 = a/5 and v2 = a/5 + α/20.
 Likewise v5 = b/5 and v4 = b/5 - exp(v5) β/20 at u = 1, with b and β in the axes of R1; v3 turns
-what is left. As f1 + … + f5 = 5 u, axes that all agree turn evenly.
+the rest. As f1 + … + f5 = 5 u, axes that all agree turn evenly.
 """
 
 from __future__ import annotations

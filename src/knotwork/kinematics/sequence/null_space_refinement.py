@@ -55,7 +55,7 @@ def refine_sequence(
 
     Every other waypoint, then the others, and again: each tries steps along its self-motion, and
     towards its neighbours, and takes the best. The cubics to and from the neighbours, evaluated at
-    `samples` times each, tell what is best: with travel T, time h, and the mean n and the most m of
+    `samples` times each, are compared: with travel T, time h, and the mean n and the most m of
     the nearness to limits and singularities on the way, T (1 + n) + h m. As in the choice of the
     sequence, joint speeds beyond their limits count before that, then violations halfway, then
     positions beyond limits.

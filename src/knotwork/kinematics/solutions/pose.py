@@ -48,7 +48,7 @@ RESTARTS_BESIDE = 8
 # Solutions that near are reached exactly: none is nearer [rad or m].
 THERE = 1e-6
 # Self-motion is followed from few solutions that are not much farther than the nearest, until its
-# steps are this part of the distance (what is left to gain is then about the square of it); and to
+# steps are this part of the distance (the remaining gain is then about the square of it); and to
 # the end from the nearest.
 MOST_FOLLOWED = 8
 FOLLOW_WITHIN = 1.5

@@ -139,7 +139,7 @@ def _each(start: ArrayLike, count: int) -> ArrayLike:
 
 
 def _targets(poses: Sequence[Any]) -> Targets:
-    """Poses as arrays; looked at all at once, and singly only to say which is wrong."""
+    """Poses as arrays; checked all at once, and singly only to name the wrong one."""
     if all(isinstance(pose, pin.SE3) for pose in poses):
         targets = Targets.of(poses)
         if _are_poses(targets.position, targets.rotation):
