@@ -228,10 +228,10 @@ IMPORTED_BY_TESTS = {
     ),
     "files of a format: what is written is what is read, for any content": (
         "documents",
-        "meshes.reading",
+        "meshes.mesh_files",
     ),
     "keys of files: each has its test and its line in the docs": ("robot.file",),
-    "a clock of the test's own": ("choosing.choice", "timing.solving", "timing.watch"),
+    "a clock of the test's own": ("choosing.choice", "timing.solving", "timing.budget"),
     "the command in this process": ("cli.main",),
     "each old name has its test": ("renamed",),
 }

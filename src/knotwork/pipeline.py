@@ -257,7 +257,7 @@ def plan(
         return best_of_sequences(*_planned(scenario, planner, knots))
     asked, free = scenario, scenario.free
 
-    from knotwork.timing.watch import Budget
+    from knotwork.timing.budget import Budget
 
     time = Budget(budget)
 

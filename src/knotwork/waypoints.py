@@ -243,7 +243,7 @@ class JointWaypoints(ReadOnlyArrays):
 
 @dataclass(frozen=True, eq=False)
 class ChosenRun(ReadOnlyArrays):
-    """A run of waypoints whose motion was chosen: accelerations at its knots, linear between.
+    """A segment whose motion was chosen: accelerations at its knots, linear between.
 
     Attributes:
         times: Of the knots [s], shape (m,), m >= 4, those of its waypoints among them.

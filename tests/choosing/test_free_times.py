@@ -15,7 +15,7 @@ import knotwork as kw
 from knotwork.choosing import choice
 from knotwork.errors import InputError
 from knotwork.scenario import load_scenario
-from knotwork.timing.watch import Watch
+from knotwork.timing.budget import Watch
 
 LIMITS = {"velocity": 2, "acceleration": 4}
 SMOOTH = {**LIMITS, "jerk": 40}

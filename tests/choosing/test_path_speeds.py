@@ -11,7 +11,7 @@ import pytest
 import knotwork as kw
 from knotwork.choosing import choice
 from knotwork.errors import InputError
-from knotwork.timing.watch import Watch
+from knotwork.timing.budget import Watch
 
 LIMITS = {"velocity": 60, "acceleration": 800}
 

@@ -277,7 +277,7 @@ def test_zero_velocity_and_effort_mean_that_none_is_given(write) -> None:
 
 def test_a_joint_without_room_is_an_error_unless_given_some_or_locked(write) -> None:
     path = write(chain("revolute", '<limit velocity="1" effort="1"/>'))
-    with pytest.raises(RobotError, match=r"'second'.*leaves it no room"):
+    with pytest.raises(RobotError, match=r"'second'.*leaves it no range"):
         load_robot(path).with_tool("c")
     description = {"urdf": str(path), "tool_frame": "c"}
     assert load_robot({**description, "locked": {"second": 0}}).dof == 1

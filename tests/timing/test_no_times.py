@@ -16,8 +16,8 @@ from timing_cases import assert_kept, random_problem
 import knotwork as kw
 from knotwork.errors import InputError, TimingError
 from knotwork.timing import Objective, TimingLimits, TimingProblem, solve, solving
+from knotwork.timing.budget import Watch
 from knotwork.timing.infeasible import impossible
-from knotwork.timing.watch import Watch
 from knotwork.units import Units
 
 LIMITS = TimingLimits([2.0], [1.0], [100.0])

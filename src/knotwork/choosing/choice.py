@@ -25,10 +25,10 @@ from knotwork.errors import together
 from knotwork.scenario import FreeTimes, Scenario, scenario_of
 from knotwork.task_to_joint import TaskSolution
 from knotwork.timing import Binding, Objective, Progress, TimedMotion
+from knotwork.timing.budget import Watch
 from knotwork.timing.infeasible import impossible
 from knotwork.timing.motion import Status, status_of
 from knotwork.timing.problem import PEAKS
-from knotwork.timing.watch import Watch
 
 
 @dataclass(frozen=True, eq=False)

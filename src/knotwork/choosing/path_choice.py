@@ -23,7 +23,7 @@ from knotwork.joint_space import joint_space
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath, scenario_of
 from knotwork.task_to_joint import TaskSolution, solve_task
 from knotwork.timing import Binding
-from knotwork.timing.watch import Watch
+from knotwork.timing.budget import Watch
 
 
 @dataclass(frozen=True, eq=False)

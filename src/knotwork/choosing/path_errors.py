@@ -23,9 +23,9 @@ from knotwork.choosing.task import FreeTask, knots_of
 from knotwork.errors import InputError, together
 from knotwork.interpolation import ModifiedHermiteSpline
 from knotwork.scenario import FreeTimes, Scenario, ScenarioPath
-from knotwork.timing.given_values import rounded_down, rounded_up
+from knotwork.timing.budget import Watch
+from knotwork.timing.infeasible_values import rounded_down, rounded_up
 from knotwork.timing.problem import with_margin
-from knotwork.timing.watch import Watch
 from knotwork.waypoints import FloatArray
 
 ROUNDING = 1e-9

@@ -29,7 +29,7 @@ from knotwork.kinematics.following.continuation import continue_along
 from knotwork.kinematics.following.within_limits import fastest
 from knotwork.scenario import ScenarioPath
 from knotwork.task_to_joint import followed_path
-from knotwork.timing.watch import Watch
+from knotwork.timing.budget import Watch
 from knotwork.tool_paths import TimedPath, Timing
 from knotwork.waypoints import FloatArray
 

@@ -12,9 +12,9 @@ from knotwork.choosing.segments import Segment, timing_problem
 from knotwork.choosing.task import FreeTask
 from knotwork.errors import InputError, TimingError, together
 from knotwork.timing import Objective, TimedMotion
-from knotwork.timing.given_values import rounded_up, with_room
+from knotwork.timing.budget import Watch
+from knotwork.timing.infeasible_values import rounded_up, with_room
 from knotwork.timing.solving import NoMotionError, solved
-from knotwork.timing.watch import Watch
 
 SMOOTHEST = Objective(time=0.0, jerk=1.0)
 """What is minimised where all times are given."""

@@ -15,7 +15,7 @@ but the accelerations eliminated.
 
 The first interval of the paper's curve has one knot only, which is the case p = 0: its A is the
 acceleration at the start, and a0 drops out of B. The last interval, with b = 0, is its mirror
-image. For n = 2 both hold, and what is left is the plain cubic.
+image. For n = 2 both hold, and the plain cubic remains.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ BLOCK = 24576
 """Values that are worked on together, so that the temporaries stay in the nearer caches."""
 
 KEPT = 16
-"""Blocks that are kept until they are needed again; of more, memory would take as long as work."""
+"""Blocks that are kept; to keep more costs as much as to compute them again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Waypoints:
 
 
 class Intervals(NamedTuple):
-    """Accelerations at the two knots of consecutive intervals as sums of what is at their ends.
+    """Accelerations at the two knots of consecutive intervals as sums of the values at their ends.
 
     The first of the two is A, the acceleration at the knot after the first waypoint, the second is
     B, that at the knot before the second waypoint.

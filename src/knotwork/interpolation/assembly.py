@@ -49,8 +49,8 @@ def _assemble(
 
     Each waypoint has a piece from its left to its right knot, and one from there to the left knot
     of the next. The last waypoint comes with the last interval. It has no second piece, and where
-    an acceleration isn't given at an end the piece between its knots has no length: what is
-    computed for these means nothing.
+    an acceleration isn't given at an end the piece between its knots has no length: the values
+    computed for these mean nothing.
 
     Args:
         data: Times, positions, velocities and knots.
@@ -72,16 +72,8 @@ def _assemble(
     per_span[0] = 1.0 / (6.0 * (right - left))
     following = data.knots.left[low + 1 : intervals.high + 1]
     per_span[1, 0, : following.size] = 1.0 / (6.0 * (following - right[: following.size]))
-    # at the left knot of each waypoint, at its right one, and at the left one of the next; the
-    # first waypoint of all is its own left knot, the last its own right one
-    bend = np.empty((3, a.shape[0], count))
-    inside = bend[1:, :, : intervals.high - low]
-    intervals.knot_accelerations(a[:, low : intervals.high + 1], out=inside)
-    following_bend = inside[1, :, -1].copy()
-    if last:
-        bend[1, :, -1], bend[2, :, -1] = own[:, -1], 0.0
-    bend[0, :, 0], bend[0, :, 1:] = before_first, inside[1, :, : count - 1]
-
+    bend = _knot_accelerations(a, intervals, before_first, last=last)
+    following_bend = bend[2, :, intervals.high - low - 1].copy()
     # pieces alternate: those of left knots, those of right knots
     first, end = data.knots.range
     skipped = max(0, first - 2 * low)
@@ -114,3 +106,21 @@ def _assemble(
     bend *= 0.5
     put(1, bend)
     return following_bend
+
+
+def _knot_accelerations(
+    a: FloatArray, intervals: Intervals, before_first: FloatArray, *, last: bool
+) -> FloatArray:
+    """Accelerations at the left and right knot of each waypoint, and at the next left one.
+
+    The first waypoint of all is its own left knot, the last its own right one. Arguments as of
+    `_assemble`; shape (3, d, waypoints).
+    """
+    low, high = intervals.low, intervals.high
+    bend = np.empty((3, a.shape[0], high + last - low))
+    inside = bend[1:, :, : high - low]
+    intervals.knot_accelerations(a[:, low : high + 1], out=inside)
+    if last:
+        bend[1, :, -1], bend[2, :, -1] = a[:, high], 0.0
+    bend[0, :, 0], bend[0, :, 1:] = before_first, inside[1, :, : bend.shape[2] - 1]
+    return bend

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.limits import DEFAULT_FRACTION, ROUNDING, limit_rows, refuse_first
+from knotwork.interpolation.option_limits import (
+    DEFAULT_FRACTION,
+    ROUNDING,
+    limit_rows,
+    refuse_first,
+)
 from knotwork.interpolation.options import PlannerOptions, option_array
 from knotwork.waypoints import FloatArray, JointWaypoints
 

@@ -2,7 +2,7 @@
 
 Both curves are kept as polynomials between the waypoints; a B-spline is the same curve in another
 basis. Each interior knot of multiplicity r leaves a cubic B-spline with C^(3-r) smoothness there:
-single knots at the waypoints leave room for the positions and two end conditions, double knots for
+single knots at the waypoints allow for the positions and two end conditions, double knots for
 the positions and all velocities. With double knots both it and the cubic Hermite spline of planner
 `cubic` are of the space of all C1 piecewise cubics, in which positions and velocities fix one
 curve. So `bspline-velocity`, which the paper names, is made by `cubic`.
@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
+from knotwork.interpolation.joining import joined
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined
+from knotwork.interpolation.tridiagonal import cubic_pieces, solve_accelerations
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import JointWaypoints
 

@@ -199,7 +199,7 @@ def _along_time(
 
 
 def _all_finite(values: FloatArray) -> bool:
-    """Whether all numbers are finite; a sum tells it in one pass, if it doesn't overflow itself."""
+    """Whether all numbers are finite; a sum shows it in one pass, unless it overflows itself."""
     return math.isfinite(values.sum()) or bool(np.isfinite(values).all())
 
 

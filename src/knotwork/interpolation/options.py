@@ -47,7 +47,7 @@ class PlannerOptions:
             zero.
         transition_time: Durations of the transitions at the waypoints [s], a scalar or shape
             (n,); `None` to leave them to the planner.
-        chosen: Runs of waypoints whose motion was chosen beforehand, in order of time, or `None`.
+        chosen: Segments whose motion was chosen beforehand, in order of time, or `None`.
         velocity_limit: Largest speed of each joint [rad/s or m/s], shape (d,), infinite where
             there is none.
         acceleration_limit: Largest magnitude of acceleration of each joint [rad/s² or m/s²],

@@ -24,9 +24,9 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.interpolation.blend_times import slopes, transition_times
-from knotwork.interpolation.limits import ROUNDING, interval_name, refuse_unresolved, snapped
+from knotwork.interpolation.joining import joined
+from knotwork.interpolation.option_limits import ROUNDING, interval_name, refuse_unresolved, snapped
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, JointWaypoints
 

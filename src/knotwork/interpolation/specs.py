@@ -62,7 +62,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
         supports=(),
-        makes="cubic:plan",
+        makes="per_interval:plan_cubic",
     ),
     PlannerSpec(
         "quintic",
@@ -72,7 +72,7 @@ _ALL = (
         guarantees="positions, velocities and preset accelerations at all waypoints",
         cannot="find good accelerations: with bad presets the velocity fluctuates",
         supports=("accelerations", "end_acceleration"),
-        makes="high_degree:plan_quintic",
+        makes="per_interval:plan_quintic",
     ),
     PlannerSpec(
         "septic",
@@ -82,7 +82,7 @@ _ALL = (
         guarantees="positions, velocities, preset accelerations and jerks at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration", "jerks"),
-        makes="high_degree:plan_septic",
+        makes="per_interval:plan_septic",
     ),
     PlannerSpec(
         "nonic",
@@ -92,7 +92,7 @@ _ALL = (
         guarantees="positions, velocities, preset accelerations, jerks and snaps at all waypoints",
         cannot="keep peaks low: the more is preset, the higher they are",
         supports=("accelerations", "end_acceleration", "jerks", "snaps"),
-        makes="high_degree:plan_nonic",
+        makes="per_interval:plan_nonic",
     ),
     PlannerSpec(
         "parabolic-blend",
@@ -122,7 +122,7 @@ _ALL = (
         guarantees="positions and velocities at all waypoints",
         cannot="keep the acceleration from jumping at inner waypoints",
         supports=(),
-        makes="cubic:plan",
+        makes="per_interval:plan_cubic",
     ),
     PlannerSpec(
         "3-5-3",

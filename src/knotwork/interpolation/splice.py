@@ -10,10 +10,10 @@ import numpy as np
 
 from knotwork.errors import InputError
 from knotwork.interpolation.hermite import end_accelerations
-from knotwork.interpolation.moments import cubic_pieces, solve_accelerations
+from knotwork.interpolation.joining import joined
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined
 from knotwork.interpolation.presets import estimated_accelerations, preset_rows, with_known
+from knotwork.interpolation.tridiagonal import cubic_pieces, solve_accelerations
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.polynomial.hermite import raised, two_point_coefficients
 from knotwork.waypoints import FloatArray, JointWaypoints
@@ -80,7 +80,7 @@ def plan_434(waypoints: JointWaypoints, options: PlannerOptions) -> PiecewisePol
 
     Positions at all waypoints, velocities and accelerations at both ends are met. It can't meet
     velocities at inner waypoints; they come out as continuous acceleration makes them. Two
-    waypoints have no room for two quartics: one quintic then meets all that is promised.
+    waypoints take no two quartics: one quintic then meets all that is promised.
 
     Args:
         waypoints: Positions and velocities, n >= 2; inner velocities are not used.

@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from knotwork.interpolation.limits import (
+from knotwork.interpolation.joining import joined
+from knotwork.interpolation.option_limits import (
     DEFAULT_FRACTION,
     ROUNDING,
     limit_rows,
@@ -25,7 +26,6 @@ from knotwork.interpolation.limits import (
     snapped,
 )
 from knotwork.interpolation.options import PlannerOptions
-from knotwork.interpolation.pieces import joined
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.waypoints import FloatArray, JointWaypoints
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from knotwork.errors import InputError
-from knotwork.meshes.bounds import MOST_NESTED, MOST_SHAPES, MOST_TRIANGLES, check_triangles
 from knotwork.meshes.part import IndexArray
+from knotwork.meshes.size_limits import MOST_NESTED, MOST_SHAPES, MOST_TRIANGLES, check_triangles
 from knotwork.waypoints import FloatArray
 
 _TRIANGLES = 4

@@ -56,7 +56,7 @@ def _of_bounded_degree(c: FloatArray) -> FloatArray:
 
 
 def _check_magnitudes(c: FloatArray, x: FloatArray) -> None:
-    """Check that the sizes of all terms add up to a number that leaves room for derivatives.
+    """Check that the sizes of all terms add up to a number that allows for derivatives.
 
     Raises:
         InputError: A coefficient, a piece or a sum of terms is too large.

@@ -17,7 +17,7 @@ from knotwork.polynomial.isolation import isolate
 from knotwork.waypoints import FloatArray
 
 BLOCK = 8192
-"""Pieces times components looked at together, so that the temporaries stay small."""
+"""Pieces times components examined together, so that the temporaries stay small."""
 
 CLOSED_FORM = 3
 """Up to this degree all critical points have a closed form."""
@@ -160,7 +160,7 @@ def _examine(best: _Best, x: FloatArray, c: FloatArray) -> None:
 
 
 def _examine_high_degrees(best: _Best, x: FloatArray, c: FloatArray, unit: FloatArray) -> None:
-    """Look at the extrema of those pieces, of any degree, that may go beyond what is known."""
+    """Examine the extrema of those pieces, of any degree, that may go beyond what is known."""
     piece, component = np.nonzero(unit[: -1 - CLOSED_FORM].any(axis=0))
     columns = unit[:, piece, component]
     found = isolate(columns, component, -best.value[1], best.value[0])

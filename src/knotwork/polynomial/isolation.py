@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from knotwork.waypoints import FloatArray
 
 HALVINGS = 50
-"""Intervals this often halved are as short as floats tell times apart."""
+"""Intervals this often halved are as short as floats resolve times."""
 
 CROWDED = 32
 """With more intervals than this for each polynomial, what is left is rounding: the margin within

@@ -34,7 +34,7 @@ TIME_STEP = 1e-9
 jump of this times that of the next derivative."""
 
 WINDOW = 1e-6
-"""Jumps that follow one another within this time count together [s]: no drive tells them apart."""
+"""Jumps within this time of one another count together [s]: no drive distinguishes them."""
 
 
 def measured_jumps(curve: PiecewisePolynomial, nu: int) -> tuple[FloatArray, FloatArray]:

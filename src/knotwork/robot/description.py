@@ -10,7 +10,7 @@ from typing import Any
 import pinocchio as pin
 
 from knotwork.payload import Payload
-from knotwork.robot.limits import LimitTables
+from knotwork.robot.joint_limits import LimitTables
 from knotwork.robot.urdf import Urdf
 from knotwork.waypoints import FloatArray
 

@@ -13,7 +13,7 @@ from knotwork.documents import Document, read, validate
 from knotwork.errors import InputError, RobotError, UnknownNameError
 from knotwork.robot.description import Description
 from knotwork.robot.file import RobotFile
-from knotwork.robot.limits import limit_tables
+from knotwork.robot.joint_limits import limit_tables
 from knotwork.robot.model import Robot
 from knotwork.robot.urdf import Urdf, read_urdf
 

@@ -18,7 +18,7 @@ from knotwork.payload import Payload
 from knotwork.renamed import old_method
 from knotwork.robot.chain import select_chain
 from knotwork.robot.description import Description
-from knotwork.robot.limits import chain_limits, limit_tables
+from knotwork.robot.joint_limits import chain_limits, limit_tables
 from knotwork.waypoints import FloatArray, read_only
 
 _KINEMATICS = f"{__package__.partition('.')[0]}.kinematics"

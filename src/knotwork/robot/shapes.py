@@ -71,7 +71,7 @@ class UrdfShapes:
 
         Raises:
             DocumentError: It can't be read.
-            InputError: It is no XML, or larger than what is read.
+            InputError: It is no XML, or larger than the size read.
         """
         text = read_text(path, most=MOST_BYTES)
         root: Any = parse_xml(text.encode(), MOST_ELEMENTS).documentElement

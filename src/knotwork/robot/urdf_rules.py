@@ -40,7 +40,7 @@ def check_tree(root: Element) -> str:
     """Check that links and joints form one tree, and return its root link.
 
     Raises:
-        InputError: They do not, or the tree is larger than what is read.
+        InputError: They do not, or the tree is larger than the size read.
     """
     if not root.getAttribute("name"):
         raise InputError("<robot> has no name")

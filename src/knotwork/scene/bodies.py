@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
-from knotwork.meshes.finding import find_mesh, ros_folders
+from knotwork.meshes.locating import find_mesh, ros_folders
 from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape as UrdfShape
 from knotwork.robot.shapes import UrdfShapes

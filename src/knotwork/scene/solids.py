@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.errors import InputError
-from knotwork.meshes.reading import read_mesh, read_points
+from knotwork.meshes.mesh_files import read_mesh, read_points
 from knotwork.scenario import Shape
 from knotwork.scene.cells import Cells, read_cells
 from knotwork.scene.hulls import convex_hull

@@ -8,7 +8,7 @@ import numpy as np
 
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
 from knotwork.kinematics.sequence.candidates import Candidates
-from knotwork.kinematics.sequence.costs import AT_LIMIT
+from knotwork.kinematics.sequence.step_costs import AT_LIMIT
 from knotwork.task_to_joint.search import Found, Search
 from knotwork.task_to_joint.solution import Choice, Infeasibility
 from knotwork.waypoints import FloatArray

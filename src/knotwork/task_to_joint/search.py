@@ -20,14 +20,14 @@ from knotwork.kinematics.sequence.candidates import (
     nearest_candidate,
 )
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence
-from knotwork.kinematics.sequence.costs import (
+from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
+from knotwork.kinematics.sequence.step_costs import (
     CollidingStep,
     Cost,
     Layer,
     Rules,
     likely_durations,
 )
-from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.task_to_joint.branches import allowed, check_branch, no_branch

@@ -7,40 +7,35 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knotwork.timing.care import first_care, form_of_care, keeps_limits, more_care
-from knotwork.timing.costs import terms, weighted
-from knotwork.timing.efforts import effort_shares
-from knotwork.timing.motion import Status
-from knotwork.timing.problem import Objective, TimingProblem
-from knotwork.timing.program import Solution, joined_limits
-from knotwork.timing.rebuild import rebuilt
-from knotwork.timing.resting import SLOWER, resting_knots, with_longer
-from knotwork.timing.section import (
-    Care,
-    Found,
+from knotwork.timing.budget import Steps, Watch
+from knotwork.timing.exact_curve import ExactCurve, rebuilt
+from knotwork.timing.initial_guess import (
     Guess,
-    Section,
     near_guess,
     plain_guess,
-    slower_guess,
+    short_durations,
     stretched_guess,
 )
-from knotwork.timing.spline import pieces_each
-from knotwork.timing.start import between_stops, short_durations
-from knotwork.timing.watch import Steps, Watch
+from knotwork.timing.motion import Status
+from knotwork.timing.objective_terms import terms, weighted
+from knotwork.timing.problem import Objective, TimingProblem
+from knotwork.timing.program import Solution, joined_limits
+from knotwork.timing.section import Section
+from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
+from knotwork.timing.tightening import (
+    Tightening,
+    equations_of,
+    first_tightening,
+    keeps_limits,
+    tightened,
+)
 from knotwork.waypoints import FloatArray
 
 STARTS = (1.0, 0.5, 2.0)
 """Factors of the first durations that are tried until one leads to a solution."""
 
-MOST_SLOWED = 2.5
-"""Where efforts bind, the start is the motion without their limits, at most so much slower."""
-
-ROOM = 1.05
-"""It is slower by this factor than if efforts fell with the square of time."""
-
 MOST_TIMES = 12
-"""How often a start is solved again, with more care, before it has failed."""
+"""How often a start is solved again, with more tightening, before it has failed."""
 
 NEARLY = 1.001
 """A motion with rests is not improved on if it takes at most so many times what is given of it."""
@@ -54,13 +49,13 @@ class Attempt:
         found: The motion.
         cost: What it costs.
         status: As of a `TimedMotion`.
-        care: What the solver was held to.
+        tightening: The limits as the solver had them.
     """
 
-    found: Found
+    found: ExactCurve
     cost: float
     status: Status
-    care: Care
+    tightening: Tightening
 
 
 def solved_section(
@@ -81,8 +76,8 @@ def solved_section(
     rests = _beside_what_is_long(problem)
     if rests is not None:
         return rests
-    for start, care in _starts(problem, watch, guess):
-        found = _run(start, problem, watch, care)
+    for start, tightening in _starts(problem, watch, guess):
+        found = _run(start, problem, watch, tightening)
         best = _better(best, found)
         if best is not None and (best.status == "optimal" or watch.late(found=True)):
             break
@@ -110,27 +105,27 @@ def _better(one: Attempt | None, other: Attempt | None) -> Attempt | None:
 
 def _starts(
     problem: TimingProblem, watch: Watch, guess: Guess | None
-) -> Iterator[tuple[Guess, Care]]:
+) -> Iterator[tuple[Guess, Tightening]]:
     """Where to start, and what to hold the solver to at first."""
     if watch.late(found=False):
         return
-    care, fixed = first_care(problem), problem.total is not None or not problem.free.all()
+    tightening, fixed = (
+        first_tightening(problem),
+        problem.total is not None or not problem.free.all(),
+    )
     if guess is not None:
-        yield (stretched_guess(guess, problem) if fixed else guess), care
-    known = between_stops(problem, pieces_each(1))
-    if known is not None and problem.objective.only_time and not fixed:
-        yield near_guess(Found(known, rebuilt(known))), care
+        yield (stretched_guess(guess, problem) if fixed else guess), tightening
     if not np.isnan(short_durations(problem)).all():
-        yield plain_guess(problem, STARTS[0], hurried=True), care
+        yield plain_guess(problem, STARTS[0], hurried=True), tightening
     varied = problem.free.any() and problem.total is None
     for stretch in STARTS if varied else STARTS[:1]:
-        yield plain_guess(problem, stretch), care
+        yield plain_guess(problem, stretch), tightening
     for found in _fastest(problem, watch) if fixed else ():
         start = stretched_guess(near_guess(found.found), problem)
-        if found.care.effort is None:
-            yield start, care
-        else:  # held to efforts from the first step on, or it leaves the only place with room
-            yield replace(start, near=False), found.care
+        if found.tightening.effort is None:
+            yield start, tightening
+        else:  # limit efforts from the first step on, or it leaves the only feasible region
+            yield replace(start, near=False), found.tightening
 
 
 def _fastest(problem: TimingProblem, watch: Watch) -> Iterator[Attempt]:
@@ -151,36 +146,34 @@ def resting(problem: TimingProblem, status: Status) -> Attempt | None:
         curve = rebuilt(knots)
         if keeps_limits(problem, curve):
             cost = weighted(problem, terms(problem, curve))
-            return Attempt(Found(knots, curve), cost, status, first_care(problem))
+            return Attempt(ExactCurve(knots, curve), cost, status, first_tightening(problem))
     return None
 
 
-def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> Attempt | None:
-    """Solve from one start, with more care each time that the exact check finds an excess."""
+def _run(
+    guess: Guess, problem: TimingProblem, watch: Watch, tightening: Tightening
+) -> Attempt | None:
+    """Solve from one start, with more tightening each time that the exact check finds an excess."""
     last: Solution | None = None
     best: Attempt | None = None
     again = False
     for _ in range(MOST_TIMES):
-        section = Section(problem, guess, care)
+        section = Section(problem, guess, tightening)
         steps = _steps(section, watch, best)
         solution = section.solve(last, steps if watch.needed else None)
         if not watch.needed:
             watch.iterations += solution.iterations
         if steps.best is not None:
-            best = Attempt(steps.best[1], steps.best[0], "stopped", care)
+            best = Attempt(steps.best[1], steps.best[0], "stopped", tightening)
         if solution.solved:
             found = section.rebuild(solution.x)
-            more = more_care(problem, care, found.curve)
+            more = tightened(problem, tightening, found.curve)
             if more is None:
                 cost = weighted(problem, terms(problem, found.curve))
-                return Attempt(found, cost, "optimal", care)
-            if care.effort is None and more.effort is not None and not guess.near:
-                share = float(effort_shares(problem, found.curve).max())
-                times = float(np.clip(ROOM * np.sqrt(share), 1.0, MOST_SLOWED))
-                guess = slower_guess(near_guess(found), times)
-            # with further equations the solution is no good start
-            same = form_of_care(more) == form_of_care(care)
-            care, last = more, solution if same else None
+                return Attempt(found, cost, "optimal", tightening)
+            # with further equations the solution is a poor start
+            same = equations_of(more) == equations_of(tightening)
+            tightening, last = more, solution if same else None
         elif last is None or again or watch.late(found=best is not None):
             return best
         else:  # what was near to a solution is none any more: start again, once
@@ -191,9 +184,9 @@ def _run(guess: Guess, problem: TimingProblem, watch: Watch, care: Care) -> Atte
 def _steps(section: Section, watch: Watch, best: Attempt | None) -> Steps:
     problem = section.problem
 
-    def attempt(x: FloatArray) -> tuple[float, Found] | None:
+    def attempt(x: FloatArray) -> tuple[float, ExactCurve] | None:
         found = section.rebuild(x)
-        if more_care(problem, section.care, found.curve) is not None:
+        if tightened(problem, section.tightening, found.curve) is not None:
             return None
         return weighted(problem, terms(problem, found.curve)), found
 

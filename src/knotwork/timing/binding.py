@@ -10,13 +10,13 @@ from knotwork.timing.problem import TimingProblem
 from knotwork.waypoints import FloatArray
 
 PLACES = 100
-"""Times looked at in each interval."""
+"""Samples in each interval."""
 
 NEAR = 1e-3
 """A joint is at a limit if it is within this part of it."""
 
 WORTH_SAYING = 0.02
-"""A limit that binds for a smaller part of an interval is told only if no other does."""
+"""A limit that binds for a smaller part of an interval is reported only if no other does."""
 
 TOUCHES = 0.02
 """A limit that is only touched is come near to within this part of it."""

@@ -1,12 +1,12 @@
 """Limits and costs of joint efforts, and limits of the tool's speed: as kernels, and on a curve.
 
-The solver limits them at the breaks. Between these they are looked at afterwards, and where they
-are exceeded the breaks beside are given less.
+The solver limits them at the breaks. Between these they are sampled afterwards, and where they
+are exceeded the limits at the adjoining breaks are tightened.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -23,25 +23,14 @@ if TYPE_CHECKING:
     from knotwork.timing.dynamics import Dynamics
 
 PLACES = 16
-"""Times looked at in each piece, its end left out."""
+"""Samples in each piece, its end left out."""
 
 
 EFFORT_PARTS = (0.5,)
 """Where in each piece the solver limits efforts."""
 
-MORE_PARTS = (1 / 3, 2 / 3)
-"""Where it does so once they have been found to vary much between these places."""
-
 TOOL_PARTS = (0.25, 0.5, 0.75)
 """Where in each piece the solver limits the tool's speed: it may vary much faster than efforts."""
-
-
-def _at_break(d: int) -> tuple[Any, Any, tuple[Any, ...]]:
-    """Scaled variables at a break, the units of a state, and the state in SI units."""
-    import casadi as ca
-
-    state, units = ca.SX.sym("state", 3 * d), ca.SX.sym("units", 3 * d)
-    return state, units, tuple(ca.vertsplit(state * units, d))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,45 +82,52 @@ def inner_state(tau: Any, states: Any, part: float = 0.5) -> tuple[Any, Any, Any
 
 
 @lru_cache(maxsize=16)
-def effort_kernel(dynamics: Dynamics, parts: tuple[float, ...]) -> Kernel:
-    """Efforts at parts of a piece, or without any at a break, over their limits.
+def effort_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
+    """Efforts at a break, or at `EFFORT_PARTS` of a piece, over their limits.
 
     Parameters: units of the state, inverse limits.
     """
     import casadi as ca
 
-    d = len(dynamics.links)
-    inverse = ca.SX.sym("inverse", d)
-    if parts:
-        piece = _inside(d, parts)
-        effort = ca.vertcat(*(dynamics.symbolic_effort(*one) * inverse for one in piece.states))
-        units = ca.vertcat(piece.units, inverse)
-        return Kernel(piece.variables, units, effort, inner=piece.inner)
-    variables, units, state = _at_break(d)
-    return Kernel(variables, ca.vertcat(units, inverse), dynamics.symbolic_effort(*state) * inverse)
+    inverse = ca.SX.sym("inverse", len(dynamics.links))
+    return _limit_kernel(
+        dynamics,
+        inverse,
+        lambda q, v, a: dynamics.symbolic_effort(q, v, a) * inverse,
+        EFFORT_PARTS if inside else (),
+    )
 
 
 @lru_cache(maxsize=16)
-def tool_kernel(dynamics: Dynamics, *, middle: bool) -> Kernel:
+def tool_kernel(dynamics: Dynamics, *, inside: bool) -> Kernel:
     """Square of the tool's speed at a break, or at `TOOL_PARTS` of a piece, over that of its limit.
 
     Parameters: units of the state, inverse limit.
     """
     import casadi as ca
 
-    d = len(dynamics.links)
     inverse = ca.SX.sym("inverse")
+    return _limit_kernel(
+        dynamics,
+        inverse,
+        lambda q, v, _: ca.sumsqr(dynamics.symbolic_tool_velocity(q, v) * inverse),
+        TOOL_PARTS if inside else (),
+    )
 
-    def square(state: tuple[Any, ...]) -> Any:
-        return ca.sumsqr(dynamics.symbolic_tool_velocity(*state[:2]) * inverse)
 
-    if middle:
-        piece = _inside(d, TOOL_PARTS)
-        squares = ca.vertcat(*map(square, piece.states))
-        units = ca.vertcat(piece.units, inverse)
-        return Kernel(piece.variables, units, squares, inner=piece.inner)
-    variables, units, state = _at_break(d)
-    return Kernel(variables, ca.vertcat(units, inverse), square(state))
+def _limit_kernel(
+    dynamics: Dynamics, inverse: Any, use: Callable[..., Any], parts: tuple[float, ...]
+) -> Kernel:
+    """The use of a limit at parts of a piece, or without any at a break."""
+    import casadi as ca
+
+    d = len(dynamics.links)
+    if parts:
+        piece = _inside(d, parts)
+        rows = ca.vertcat(*(use(*state) for state in piece.states))
+        return Kernel(piece.variables, ca.vertcat(piece.units, inverse), rows, inner=piece.inner)
+    state, units = ca.SX.sym("state", 3 * d), ca.SX.sym("units", 3 * d)
+    return Kernel(state, ca.vertcat(units, inverse), use(*ca.vertsplit(state * units, d)))
 
 
 @lru_cache(maxsize=8)
@@ -214,27 +210,3 @@ def effort_integral(problem: TimingProblem, curve: PiecewisePolynomial) -> float
     squares = (problem.arm.effort(q, v, a) ** 2).sum(axis=-1)
     weights = np.array([1.0, *[4.0, 2.0] * (PLACES // 2 - 1), 4.0, 1.0]) / (3.0 * PLACES)
     return float((squares @ weights) @ np.diff(curve.x))
-
-
-def likely_accelerations(problem: TimingProblem, *, held: bool = True) -> FloatArray:
-    """Accelerations that the efforts are likely to allow at the waypoints, shape (d,).
-
-    Args:
-        problem: The task.
-        held: Whether the efforts also hold the arm's weight.
-    """
-    if problem.dynamics is None or np.isinf(problem.limits.effort).all():
-        return problem.limits.acceleration
-    still = np.zeros_like(problem.position)
-    weight = problem.arm.effort(problem.position, still, still)
-    inertia = np.stack(
-        [
-            problem.arm.effort(problem.position, still, still + one)[:, k] - weight[:, k]
-            for k, one in enumerate(np.eye(problem.position.shape[1]))
-        ],
-        axis=1,
-    )
-    left = problem.limits.effort - held * np.abs(weight)
-    left = np.maximum(left, 0.05 * problem.limits.effort)
-    found = 0.5 * (left / np.maximum(inertia, 1e-9)).min(axis=0)
-    return np.asarray(np.minimum(problem.limits.acceleration, found))

@@ -1,4 +1,4 @@
-"""Tasks without a motion, by closed forms: what is ruled out, what is too short, what suffices.
+"""Tasks without a motion, by closed forms: infeasible values, short durations, sufficient ones.
 
 None of it takes a search: values beyond limits, the least time of each interval under the limits
 of velocity, acceleration and tool speed, and the motion that rests in each interval.
@@ -18,7 +18,8 @@ from knotwork.polynomial import PiecewisePolynomial
 from knotwork.timing.attempts import resting
 from knotwork.timing.bounds import least_durations, slowest
 from knotwork.timing.efforts import effort_shares, tool_shares
-from knotwork.timing.given_values import (
+from knotwork.timing.exact_curve import rebuilt
+from knotwork.timing.infeasible_values import (
     ROUNDING,
     faults,
     overloads,
@@ -27,8 +28,7 @@ from knotwork.timing.given_values import (
     with_room,
 )
 from knotwork.timing.problem import BoolArray, TimingProblem
-from knotwork.timing.rebuild import rebuilt
-from knotwork.timing.resting import SLOWER, resting_knots, with_longer
+from knotwork.timing.stop_to_stop import SLOWER, resting_knots, with_longer
 from knotwork.waypoints import FloatArray
 
 NOTHING = "no motion was found that keeps all limits"
@@ -41,7 +41,7 @@ def impossible(problem: TimingProblem) -> list[TimingError]:
     if any(one.given == "position" for one in found):
         return errors
     for one in found:
-        # what follows is for what is possible there
+        # the checks that follow are for the nearest feasible value
         changed: Any = np.array(getattr(problem, one.given))
         changed[one.waypoint] *= min(one.factor, 1.0) * (1.0 - ROUNDING)
         problem = replace(problem, **{one.given: changed})
@@ -148,17 +148,17 @@ def _given_durations(
     errors = []
     for i in np.flatnonzero(wrong).tolist():
         bound = float(least[i])
-        said = _no_wait(problem, i) or (
+        reason = _no_wait(problem, i) or (
             f"under the limits of velocity and acceleration {slowest(problem, i)} takes more "
             f"than {rounded_up(bound):.6g} s"
         )
         if np.isfinite(takes[i]):
             bound = with_room(float(takes[i]))
-            said += f"; with {bound:.6g} s{together} there is a motion that rests"
+            reason += f"; with {bound:.6g} s{together} there is a motion that rests"
         errors.append(
             TimingError(
                 f"from {problem.names[i]!r} to {problem.names[i + 1]!r} {problem.duration[i]:.6g} "
-                f"s are given; {what}{said}",
+                f"s are given; {what}{reason}",
                 waypoint=i,
                 interval=True,
                 limit="duration",
@@ -215,7 +215,7 @@ def _exceeded(problem: TimingProblem) -> TimingError:
     return TimingError(
         f"{ends}; one with rests needs a limit of {name.replace('_', ' ')} of "
         f"{text(least / margin, unit)} for {who}; it is {text(limit / margin, unit)}"
-        + (problem.limits.said_of_margin if margin != 1.0 else ""),
+        + (problem.limits.margin_note if margin != 1.0 else ""),
         waypoint=0,
         interval=len(problem.position) == 2,
         joint=joint,

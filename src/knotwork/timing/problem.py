@@ -1,4 +1,4 @@
-"""`TimingProblem`: what is known of a motion whose durations are to be found."""
+"""`TimingProblem`: waypoints and limits of a motion whose durations are to be found."""
 
 from __future__ import annotations
 
@@ -82,8 +82,8 @@ class TimingLimits(ReadOnlyArrays):
         return with_margin(lambda value: units.text(value, unit), limit, self.margin)
 
     @property
-    def said_of_margin(self) -> str:
-        """What follows limits that are told before the margin; empty without one."""
+    def margin_note(self) -> str:
+        """Clause after limits that are reported before the margin; empty without one."""
         return "" if self.margin == 1.0 else f" (the margin leaves {self.margin:g} of each limit)"
 
 
@@ -225,7 +225,7 @@ class TimingProblem(ReadOnlyArrays):
         asked = np.isfinite(limits.effort).any() or np.isfinite(limits.tool_speed)
         if self.dynamics is None and (asked or self.objective.effort):
             raise InputError(
-                "limits of effort or tool speed, and effort to be least, need dynamics"
+                "limits of effort or tool speed, and effort to be minimised, need dynamics"
             )
         if self.dynamics is not None and len(self.dynamics.links) != len(self.joint_names):
             raise InputError(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.timing.watch import OnStep, casadi_callback
+from knotwork.timing.budget import OnStep, casadi_callback
 from knotwork.waypoints import FloatArray
 
 IndexArray = NDArray[np.intp]
@@ -43,8 +43,8 @@ class Kernel:
         g: Its constraints, a symbolic column.
         cost: What it adds to the objective.
         inner: Symbols that stand in `g` and `cost` for expressions of the variables, and these
-            expressions. By the chain rule, derivatives of what is long in few inner symbols take a
-            fraction of the operations.
+            expressions. By the chain rule, derivatives of long expressions in few inner symbols
+            take a fraction of the operations.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class Program:
             repetition.
         steps: Called at every step with the variables, the objective and the constraints; if it
             returns true the solver stops.
-        options: Options of IPOPT beside `OPTIONS`.
+        options: Options of IPOPT besides `OPTIONS`.
     """
 
     def __init__(

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
 
-from knotwork.polynomial import PiecewisePolynomial
-from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS, likely_accelerations
-from knotwork.timing.motion import TimedMotion
+from knotwork.timing.budget import OnStep
+from knotwork.timing.efforts import EFFORT_PARTS, TOOL_PARTS
+from knotwork.timing.exact_curve import ExactCurve, Knots, rebuilt
+from knotwork.timing.initial_guess import Guess
 from knotwork.timing.problem import PEAKS, BoolArray, TimingProblem
 from knotwork.timing.program import Program, Solution
-from knotwork.timing.rebuild import Knots, rebuilt
-from knotwork.timing.spline import Form, Scale, blocks, layout, pieces_each, unpacked
-from knotwork.timing.start import first_durations, first_velocities, plain_cubic, short_durations
-from knotwork.timing.watch import OnStep
+from knotwork.timing.spline import Form, Scale, blocks, form_of, layout, unpacked
+from knotwork.timing.tightening import Tightening
 from knotwork.waypoints import FloatArray
-
-MARGIN = 1e-6
-"""Part of each limit that the solver leaves, so that its tolerance never shows as a violation."""
-
-SLACK = 1e-10
-"""A limit counts as kept if it is exceeded by no more than this part of it: rounding."""
 
 EVEN = 3e-4
 """Weight of the unevenness of the pieces of an interval, where nothing else decides it."""
@@ -59,38 +51,6 @@ AGAIN = {
 """Options of IPOPT for a start from the solution of a problem whose limits differ a little."""
 
 
-@dataclass(frozen=True, eq=False)
-class Guess:
-    """Where the solver starts.
-
-    Attributes:
-        duration: Of the intervals [s], shape (n-1,).
-        share: Part of each interval that each piece takes, shape (n-1, pieces).
-        curve: Joint positions over time from 0 to the sum of the durations.
-        velocity: At the waypoints, shape (n, d).
-        near: Whether it is likely to be near to the solution.
-    """
-
-    duration: FloatArray
-    share: FloatArray
-    curve: PiecewisePolynomial
-    velocity: FloatArray
-    near: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """A curve from the solver's variables, rebuilt.
-
-    Attributes:
-        knots: What the curve is made from.
-        curve: The curve.
-    """
-
-    knots: Knots
-    curve: PiecewisePolynomial
-
-
 def _new_program(form: Form, kind: StartKind, steps: OnStep | None = None) -> Program:
     far = LONG if form.intervals >= MANY else {}
     options: dict[StartKind, dict[str, Any]] = {"far": far, "near": NEAR, "again": AGAIN}
@@ -102,149 +62,28 @@ def _program(form: Form, kind: StartKind) -> Program:
     return _new_program(form, kind)
 
 
-def form_of(
-    problem: TimingProblem,
-    *,
-    position: bool = False,
-    effort: tuple[float, ...] = (),
-    tool: bool = False,
-) -> Form:
-    """Find which equations a problem has."""
-    timed = ~problem.free | (problem.at_least > 0.0)
-    return Form(
-        len(problem.position) - 1,
-        len(problem.joint_names),
-        along=tuple(np.flatnonzero(problem.along).tolist()),
-        timed=tuple(np.flatnonzero(timed).tolist()),
-        total=problem.total is not None,
-        jerk=bool(np.isfinite(problem.limits.jerk).any()),
-        position=position,
-        smooth=bool(problem.objective.jerk or problem.objective.peak_jerk),
-        peaks=problem.objective.peaks,
-        dynamics=problem.dynamics if effort or tool or problem.objective.effort else None,
-        effort=effort,
-        tool=tool,
-        work=problem.objective.effort > 0.0,
-    )
-
-
-def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool = False) -> Guess:
-    """Start from plain cubics.
-
-    Args:
-        problem: The problem.
-        stretch: What the free durations are multiplied by.
-        hurried: Whether joints that may not stop are taken not to.
-    """
-    limits = replace(problem.limits, acceleration=likely_accelerations(problem))
-    problem = replace(problem, limits=limits)
-    velocity = first_velocities(problem)
-    duration = first_durations(problem, velocity)
-    duration = np.where(problem.free, np.maximum(stretch * duration, problem.at_least), duration)
-    if hurried:
-        short = short_durations(problem)
-        duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
-    if problem.total is not None:
-        duration = duration * (problem.total / duration.sum())
-    time = np.concatenate(([0.0], np.cumsum(duration)))
-    share = _even(duration.size)
-    return Guess(duration, share, plain_cubic(time, problem.position, velocity), velocity)
-
-
-@dataclass(frozen=True, eq=False)
-class Care:
-    """What the solver is held to beside the limits at the breaks, and with what margin.
-
-    Attributes:
-        margin: Part of each limit that is left.
-        position: Whether positions between the breaks are limited.
-        effort: Part of the effort limits that is allowed at each break and inside each piece, by
-            turns, shape (2 pieces + 1, d); `None` where efforts are not looked at.
-        parts: Where inside the pieces that is.
-        tool: Part of the limit of the tool's speed, shape (2 pieces + 1, 1), or `None`.
-    """
-
-    margin: float = MARGIN
-    position: bool = False
-    effort: FloatArray | None = None
-    parts: tuple[float, ...] = EFFORT_PARTS
-    tool: FloatArray | None = None
-
-
-def _even(intervals: int) -> FloatArray:
-    each = pieces_each(intervals)
-    return np.full((intervals, each), 1.0 / each)
-
-
-def near_guess(found: Found) -> Guess:
-    """Start from the solution of a problem that differs little."""
-    knots = found.knots
-    return Guess(np.diff(knots.time), knots.share, found.curve, knots.velocity, near=True)
-
-
-def stretched_guess(guess: Guess, problem: TimingProblem) -> Guess:
-    """Start from a motion whose intervals, or all together, take as long as is given."""
-    before = guess.duration
-    duration = np.where(problem.free, before, problem.duration)
-    if problem.total is not None:
-        free = problem.free
-        duration[free] *= (problem.total - duration[~free].sum()) / duration[free].sum()
-    return _stretched(guess, duration / before)
-
-
-def slower_guess(guess: Guess, times: float) -> Guess:
-    """Start from a motion slowed by a factor, velocities at the waypoints too."""
-    slowed = _stretched(guess, np.full(guess.duration.size, times))
-    return replace(slowed, velocity=guess.velocity / times, near=False)
-
-
-def _stretched(guess: Guess, times: FloatArray) -> Guess:
-    """The same with the duration of each interval times a factor."""
-    curve, each = guess.curve, np.repeat(times, guess.share.shape[1])
-    slowed = curve.c / each[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
-    breaks = np.concatenate(([0.0], np.cumsum(each * np.diff(curve.x))))
-    return replace(
-        guess, duration=times * guess.duration, curve=PiecewisePolynomial(slowed, breaks)
-    )
-
-
-def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
-    """Start from a part of a motion that was found before."""
-    curve, each = motion.trajectory.polynomial, pieces_each(last - first)
-    time = motion.time[first : last + 1]
-    here = (curve.x >= time[0]) & (curve.x <= time[-1])
-    spans = np.diff(curve.x[here])
-    duration = np.diff(time)
-    if spans.size == each * duration.size:
-        share = spans.reshape(-1, each) / duration[:, None]
-    else:
-        share = _even(duration.size)
-    part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
-    return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
-
-
 class Section:
     """A problem made ready for the solver.
 
     Args:
         problem: The problem.
         guess: Where to start; it also sets the units.
-        care: What is limited how far.
+        tightening: Margins of the limits.
     """
 
     def __init__(
         self,
         problem: TimingProblem,
         guess: Guess,
-        care: Care,
+        tightening: Tightening,
     ) -> None:
-        self.problem, self.guess, self.care = problem, guess, care
-        self.margin = care.margin
+        self.problem, self.guess, self.tightening = problem, guess, tightening
+        self.margin = tightening.margin
         self.form = form_of(
             problem,
-            position=care.position,
-            effort=() if care.effort is None else care.parts,
-            tool=care.tool is not None,
+            position=tightening.position,
+            effort=tightening.effort is not None,
+            tool=tightening.tool is not None,
         )
         self.scale = _scale(problem, guess)
 
@@ -269,7 +108,7 @@ class Section:
         span = guess.share * guess.duration[:, None]
         x[at.tau] = span.ravel() / scale.time
         time = np.minimum(np.append(0.0, np.cumsum(span.ravel())), guess.curve.x[-1])
-        most = likely_accelerations(self.problem)
+        most = self.problem.limits.acceleration
         x[at.q] = guess.curve(time) / scale.unit(0)
         x[at.v] = guess.curve(time, 1) / scale.unit(1)
         x[at.a] = np.clip(guess.curve(time, 2), -most, most) / scale.unit(2)
@@ -293,7 +132,7 @@ class Section:
         V, A = (inner * getattr(problem.limits, name) for name in ("velocity", "acceleration"))
         low[at.v], high[at.v] = -V / scale.unit(1), V / scale.unit(1)
         low[at.a], high[at.a] = -A / scale.unit(2), A / scale.unit(2)
-        lower, upper = self._room()
+        lower, upper = self._position_range()
         parts = (slice(each * i, each * (i + 1)) for i in range(self.form.intervals))
         for part, least, most in zip(parts, lower, upper, strict=True):
             low[at.q[part]], high[at.q[part]] = least / scale.unit(0), most / scale.unit(0)
@@ -312,7 +151,7 @@ class Section:
         low[at.peak] = 0.0
         return low, high
 
-    def _room(self) -> tuple[FloatArray, FloatArray]:
+    def _position_range(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest positions in each interval, shape (n-1, d); its ends are inside."""
         problem = self.problem
         width = problem.limits.upper - problem.limits.lower
@@ -395,7 +234,8 @@ class Section:
             low.append(np.full((2 * d, count), -np.inf))
         if form.position:
             lower, upper = (
-                np.repeat((room / scale.unit(0)).T, form.each, axis=1) for room in self._room()
+                np.repeat((room / scale.unit(0)).T, form.each, axis=1)
+                for room in self._position_range()
             )
             high += [upper] * 4
             low += [lower] * 4
@@ -409,7 +249,7 @@ class Section:
             total = np.array([[problem.total / scale.time]])
             found.append((total, total))
         for allowed, limit in self._held():
-            parts = TOOL_PARTS if np.ndim(limit) == 0 else self.care.parts
+            parts = TOOL_PARTS if np.ndim(limit) == 0 else EFFORT_PARTS
             inside = len(parts) * allowed.shape[1]
             for rows, part in ((allowed.shape[1], allowed[::2]), (inside, allowed[1::2])):
                 most = np.full((rows, len(part)), 1.0 - self.margin)
@@ -423,8 +263,8 @@ class Section:
 
     def _held(self) -> list[tuple[FloatArray, Any]]:
         """Parts that are allowed of the limits of effort and tool speed, and the limits."""
-        care, limits = self.care, self.problem.limits
-        pairs = ((care.effort, limits.effort), (care.tool, limits.tool_speed))
+        tightening, limits = self.tightening, self.problem.limits
+        pairs = ((tightening.effort, limits.effort), (tightening.tool, limits.tool_speed))
         return [(allowed, limit) for allowed, limit in pairs if allowed is not None]
 
     def _fastest(self) -> list[FloatArray]:
@@ -446,7 +286,7 @@ class Section:
         return problem.velocity_known[:, None] & (np.abs(problem.velocity) >= most)
 
     def _steady(self) -> BoolArray:
-        """Which joints have no acceleration at which waypoints, beside those where it is known."""
+        """Which joints have no acceleration at which waypoints, besides those where it is known."""
         problem = self.problem
         stands = problem.velocity_known[:, None] & (problem.velocity == 0.0)
         idle = stands[:-1] & stands[1:] & (np.diff(problem.position, axis=0) == 0.0)
@@ -455,7 +295,7 @@ class Section:
         steady[1:] |= idle
         return steady & ~problem.acceleration_known[:, None]
 
-    def rebuild(self, x: FloatArray) -> Found:
+    def rebuild(self, x: FloatArray) -> ExactCurve:
         """Make the exact curve of the variables; it starts at time 0."""
         problem, form = self.problem, self.form
         tau, _, v, a = unpacked(form, x, self.scale)
@@ -480,12 +320,12 @@ class Section:
             velocity,
             a[ends],
         )
-        return Found(knots, rebuilt(knots))
+        return ExactCurve(knots, rebuilt(knots))
 
 
 def _scale(problem: TimingProblem, guess: Guess) -> Scale:
     time = float(np.median(guess.duration))
-    limits = replace(problem.limits, acceleration=likely_accelerations(problem))
+    limits = problem.limits
     with np.errstate(invalid="ignore"):
         room = np.minimum(limits.velocity * time, limits.acceleration * time**2)
         room = np.minimum(room, limits.jerk * time**3)
@@ -498,22 +338,3 @@ def _scale(problem: TimingProblem, guess: Guess) -> Scale:
         peak = np.abs(guess.curve(guess.curve.x[:-1], 2)).max(axis=0)
         room = np.minimum(room, np.maximum(typical, peak * time**2))
     return Scale(time, np.where(np.isfinite(room), room, typical))
-
-
-def excess(problem: TimingProblem, curve: PiecewisePolynomial) -> dict[str, float]:
-    """By how much a curve exceeds the limits of its joints' motion, relative to each limit.
-
-    By its exact extrema; only the limits that are exceeded.
-    """
-    found = {}
-    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
-        over = float((curve.extrema(order).peak / getattr(problem.limits, name)).max()) - 1.0
-        if over > SLACK:
-            found[name] = over
-    positions = curve.extrema(0)
-    lower, upper = problem.limits.lower, problem.limits.upper
-    size = np.maximum(1.0, np.maximum(np.abs(problem.position).max(axis=0), 0.0))
-    over = float((np.maximum(lower - positions.minimum, positions.maximum - upper) / size).max())
-    if over > SLACK:
-        found["position"] = over
-    return found

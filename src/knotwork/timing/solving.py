@@ -12,13 +12,13 @@ from knotwork.errors import TimingError, together
 from knotwork.timing.attempts import Attempt
 from knotwork.timing.binding import binding_limits
 from knotwork.timing.bounds import lower_bound
-from knotwork.timing.costs import terms, weighted
+from knotwork.timing.budget import Watch
+from knotwork.timing.exact_curve import in_a_row, rebuilt_row
 from knotwork.timing.infeasible import impossible, unsolved
+from knotwork.timing.initial_guess import Guess, guess_from
 from knotwork.timing.motion import Progress, TimedMotion, status_of
+from knotwork.timing.objective_terms import terms, weighted
 from knotwork.timing.problem import TimingProblem, part_of
-from knotwork.timing.rebuild import in_a_row, rebuilt_row
-from knotwork.timing.section import Guess, guess_from
-from knotwork.timing.watch import Watch
 from knotwork.timing.windows import solved_windows
 from knotwork.trajectory import JointTrajectory
 
@@ -33,7 +33,7 @@ def solve(
     start: TimedMotion | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> TimedMotion:
-    """Choose what a problem leaves free, so that its objective is least and every limit is kept.
+    """Minimise the objective of a problem over what it leaves free, every limit kept.
 
     Sections between waypoints where velocity and acceleration are both known do not depend on each
     other, and each is solved alone; one of more than 24 intervals is solved in windows of 8, each
@@ -41,7 +41,7 @@ def solve(
     cubics, at most three. If none leads to a solution the arm comes to rest in each interval.
 
     Args:
-        problem: What is known, and the limits.
+        problem: The waypoints and the limits.
         budget: Time after which the best motion so far is taken [s]; by default it is not limited.
         start: A motion to start from, with as many waypoints and joints: that of a problem that
             differs little. If its solution is farther above the lower bound than this motion was,
@@ -82,7 +82,7 @@ def solved(problem: TimingProblem, watch: Watch, start: TimedMotion | None = Non
     """As `solve`, for one of several problems that share a budget.
 
     Args:
-        problem: What is known, and the limits.
+        problem: The waypoints and the limits.
         watch: What follows the solution of all of them.
         start: A motion to start from.
 

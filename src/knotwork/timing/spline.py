@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from knotwork.timing.efforts import effort_kernel, tool_kernel, work_kernel
+from knotwork.timing.problem import TimingProblem
 from knotwork.timing.program import Block, IndexArray, Kernel
 from knotwork.waypoints import FloatArray
 
@@ -35,7 +36,7 @@ that share the pieces need more: with twelve, six joints are as fast as the slow
 
 
 def pieces_each(intervals: int) -> int:
-    """Cubic pieces that each interval has in a section of so many."""
+    """Cubic pieces that each interval has in a section of n intervals."""
     return ALONE if intervals == 1 else PIECES
 
 
@@ -53,8 +54,7 @@ class Form:
         position: Whether positions between the breaks are limited.
         smooth: Whether jerk counts in the objective.
         dynamics: Inertias, if efforts or the tool's speed matter.
-        effort: At which parts of each piece efforts are limited beside its ends; none if they are
-            not.
+        effort: Whether efforts are limited.
         tool: Whether the tool's speed is limited.
         work: Whether efforts count in the objective.
         peaks: Names of peaks that count in the objective.
@@ -69,7 +69,7 @@ class Form:
     position: bool = False
     smooth: bool = False
     dynamics: Dynamics | None = None
-    effort: tuple[float, ...] = ()
+    effort: bool = False
     tool: bool = False
     work: bool = False
     peaks: tuple[str, ...] = ()
@@ -85,6 +85,32 @@ class Form:
         return self.each * self.intervals
 
 
+def form_of(
+    problem: TimingProblem,
+    *,
+    position: bool = False,
+    effort: bool = False,
+    tool: bool = False,
+) -> Form:
+    """Find which equations a problem has."""
+    timed = ~problem.free | (problem.at_least > 0.0)
+    return Form(
+        len(problem.position) - 1,
+        len(problem.joint_names),
+        along=tuple(np.flatnonzero(problem.along).tolist()),
+        timed=tuple(np.flatnonzero(timed).tolist()),
+        total=problem.total is not None,
+        jerk=bool(np.isfinite(problem.limits.jerk).any()),
+        position=position,
+        smooth=bool(problem.objective.jerk or problem.objective.peak_jerk),
+        peaks=problem.objective.peaks,
+        dynamics=problem.dynamics if effort or tool or problem.objective.effort else None,
+        effort=effort,
+        tool=tool,
+        work=problem.objective.effort > 0.0,
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """Where the variables of a motion stand: for each break its state, then the piece after it.
@@ -93,7 +119,7 @@ class Layout:
         tau: Durations of the pieces, shape (pieces,).
         q, v, a: States at the breaks, shape (pieces + 1, joints) each.
         factor: Factors of the velocities along directions, shape (len(along),).
-        peak: Peaks that are made least, shape (len(peaks),).
+        peak: Peaks that are minimised, shape (len(peaks),).
         size: Number of variables.
     """
 
@@ -154,11 +180,11 @@ def blocks(form: Form) -> tuple[Block, ...]:
     if form.dynamics is not None:
         state = np.concatenate((at.q, at.v, at.a), axis=1).T
         if form.effort:
-            found.append(Block(effort_kernel(form.dynamics, ()), state))
-            found.append(Block(effort_kernel(form.dynamics, form.effort), piece))
+            found.append(Block(effort_kernel(form.dynamics, inside=False), state))
+            found.append(Block(effort_kernel(form.dynamics, inside=True), piece))
         if form.tool:
-            found.append(Block(tool_kernel(form.dynamics, middle=False), state))
-            found.append(Block(tool_kernel(form.dynamics, middle=True), piece))
+            found.append(Block(tool_kernel(form.dynamics, inside=False), state))
+            found.append(Block(tool_kernel(form.dynamics, inside=True), piece))
         if form.work:
             found.append(Block(work_kernel(form.dynamics), piece))
     for name, place in zip(form.peaks, at.peak, strict=True):

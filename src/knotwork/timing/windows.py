@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from knotwork.timing.attempts import Attempt, resting, solved_section
+from knotwork.timing.budget import Watch
+from knotwork.timing.exact_curve import ExactCurve, Knots, joined, rebuilt
+from knotwork.timing.initial_guess import Guess
 from knotwork.timing.motion import status_of
 from knotwork.timing.problem import TimingProblem, part_of
-from knotwork.timing.rebuild import Knots, joined, rebuilt
-from knotwork.timing.section import Found, Guess
-from knotwork.timing.watch import Watch
 
 KEPT = 8
 """Intervals of each window that are kept."""
@@ -72,13 +72,13 @@ def solved_windows(
     curve = rebuilt(knots)
     cost = sum(one.cost for one in kept)
     status = status_of(one.status for one in kept)
-    found = Attempt(Found(knots, curve), cost, status, kept[-1].care)
+    found = Attempt(ExactCurve(knots, curve), cost, status, kept[-1].tightening)
     # parts that rest may be far slower than one motion that does
     rests = resting(problem, status) if status != "optimal" else None
     return found if rests is None or found.cost <= rests.cost else rests
 
 
-def _first_part(found: Found, count: int) -> Found:
+def _first_part(found: ExactCurve, count: int) -> ExactCurve:
     knots = found.knots
     part = Knots(
         knots.time[: count + 1],
@@ -87,4 +87,4 @@ def _first_part(found: Found, count: int) -> Found:
         knots.velocity[: count + 1],
         knots.acceleration[:count],
     )
-    return Found(part, found.curve)
+    return ExactCurve(part, found.curve)

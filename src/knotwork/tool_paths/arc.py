@@ -147,21 +147,7 @@ class Arc(Curve):
                 first=radii[0],
                 last=radii[1],
             )
-        plane = np.cross(from_a, from_c)
-        chord = c - a
-        flat = np.linalg.norm(plane) <= STRAIGHT * radii[0] * radii[1]
-        if normal is None:
-            if flat:
-                case = "a full circle" if from_a @ from_c > 0.0 else "half a circle"
-                raise PathError(
-                    f"start, centre and end are on a line ({case}), so that they name no plane; "
-                    "give the arc's normal"
-                )
-            axis = plane
-        else:
-            axis = unit(normal, "normal")
-            if not flat:
-                axis = _square_to_plane(axis, plane)
+        axis, chord = _axis_about(from_a, from_c, normal), c - a
         if np.linalg.norm(chord) > REPEATED:
             m = m + chord * ((0.5 * (a + c) - m) @ chord) / (chord @ chord)
             return cls._between(a, m, c, axis, int(turns))
@@ -274,6 +260,26 @@ def _square(normal: ArrayLike, direction: FloatArray, what: str) -> FloatArray:
             f"with {what}; it must be 90 deg within {math.degrees(SQUARE):.2g}"
         )
     return unit(axis - along * direction, "normal")
+
+
+def _axis_about(from_a: FloatArray, from_c: FloatArray, normal: ArrayLike | None) -> FloatArray:
+    """Axis of an arc from the vectors from its centre to both ends, and its normal if given.
+
+    Raises:
+        PathError: The vectors name no plane and no normal is given, or it is not normal to theirs.
+    """
+    plane = np.cross(from_a, from_c)
+    flat = np.linalg.norm(plane) <= STRAIGHT * np.linalg.norm(from_a) * np.linalg.norm(from_c)
+    if normal is not None:
+        axis = unit(normal, "normal")
+        return axis if flat else _square_to_plane(axis, plane)
+    if flat:
+        case = "a full circle" if from_a @ from_c > 0.0 else "half a circle"
+        raise PathError(
+            f"start, centre and end are on a line ({case}), so that they name no plane; "
+            "give the arc's normal"
+        )
+    return np.asarray(plane)
 
 
 def _square_to_plane(axis: FloatArray, plane: FloatArray) -> FloatArray:

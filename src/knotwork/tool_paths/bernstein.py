@@ -18,6 +18,11 @@ def basis(degree: int, u: FloatArray) -> FloatArray:
     return np.array([math.comb(degree, i) * u**i * v ** (degree - i) for i in range(degree + 1)])
 
 
+def sums_of_basis(values: FloatArray) -> FloatArray:
+    """Sums of the Bernstein polynomials i to n, for i = 1 … n, shape (n, k)."""
+    return np.asarray(np.cumsum(values[:0:-1], axis=0)[::-1])
+
+
 def on_interval(coefficients: FloatArray, u0: FloatArray, u1: FloatArray) -> FloatArray:
     """Bernstein coefficients of polynomials on [u0, u1] instead of [0, 1].
 

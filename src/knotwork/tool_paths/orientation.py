@@ -9,7 +9,7 @@ with fi the sum of the quintic Bernstein polynomials i to 5. It is a chain of fi
 about the axes vi. At u = 0 only f1 has a first derivative (5), and f1, f2 second ones (-20, 20):
 with a, α the turn per unit of u and its change in the axes of R0, v1 = a/5 and v2 = a/5 + α/20.
 Likewise v5 = b/5 and v4 = b/5 - exp(v5) β/20 at u = 1, with b and β in the axes of R1; v3 turns
-what is left. As f1 + … + f5 = 5 u, axes that all agree turn evenly.
+the rest. As f1 + … + f5 = 5 u, axes that all agree turn evenly.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.errors import PathError
-from knotwork.tool_paths.bernstein import basis
+from knotwork.tool_paths.bernstein import basis, sums_of_basis
 from knotwork.tool_paths.curve import checked_order, unit, unplaced
+from knotwork.tool_paths.orientation_junctions import SAME, Stretch, check_junction, meet
 from knotwork.tool_paths.rotations import checked_rotations, exponentials, logarithm
 from knotwork.tool_paths.turn_bounds import TurnBounds
 from knotwork.waypoints import FloatArray, read_only
@@ -35,20 +36,8 @@ HALF_TURN = math.pi - 1e-6
 LARGEST_PART = 0.5 * math.pi
 """A turn about one axis is divided into parts of at most this angle [rad]."""
 
-TRANSITION = 0.25
-"""Part of the shorter of two stretches in which both rates pass to that at the junction."""
-
-SAME = 1e-12
-"""Rotation vectors and rates that differ by less, relative to their size, are the same."""
-
 EVEN = 1e-14
 """Rotation vectors of a piece that differ by less [rad] turn it evenly."""
-
-EQUAL = 1e-9
-"""Rates of two stretches that differ by less, relative to their size, need no transition."""
-
-APART = 1e-6
-"""Rotations of two stretches that meet may differ by this [rad]."""
 
 
 class OrientationCurve:
@@ -142,10 +131,7 @@ class OrientationCurve:
 
     @classmethod
     def even_turning(cls, start: ArrayLike, end: ArrayLike, length: float) -> OrientationCurve:
-        """The shortest turn from one rotation to another, evenly along a stretch (slerp).
-
-        Raises:
-            PathError: A matrix is no rotation, or they are half a turn apart.
+        """The shortest even turn along a stretch (slerp); a PathError if it is half a turn.
 
         >>> half = kw.tool_paths.OrientationCurve.even_turning(
         ...     np.eye(3), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], 0.2)
@@ -225,16 +211,11 @@ class OrientationCurve:
         """
         if not stretches:
             raise PathError("no stretches are given; an orientation needs at least one")
-        parts = [_Stretch(stretch) for stretch in stretches]
+        parts = [Stretch(stretch) for stretch in stretches]
         for i, (before, after) in enumerate(itertools.pairwise(parts)):
-            angle = float(np.linalg.norm(logarithm(before.rotations[-1].T @ after.rotations[0])))
-            if angle > APART:
-                raise PathError(
-                    f"the tool is turned by {math.degrees(angle):.6g} deg between the end of "
-                    f"stretch {i} and the start of stretch {i + 1}; they must meet"
-                )
+            check_junction(i, before, after)
             if i not in stops:
-                _meet(before, after)
+                meet(before, after)
         start = 0.0
         arrays: list[list[FloatArray]] = [[], [], [], [], []]
         for i, part in enumerate(parts):
@@ -289,7 +270,7 @@ class OrientationCurve:
             return np.asarray(R)
         if self._even:
             return np.asarray(R @ exponentials(5.0 * u[:, None] * self._v[piece, 0]))
-        f = _sums_of_basis(basis(5, u))
+        f = sums_of_basis(basis(5, u))
         for i in range(5):
             R = R @ exponentials(f[i][:, None] * self._v[piece, i])
         return np.asarray(R)
@@ -302,9 +283,8 @@ class OrientationCurve:
         Args:
             s: Arc lengths [m], shape (k,).
             order: 0 for the rate [rad/m], 1 for its derivative with respect to s [rad/m²].
-            at: Arc lengths that choose the stretches between breaks, if other than s [m],
-                shape (k,): a stretch goes on smoothly beyond its ends.
-            side: Which piece is chosen at a break: `"right"` or `"left"`.
+            at: As of `rotation`.
+            side: As of `rotation`.
         """
         checked_order(order, 1)
         piece, u = self._pieces(s, at, side)
@@ -312,7 +292,7 @@ class OrientationCurve:
             return np.zeros((len(u), 3))
         if self._even:
             return np.asarray(self.rates[piece, 1])
-        f = _sums_of_basis(basis(5, u))
+        f = sums_of_basis(basis(5, u))
         slope = 5.0 * basis(4, u)
         bent = -20.0 * np.diff(basis(3, u), axis=0, prepend=0.0, append=0.0)
         R = self.rotations[piece]
@@ -358,62 +338,6 @@ class OrientationCurve:
         np.maximum.at(found[0], row, rate / step)
         np.maximum.at(found[1], row, change / step**2)
         return found
-
-
-class _Stretch:
-    """Arrays of a curve, to be changed at its two ends."""
-
-    def __init__(self, curve: OrientationCurve) -> None:
-        self.curve = curve
-        self.s = np.array(curve.s)
-        self.rotations = np.array(curve.rotations)
-        self.rates, self.changes = np.array(curve.rates), np.array(curve.changes)
-        self.breaks = np.array(curve.breaks)
-
-    def divide(self, at_end: bool, length: float) -> float:
-        """Insert a break where the transition to a junction ends, if its piece turns evenly.
-
-        Args:
-            at_end: Whether the junction is at the end.
-            length: Of the transition [m].
-
-        Returns:
-            Length of the transition as it is: that of the whole piece if it was not divided [m].
-        """
-        curve, piece = self.curve, -1 if at_end else 0
-        v, whole = curve._v[piece], float(curve._steps[piece])
-        if np.abs(np.diff(v, axis=0)).max() > SAME * max(1.0, np.abs(v).max()) or whole <= length:
-            return whole
-        s = curve.length - length if at_end else length
-        index = len(self.s) - 1 if at_end else 1
-        at = np.array([s])
-        self.s = np.insert(self.s, index, s)
-        self.breaks = np.append(self.breaks, s)
-        self.rotations = np.insert(self.rotations, index, curve.rotation(at), axis=0)
-        for name, order in (("rates", 0), ("changes", 1)):
-            value = np.repeat(curve.rate(at, order)[:, None], 2, axis=1)
-            setattr(self, name, np.insert(getattr(self, name), index, value, axis=0))
-        return length
-
-
-def _meet(before: _Stretch, after: _Stretch) -> None:
-    """Give two stretches the same rate where they meet, and the same change of it."""
-    scale = max(np.abs(part.curve.rates).max() for part in (before, after))
-    a, b = before.rates[-1, 0], after.rates[0, 1]
-    weight = 0.5
-    if np.abs(a - b).max() > EQUAL * scale:
-        shorter = TRANSITION * min(before.curve.length, after.curve.length)
-        one, other = before.divide(True, shorter), after.divide(False, shorter)
-        # a rate is left the less, the longer it takes: so the tool is turned off by as much
-        weight = other / (one + other)
-    before.rates[-1, :] = after.rates[0, :] = (1.0 - weight) * a + weight * b
-    if not np.array_equal(before.changes[-1, 0], after.changes[0, 1]):
-        before.changes[-1, :] = after.changes[0, :] = 0.0
-
-
-def _sums_of_basis(values: FloatArray) -> FloatArray:
-    """Functions f1 to f5: sums of the Bernstein polynomials i to 5, shape (5, k)."""
-    return np.asarray(np.cumsum(values[:0:-1], axis=0)[::-1])
 
 
 def _two_sided(values: ArrayLike, count: int, what: str) -> FloatArray:

@@ -83,7 +83,7 @@ def _turns(curve: Curve, s: FloatArray) -> FloatArray:
 def _carried(curve: Curve, R0: FloatArray, s: FloatArray) -> OrientationCurve:
     """Orientation carried along a curve in steps, by Magnus' method of fourth order.
 
-    What is left between the direction seen and the curve's is turned away in each step.
+    The rest between the direction seen and the curve's is corrected in each step.
     """
     h = np.diff(s)
     gauss = [s[:-1] + (0.5 + sign * math.sqrt(3.0) / 6.0) * h for sign in (-1.0, 1.0)]

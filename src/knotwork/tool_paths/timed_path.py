@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from knotwork.errors import PathError, TimeRangeError
 from knotwork.tool_paths.path import LENGTHS, ToolPath
-from knotwork.tool_paths.timing import Timing
+from knotwork.tool_paths.path_timing import Timing
 from knotwork.waypoints import FloatArray
 
 STANDING = 1e-6
@@ -53,7 +53,7 @@ class TimedPath:
         times = np.sort(np.concatenate((timing.arc_length.x, at_breaks)))
         apart = np.diff(times, prepend=-np.inf) > 1e-12 * timing.duration
         local = times[apart]
-        # Between two breaks a time in the middle tells the pieces of path and timing.
+        # Between two breaks a time in the middle selects the pieces of path and timing.
         self._middle: FloatArray = 0.5 * (local[1:] + local[:-1])
         self._along: FloatArray = timing(self._middle)
         ends = np.concatenate((timing(local, 1), timing(local, 1, side="left")))

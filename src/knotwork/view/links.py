@@ -11,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from knotwork.errors import InputError
-from knotwork.meshes.finding import find_mesh, mesh_package
-from knotwork.meshes.reading import read_mesh
+from knotwork.meshes.locating import find_mesh, mesh_package
+from knotwork.meshes.mesh_files import read_mesh
 from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape, UrdfShapes
 from knotwork.view.mesh import GREY, Mesh, drawable, merged

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.meshes.reading import read_mesh
+from knotwork.meshes.mesh_files import read_mesh
 from knotwork.polynomial import PiecewisePolynomial
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario, Shape

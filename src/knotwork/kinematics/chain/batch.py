@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from knotwork.kinematics.chain.joint_axes import joint_axes, pose_errors
-from knotwork.kinematics.chain.joint_ranges import Limits, clipped, held_joints
+from knotwork.kinematics.chain.joint_ranges import BoolArray, Limits, clipped, held_joints
 from knotwork.kinematics.chain.levenberg_marquardt import (
     FIRST_FACTOR,
     HASTY,
@@ -137,10 +137,7 @@ def solve_batch(
     iteration = 0
     checkpoint = state.square.copy()
     while True:
-        done = np.maximum(state.distance, state.angle) <= tolerance
-        leaving = done | (state.factor > MAX_FACTOR)
-        if group is not None and done.any():
-            leaving |= np.isin(group[index], group[index[done]])
+        leaving = state.ended(tolerance, None if group is None else group[index])
         if iteration % check_every == check_every - 1:
             leaving |= state.square > fallen_to * checkpoint
             checkpoint = state.square.copy()
@@ -194,6 +191,14 @@ class _State:
         self.distance, self.angle = self.distance[rows], self.angle[rows]
         self.error, self.J = self.error[:, rows], self.J[:, :, rows]
         self.targets = self.targets.take(rows)
+
+    def ended(self, tolerance: float, group: IntArray | None) -> BoolArray:
+        """Which searches have converged, are hopeless, or are of a group that has a solution."""
+        done: BoolArray = np.maximum(self.distance, self.angle) <= tolerance
+        ended = done | (self.factor > MAX_FACTOR)
+        if group is not None and done.any():
+            ended |= np.isin(group, group[done])
+        return ended
 
     def step(self) -> None:
         """Try a step of every search, and keep those that bring it nearer."""

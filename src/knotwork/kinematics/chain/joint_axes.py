@@ -1,4 +1,4 @@
-"""Forward kinematics and Jacobian of many configurations at once, from the joint axes alone."""
+"""Forward kinematics and Jacobian of many configurations at once, from the tree of joints."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from knotwork.errors import RobotError
 from knotwork.robot import Robot
+from knotwork.robot.joint_tree import joint_tree, place_joints
 from knotwork.waypoints import FloatArray
 
 # Up to this many configurations are placed by Pinocchio.
@@ -38,14 +39,16 @@ class JointAxes:
     """
 
     def __init__(self, robot: Robot) -> None:
-        pose, J = robot.forward_and_jacobian(np.zeros(robot.dof))
-        base_from_world = robot.base_placement.inverse()
-        placements = [base_from_world * robot.data.oMi[i] for i in range(1, robot.model.njoints)]
-        self.revolute = np.array([unit == "rad" for unit in robot.joint_units])
-        self.axes = np.where(self.revolute[:, None], J[3:].T, J[:3].T)
-        self.origins = np.array([placement.translation for placement in placements])
-        if (np.abs(np.linalg.norm(self.axes, axis=1) - 1.0) > 1e-9).any():
+        joints, tool = joint_tree(robot.model), robot.model.frames[robot.require_tool()]
+        rotation, origin = (one[0] for one in place_joints(joints, np.zeros((1, robot.dof))))
+        path = joints.path(int(tool.parentJoint))
+        if len(path) < robot.dof:
             raise RobotError(robot.name, "is no serial chain: a joint does not move the tool")
+        base = robot.base_placement.inverse()
+        pose = base * pin.SE3(rotation[path[-1]], origin[path[-1]]) * tool.placement
+        self.revolute = joints.turns[path] > 0.0
+        self.axes = (rotation[path] @ joints.axis[path][..., None])[..., 0] @ base.rotation.T
+        self.origins = origin[path] @ base.rotation.T + base.translation
         frames = [np.eye(3), *(_frame_along(axis) for axis in self.axes), pose.rotation]
         points = np.vstack([np.zeros(3), self.origins, pose.translation])
         # Rows of each are what the columns of R_{i-1} are summed up with: C_i and then c_i.
@@ -54,7 +57,7 @@ class JointAxes:
             for before, after, o, p in zip(frames, frames[1:], points, points[1:], strict=False)
         ]
         self.reach = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-        self._robot, self._base = ref(robot), base_from_world
+        self._robot, self._base = ref(robot), base
 
     def certain_miss(self, position: FloatArray) -> FloatArray:
         """How much farther away points are than the arm is long [m], not above 0 where they aren't.

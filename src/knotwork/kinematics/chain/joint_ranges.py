@@ -164,7 +164,7 @@ _TURNS_FIT: WeakKeyDictionary[Robot, bool] = WeakKeyDictionary()
 def at_only_turn(robot: Robot, q: FloatArray) -> BoolArray:
     """Which configurations (n, d) are inside the limits, where no other turn fits, shape (n,).
 
-    So it is with most arms: no joint that turns has room for a whole turn.
+    So it is with most arms: the range of no revolute joint is a whole turn.
     """
     lower, upper = limits_of(robot)
     if robot not in _TURNS_FIT:

@@ -9,8 +9,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from knotwork.errors import SingularityError, WaypointDataError
-from knotwork.kinematics.arguments import check_tolerance
 from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of, middle
+from knotwork.kinematics.pose_arguments import check_tolerance
 from knotwork.robot import Robot
 from knotwork.units import SI, Units
 from knotwork.waypoints import FloatArray, read_only

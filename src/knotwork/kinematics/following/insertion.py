@@ -71,7 +71,7 @@ def with_waypoints_inserted(
         knots: Where the curve's knots sit: see `ModifiedHermiteSpline`.
 
     Raises:
-        PathError: The tolerances take more waypoints than can be, or rounding leaves no room to
+        PathError: The tolerances take more waypoints than can be, or rounding leaves no margin to
             prove them.
     """
     one, path = _Insertion(joints, tolerance, knots), joints.path

@@ -38,7 +38,7 @@ class PathTolerance(NamedTuple):
 def check_tolerance(
     robot: Robot, curve: PiecewisePolynomial, path: TimedPath, tolerance: PathTolerance
 ) -> None:
-    """Refuse tolerances that rounding leaves no room to prove.
+    """Refuse tolerances that rounding leaves no margin to prove.
 
     Raises:
         PathError: One is too fine.
@@ -52,8 +52,8 @@ def check_tolerance(
     ):
         if value < needed:
             raise PathError(
-                f"the tolerance {what} is {value:g}{unit}: rounding leaves no room to prove it; at "
-                f"least {needed:.2g}{unit} is accepted"
+                f"the tolerance {what} is {value:g}{unit}: rounding leaves no margin to prove it; "
+                f"at least {needed:.2g}{unit} is accepted"
             )
 
 

@@ -1,1 +1,1 @@
-"""Arms whose geometry tells their solutions: configuration flags, and the closed form."""
+"""Arms whose geometry gives their solutions: configuration flags, and the closed form."""

@@ -119,7 +119,7 @@ def _triple(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 
 
 def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
-    """Configuration flags: the signs that tell branches apart, for `q` of shape (n, d).
+    """Configuration flags: the signs that distinguish branches, for `q` of shape (n, d).
 
     Returns:
         Shoulder, elbow and wrist, shape (n, 3), +1 for the first of `FLAGS`, -1 for the second
@@ -140,7 +140,7 @@ def configuration_flags(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 def all_branches(robot: Robot, q: FloatArray) -> bool | None:
-    """Whether configurations (n, d) for one pose are all there are, as far as the flags tell.
+    """Whether configurations (n, d) for one pose are all there are, as far as the flags show.
 
     Only for arms that the flags are defined for. There can be one for each combination of them,
     though not at every pose. And where the elbow is up it can also be down, shoulder and wrist

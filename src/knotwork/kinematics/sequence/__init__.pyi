@@ -2,12 +2,12 @@ from .candidates import Candidates as Candidates
 from .candidates import find_candidates as find_candidates
 from .choice import Sequence as Sequence
 from .choice import choose_sequence as choose_sequence
-from .costs import CollidingStep as CollidingStep
-from .costs import Cost as Cost
-from .costs import Layer as Layer
-from .costs import Rules as Rules
 from .lazy_choice import choose_with_intervals as choose_with_intervals
 from .nearness import interval_nearness as interval_nearness
 from .nearness import weights as weights
 from .null_space_refinement import Given as Given
 from .null_space_refinement import refine_sequence as refine_sequence
+from .step_costs import CollidingStep as CollidingStep
+from .step_costs import Cost as Cost
+from .step_costs import Layer as Layer
+from .step_costs import Rules as Rules

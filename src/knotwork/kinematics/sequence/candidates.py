@@ -13,8 +13,8 @@ from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of
 from knotwork.kinematics.chain.levenberg_marquardt import PoseSearch
 from knotwork.kinematics.chain.velocity import solve_velocities
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags
-from knotwork.kinematics.sequence.costs import AT_LIMIT
 from knotwork.kinematics.sequence.nearness import limit_nearness, singular_nearness
+from knotwork.kinematics.sequence.step_costs import AT_LIMIT
 from knotwork.kinematics.solutions.all_within_limits import in_order, turned_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES, distinct, find_branches
 from knotwork.robot import Robot
@@ -109,19 +109,9 @@ def find_candidates(
             kept = np.array(sorted(kept, key=in_order)).reshape(-1, robot.dof)
         copies = [all_turns(robot, q) for q in kept]
         if free or not copies:
-            # Where to be is refined later; at first anywhere near will do.
-            from knotwork.kinematics.solutions.pose import solve_pose_ik
-
+            # Where to be is refined later; at first any solution nearby is sufficient.
             near = reference if before is None else before
-            before = solve_pose_ik(
-                robot,
-                waypoint.pose,
-                near,
-                nearest=not free,
-                waypoint=waypoint.name,
-                where=waypoint.where,
-                units=units,
-            ).q
+            before = _solution(robot, waypoint, near, units, nearest=not free)
             copies.insert(0, all_turns(robot, before))
         copied.append((copies, free))
     return _valued(robot, waypoints, copied)
@@ -135,12 +125,25 @@ def nearest_candidate(
     Raises:
         OutsideLimitsError, UnreachablePoseError: The pose has no solution inside the limits.
     """
+    q = _solution(robot, waypoint, near, units, nearest=True)
+    return _valued(robot, [waypoint], [([q[None]], False)])[0]
+
+
+def _solution(
+    robot: Robot, waypoint: CartesianWaypoint, near: FloatArray, units: Units, *, nearest: bool
+) -> FloatArray:
+    """A solution of a waypoint's pose near a configuration, shape (d,)."""
     from knotwork.kinematics.solutions.pose import solve_pose_ik
 
-    q = solve_pose_ik(
-        robot, waypoint.pose, near, waypoint=waypoint.name, where=waypoint.where, units=units
+    return solve_pose_ik(
+        robot,
+        waypoint.pose,
+        near,
+        nearest=nearest,
+        waypoint=waypoint.name,
+        where=waypoint.where,
+        units=units,
     ).q
-    return _valued(robot, [waypoint], [([q[None]], False)])[0]
 
 
 def _branches(robot: Robot, targets: Targets) -> list[FloatArray]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from knotwork.kinematics.chain.joint_ranges import whole_turns
-from knotwork.kinematics.sequence.costs import (
+from knotwork.kinematics.sequence.step_costs import (
     UNBOUNDED,
     Cost,
     Layer,

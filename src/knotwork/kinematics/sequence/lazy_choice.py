@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knotwork.kinematics.sequence.choice import Sequence, choose_sequence, positions_of, reach
-from knotwork.kinematics.sequence.costs import TIE, Cost, Layer, Reached, Rules, step_costs
+from knotwork.kinematics.sequence.step_costs import TIE, Cost, Layer, Reached, Rules, step_costs
 from knotwork.waypoints import FloatArray
 
 # Steps of each interval that are evaluated in the first round, those that look best so far, and

@@ -12,8 +12,8 @@ from knotwork.kinematics.chain.batch import Targets, solve_batch
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import BoolArray, limits_of
 from knotwork.kinematics.chain.velocity import solve_velocities
-from knotwork.kinematics.sequence.costs import AT_LIMIT, Rules, likely_durations
 from knotwork.kinematics.sequence.nearness import SAMPLES, interval_nearness, weights
+from knotwork.kinematics.sequence.step_costs import AT_LIMIT, Rules, likely_durations
 from knotwork.robot import Robot
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
@@ -55,7 +55,7 @@ def refine_sequence(
 
     Every other waypoint, then the others, and again: each tries steps along its self-motion, and
     towards its neighbours, and takes the best. The cubics to and from the neighbours, evaluated at
-    `samples` times each, tell what is best: with travel T, time h, and the mean n and the most m of
+    `samples` times each, are compared: with travel T, time h, and the mean n and the most m of
     the nearness to limits and singularities on the way, T (1 + n) + h m. As in the choice of the
     sequence, joint speeds beyond their limits count before that, then violations halfway, then
     positions beyond limits.

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from knotwork.kinematics.arguments import check_count, check_distance, check_request
 from knotwork.kinematics.chain.joint_ranges import all_turns, limits_of, middle
 from knotwork.kinematics.chain.levenberg_marquardt import MARGIN, PoseSearch
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
 from knotwork.kinematics.geometry.configuration_flags import configuration_flags, describe_flags
+from knotwork.kinematics.pose_arguments import check_count, check_distance, check_request
 from knotwork.kinematics.solutions.all_within_limits import in_order, solutions_within_limits
 from knotwork.kinematics.solutions.enumeration import MOST_BRANCHES
 from knotwork.kinematics.solutions.self_motion import farthest_apart

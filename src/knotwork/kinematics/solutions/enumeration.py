@@ -90,7 +90,7 @@ def find_branches(
 ) -> list[FloatArray]:
     """Find all solutions for each pose, without regard to position limits of joints that turn.
 
-    In closed form where the arm has one that can tell, otherwise by searches.
+    In closed form where the arm has one that is certain, otherwise by searches.
 
     Args:
         robot: An arm of up to six joints.

@@ -44,7 +44,7 @@ SECOND_SINGULAR = 1e-3
 ROOT_STEPS = 60
 GOLDEN_STEPS = 40
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-# A parabola through three residuals tells that there is no zero, if its vertex is this far above
+# A parabola through three residuals excludes a zero, if its vertex is this far above
 # zero [m, rad], unless they are so small that it need not be near them.
 ABOVE_ZERO = 1e-9
 SMALL = 1e-6

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.arguments import check_count, check_distance, check_request
 from knotwork.kinematics.chain.joint_axes import joint_axes
 from knotwork.kinematics.chain.joint_ranges import limits_of, nearest_turns, starts
 from knotwork.kinematics.chain.levenberg_marquardt import (
@@ -25,6 +24,7 @@ from knotwork.kinematics.chain.levenberg_marquardt import (
 from knotwork.kinematics.chain.null_space import nearest_by_self_motion
 from knotwork.kinematics.chain.seeds import seeds
 from knotwork.kinematics.diagnosis.reason import solution_or_reason
+from knotwork.kinematics.pose_arguments import check_count, check_distance, check_request
 from knotwork.kinematics.solutions.all_within_limits import solutions_within_limits
 from knotwork.kinematics.solutions.near_singular import STEP, near_singular_solutions
 from knotwork.robot import Robot
@@ -48,7 +48,7 @@ RESTARTS_BESIDE = 8
 # Solutions that near are reached exactly: none is nearer [rad or m].
 THERE = 1e-6
 # Self-motion is followed from few solutions that are not much farther than the nearest, until its
-# steps are this part of the distance (what is left to gain is then about the square of it); and to
+# steps are this part of the distance (the remaining gain is then about the square of it); and to
 # the end from the nearest.
 MOST_FOLLOWED = 8
 FOLLOW_WITHIN = 1.5

@@ -9,7 +9,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from knotwork.kinematics.arguments import (
+from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
+from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
+from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
+from knotwork.kinematics.chain.seeds import seeds
+from knotwork.kinematics.pose_arguments import (
     FARTHEST,
     ROTATION_TOLERANCE,
     check_count,
@@ -18,10 +22,6 @@ from knotwork.kinematics.arguments import (
     check_poses,
     check_tolerance,
 )
-from knotwork.kinematics.chain.batch import BatchSolution, Targets, solve_batch
-from knotwork.kinematics.chain.joint_ranges import clipped, limits_of, starts
-from knotwork.kinematics.chain.levenberg_marquardt import MARGIN
-from knotwork.kinematics.chain.seeds import seeds
 from knotwork.robot import Robot
 from knotwork.waypoints import FloatArray, read_only
 
@@ -139,7 +139,7 @@ def _each(start: ArrayLike, count: int) -> ArrayLike:
 
 
 def _targets(poses: Sequence[Any]) -> Targets:
-    """Poses as arrays; looked at all at once, and singly only to say which is wrong."""
+    """Poses as arrays; checked all at once, and singly only to name the wrong one."""
     if all(isinstance(pose, pin.SE3) for pose in poses):
         targets = Targets.of(poses)
         if _are_poses(targets.position, targets.rotation):

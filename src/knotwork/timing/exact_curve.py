@@ -1,8 +1,7 @@
 """The exact curve from the solver's durations and accelerations, by linear algebra.
 
-The solver meets positions and velocities only up to its tolerance. With the durations of the pieces
-fixed, both are linear in the accelerations at the breaks, so the least change of those inside each
-interval that meets them to rounding is a solution of two equations a joint.
+The solver meets positions and velocities only up to its tolerance: the accelerations inside each
+interval are corrected by the least change that meets them to rounding.
 """
 
 from __future__ import annotations
@@ -14,6 +13,10 @@ from itertools import pairwise
 import numpy as np
 
 from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.from_accelerations import (
+    corrected_accelerations,
+    cubics_from_accelerations,
+)
 from knotwork.waypoints import FloatArray
 
 
@@ -27,7 +30,7 @@ class Knots:
         position: At the waypoints, shape (n, d).
         velocity: At the waypoints, shape (n, d).
         acceleration: At the ends of the pieces, shape (n-1, pieces + 1, d); at a waypoint the same
-            in both intervals beside it.
+            in both adjoining intervals.
     """
 
     time: FloatArray
@@ -37,22 +40,28 @@ class Knots:
     acceleration: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class ExactCurve:
+    """A curve that meets positions and velocities to rounding, and its knots.
+
+    Attributes:
+        knots: What the curve is made from.
+        curve: The curve.
+    """
+
+    knots: Knots
+    curve: PiecewisePolynomial
+
+
 def rebuilt(knots: Knots) -> PiecewisePolynomial:
     """Make the C2 cubic curve that meets all positions and velocities to rounding.
 
     Accelerations at the waypoints are kept; those between change as little as is needed.
     """
-    count = knots.share.shape[1]
     breaks, span = _breaks(knots)
-    a = _corrected(knots, span)
-    left, right = a[:, :-1], a[:, 1:]
-    s = span[:, :, None]
-    gain = 0.5 * s * (left + right)
-    v = knots.velocity[:-1, None] + np.cumsum(gain, axis=1) - gain
-    move = s * v + s * s * (2.0 * left + right) / 6.0
-    q = knots.position[:-1, None] + (np.cumsum(move, axis=1) - move)
-    c = np.stack(((right - left) / (6.0 * s), 0.5 * left, v, q))
-    return PiecewisePolynomial(c.reshape(4, count * span.shape[0], -1), breaks)
+    ends = knots.position, knots.velocity
+    a = corrected_accelerations(span, knots.acceleration, *ends)
+    return PiecewisePolynomial(cubics_from_accelerations(span, a, *ends), breaks)
 
 
 def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
@@ -68,11 +77,13 @@ def in_a_row(parts: Sequence[Knots]) -> list[Knots]:
 
 def corrected(knots: Knots) -> Knots:
     """The accelerations that the curve has, so that it meets all positions and velocities."""
-    return replace(knots, acceleration=_corrected(knots, _breaks(knots)[1]))
+    span = _breaks(knots)[1]
+    found = corrected_accelerations(span, knots.acceleration, knots.position, knots.velocity)
+    return replace(knots, acceleration=found)
 
 
 def divided(knots: Knots, pieces: int) -> Knots:
-    """The same motion with so many pieces an interval, or more: the longest are halved."""
+    """The same motion with n pieces an interval, or more: the longest are halved."""
     share, a = knots.share, knots.acceleration
     rows = np.arange(len(share))
     for count in range(share.shape[1], pieces):
@@ -125,30 +136,3 @@ def _breaks(knots: Knots) -> tuple[FloatArray, FloatArray]:
     inner = np.cumsum(share[:, :-1], axis=1) * np.diff(time)[:, None]
     breaks = np.append(np.hstack((time[:-1, None], time[:-1, None] + inner)).ravel(), time[-1])
     return breaks, np.diff(breaks).reshape(share.shape)
-
-
-def _corrected(knots: Knots, span: FloatArray) -> FloatArray:
-    h = span.sum(axis=1)
-    u = span / h[:, None]  # in parts of the interval
-    rest = 1.0 - np.cumsum(u, axis=1)
-    # weights of the accelerations in velocity and position at the end, over h and h²
-    weights = np.zeros((*u.shape[:1], 2, u.shape[1] + 1))
-    weights[:, 0, :-1] += 0.5 * u
-    weights[:, 0, 1:] += 0.5 * u
-    weights[:, 1, :-1] += u * u / 3.0 + 0.5 * rest * u
-    weights[:, 1, 1:] += u * u / 6.0 + 0.5 * rest * u
-    a = np.array(knots.acceleration)
-    v0, v1 = knots.velocity[:-1], knots.velocity[1:]
-    wanted = np.stack(
-        (
-            (v1 - v0) / h[:, None],
-            (np.diff(knots.position, axis=0) / h[:, None] - v0) / h[:, None],
-        ),
-        axis=1,
-    )
-    inner = weights[:, :, 1:-1]
-    normal = inner @ inner.transpose(0, 2, 1)
-    for _ in range(2):  # the second time takes away the rounding of the first
-        missing = wanted - weights @ a
-        a[:, 1:-1] += inner.transpose(0, 2, 1) @ np.linalg.solve(normal, missing)
-    return a

@@ -23,7 +23,7 @@ def find_mesh(
 ) -> Path:
     """Find the file of a mesh: below the URDF's folders, the user's, or those that ROS looks in.
 
-    Whether there are files elsewhere is not looked at.
+    Files elsewhere are not searched for.
 
     Args:
         name: As the URDF gives it: a path, a `file://`, `package://` or `model://` address.

@@ -83,7 +83,7 @@ def chain_limits(
         (d,), infinite where there is no limit.
 
     Raises:
-        RobotError: A joint's position limits leave it no room.
+        RobotError: A joint's position limits leave it no range.
     """
     full = urdf.model
     own = {"velocity": full.velocityLimit, "effort": full.effortLimit}
@@ -101,7 +101,7 @@ def chain_limits(
             raise RobotError(
                 robot,
                 f"position limits of joint {name!r} are [{lower:g}, {upper:g}], which "
-                f"leaves it no room; give others under `limits: {{position: {{{name}: [lower, "
+                f"leaves it no range; give others under `limits: {{position: {{{name}: [lower, "
                 f"upper]}}}}` or lock it with `locked: {{{name}: {lower:g}}}`",
                 joint=name,
             )

@@ -1,4 +1,4 @@
-"""Each step of the solver: progress told, feasible motions kept, the budget held."""
+"""Each step of the solver: progress reported, feasible motions kept, the budget observed."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Budget:
         return np.inf if self.seconds is None else self.begun + self.seconds
 
     def turn(self, part: float) -> float:
-        """When a part of what is left of it ends, from 0 to 1."""
+        """When a part of the time left ends, from 0 to 1."""
         now = self.now()
         return now + (self.end() - now) * part
 
@@ -96,7 +96,7 @@ class Watch:
 
     @contextmanager
     def turn(self, part: float) -> Iterator[None]:
-        """Give something its turn: a part of what is left of the budget, from 0 to 1."""
+        """Give something its turn: a part of the budget left, from 0 to 1."""
         before, self._turn = self._turn, self._time.turn(part)
         try:
             yield
@@ -104,7 +104,7 @@ class Watch:
             self._turn = before
 
     def within(self, part: float, work: int = 1) -> Watch:
-        """A watch for something that is tried, with a part of what is left of the budget.
+        """A watch for something that is tried, with a part of the budget left.
 
         Args:
             part: From 0 to 1.
@@ -117,7 +117,7 @@ class Watch:
 
     @contextmanager
     def part(self, intervals: int) -> Iterator[None]:
-        """Give a part its turn: what is left of the budget, shared by the intervals left."""
+        """Give a part its turn: the budget left, shared by the intervals left."""
         if self.budget is not None:
             self._turn = self._time.turn(intervals / max(self.work - self.solved, intervals))
         yield
@@ -136,7 +136,7 @@ class Watch:
         return now > self._time.end() or (found and now > self._turn)
 
     def step(self, objective: float, violation: float) -> None:
-        """Count a step and tell of it."""
+        """Count a step and report it."""
         self.iterations += 1
         if self.progress is not None:
             seconds, done = self.now() - self.begun, min(self.solved / self.work, 1.0)
@@ -148,7 +148,7 @@ class Steps:
     """Steps of one run of the solver.
 
     Attributes:
-        watch: What they are told to.
+        watch: Where they are reported.
         low, high: Least and greatest values of the constraints.
         attempt: Makes a motion of the variables of a step and returns its cost and itself, or
             `None` if it is not feasible.

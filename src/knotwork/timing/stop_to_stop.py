@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from knotwork.timing.exact_curve import Knots, corrected, divided, joined
 from knotwork.timing.problem import Objective, TimingLimits, TimingProblem, part_of
-from knotwork.timing.rebuild import Knots, corrected, joined
 from knotwork.timing.spline import pieces_each
-from knotwork.timing.start import LEAST_PHASE, between_stops
 from knotwork.waypoints import FloatArray
 
 
@@ -26,6 +25,10 @@ class _Phases:
     span: FloatArray
     acceleration: FloatArray
     move: FloatArray
+
+
+LEAST_PHASE = 1e-3
+"""No phase of a first motion is shorter than this part of all."""
 
 
 SLOWER = (1.0, 1.01, 1.1, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 9.0)
@@ -105,14 +108,14 @@ def _with_rest(problem: TimingProblem, pieces: int, slower: float) -> Knots | No
 def _between_rests(
     problem: TimingProblem, ends: float, pieces: int, slower: float
 ) -> _Phases | None:
-    """The motion from rest to rest, where what is before and after it takes so long [s]."""
+    """The motion from rest to rest, where the phases before and after it take `ends` [s]."""
     given, at_least = (float(one[0]) - ends for one in (problem.duration, problem.at_least))
     moving = between_stops(replace(problem, limits=_in_proportion(problem)), pieces)
     least = 0.0 if moving is None else float(moving.time[-1])
     span = max(slower * least, at_least) if np.isnan(given) else given
     move = np.diff(problem.position, axis=0)[0]
     if moving is not None and span > 0.0:
-        # what is before and after it must not change with what it is off by
+        # the phases before and after it must not change with its rounding
         slowed = corrected(moving).acceleration[0] * (least / span) ** 2
         return _Phases(span * moving.share[0], slowed, move)
     if moving is not None or move.any() or span < 0.0 or not span + ends:
@@ -128,7 +131,7 @@ def _to_rest(v: FloatArray, a: FloatArray, limits: TimingLimits, slower: float) 
         v: Velocities that they begin with, shape (d,).
         a: Accelerations, shape (d,).
         limits: Of the joints.
-        slower: So many times the least time is taken for the velocities.
+        slower: Factor of the minimum time for the velocities.
     """
     still = np.zeros_like(v)
     first = float(np.max(np.abs(a) / limits.jerk))
@@ -174,3 +177,54 @@ def _in_proportion(problem: TimingProblem) -> TimingLimits:
         acceleration=common(limits.acceleration),
         jerk=common(limits.jerk),
     )
+
+
+def between_stops(problem: TimingProblem, pieces: int) -> Knots | None:
+    """The fastest motion of the slowest joint from stop to stop, the others in proportion to it.
+
+    It has seven phases, of jerk up, none, down, none, down, none and up; longer ones are divided
+    until there are as many as asked for.
+
+    Args:
+        problem: One interval.
+        pieces: How many pieces there are to be, at least seven.
+
+    Returns:
+        The motion, or `None` where the problem is not of this kind or the jerk is not limited.
+    """
+    ends = (problem.velocity, problem.acceleration)
+    if len(problem.position) != 2 or any(not np.array_equal(one, 0.0 * one) for one in ends):
+        return None
+    limits, move = problem.limits, np.abs(np.diff(problem.position, axis=0)[0])
+    phases = [
+        _phases(*joint)
+        for joint in zip(move, limits.velocity, limits.acceleration, limits.jerk, strict=True)
+    ]
+    k = int(np.argmax([span.sum() for span in phases]))
+    if not 0.0 < phases[k].sum() < np.inf:
+        return None
+    span = np.maximum(phases[k], LEAST_PHASE * phases[k].sum())
+    a = limits.jerk[k] * phases[k][0] * np.array([0.0, 1, 1, 0, 0, -1, -1, 0])
+    part = np.diff(problem.position, axis=0)[0] / move[k]
+    found = Knots(
+        np.array([0.0, span.sum()]),
+        span[None] / span.sum(),
+        problem.position,
+        problem.velocity,
+        (a[:, None] * part)[None],
+    )
+    return divided(found, pieces)
+
+
+def _phases(move: float, V: float, A: float, J: float) -> FloatArray:
+    """Durations of the seven phases of one joint [s]."""
+    if move == 0.0 or np.isinf(J):
+        return np.full(7, np.inf if move else 0.0)
+    A = min(A, np.sqrt(J * V))
+    ramp, cruise, hold = A / J, 0.0, 0.0
+    rise = min(ramp, np.cbrt(0.5 * move / J))
+    if move > V * (V / A + ramp):
+        cruise, hold = move / V - V / A - ramp, V / A - ramp
+    elif rise == ramp:
+        hold = 0.5 * (np.sqrt(ramp * ramp + 4.0 * move / A) - 3.0 * ramp)
+    return np.array([rise, hold, rise, cruise, rise, hold, rise])

@@ -141,16 +141,9 @@ def speed_profile(
     >>> timing.full_speed.round(6), round(timing.duration, 6)
     (array([[0.15, 2.  ]]), 2.15)
     """
-    count = len(np.atleast_1d(np.asarray(lengths)))
-    length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
-    for what, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
-        for i in np.flatnonzero(values <= 0.0)[:1]:
-            raise PathError(
-                f"{what} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
-            )
     _check_acceleration(acceleration)
-    if not count:
-        raise PathError("no stretches are given; a path needs at least one")
+    length, speed = _checked_stretches(lengths, speeds)
+    count = len(length)
     if count - 1 in stops and end_speed is None:
         end_speed = 0.0
     # At a junction each of two stretches meets the speed of the other, if that is lower.
@@ -192,6 +185,20 @@ def _check_resolved(shortest: float, durations: FloatArray, speeds: FloatArray) 
         # a ramp takes longer in proportion to the speed, and the path as much less
         lowest_speed=math.sqrt(least / shortest) * float(speeds[k]),
     )
+
+
+def _checked_stretches(lengths: ArrayLike, speeds: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Lengths [m] and speeds [m/s] of stretches, positive, shape (n,) each, n >= 1."""
+    count = len(np.atleast_1d(np.asarray(lengths)))
+    length, speed = read_only(lengths, (count,), "lengths"), read_only(speeds, (count,), "speeds")
+    for what, values, unit in (("length", length, "m"), ("speed", speed, "m/s")):
+        for i in np.flatnonzero(values <= 0.0)[:1]:
+            raise PathError(
+                f"{what} of stretch {i} is {values[i]:.9g} {unit}; it must be greater than 0"
+            )
+    if not count:
+        raise PathError("no stretches are given; a path needs at least one")
+    return length, speed
 
 
 def _stretch(
@@ -257,7 +264,7 @@ def speed_for_duration(
 
     if not known:
         return length / duration
-    # Speeds between these leave room for the ramps; the faster, the sooner.
+    # Between these speeds the ramps fit; the faster, the sooner.
     reach = 4.0 * acceleration * length / 3.0
     fixed = max(known) ** 2 + min(known) ** 2 if len(known) == 2 else known[0] ** 2
     if len(known) == 2 and 0.75 * abs(known[0] ** 2 - known[1] ** 2) > acceleration * length:
@@ -270,12 +277,11 @@ def speed_for_duration(
     least, most = time(highest), time(lowest) if lowest > 0.0 else math.inf
     if not least * (1.0 - ROUNDING) <= duration <= most * (1.0 + ROUNDING):
         upper = "" if math.isinf(most) else f" and at most {most:.6g} s"
-        raise StretchTimeError(
+        message = (
             f"{duration:.6g} s are asked for a stretch of {length:.6g} m; with its changes of "
-            f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}",
-            least=least,
-            most=most,
+            f"speed at {acceleration:.6g} m/s² it takes at least {least:.6g} s{upper}"
         )
+        raise StretchTimeError(message, least=least, most=most)
     return _bisect(lambda v: time(v) > duration, lowest, highest)
 
 
@@ -338,7 +344,7 @@ def _fit(
 
 
 def _highest_speed(length: float, ends: tuple[_End, _End], acceleration: float) -> float | None:
-    """The highest speed for which a stretch has room, its neighbours unchanged."""
+    """The highest feasible speed of a stretch, its neighbours unchanged."""
     low, high = sorted(ends, key=lambda end: end.speed)
     reach = 4.0 * acceleration * length / 3.0
     if reach >= high.speed**2 - low.speed**2:

@@ -1,4 +1,4 @@
-"""What is given at waypoints and limits rule out: values beyond them, and efforts at rest."""
+"""Infeasible values at waypoints: beyond the limits, and efforts at rest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SPARE = 1e-4
 """A duration that is named is longer than one that suffices by this part of it."""
 
 STILL = "stop here, or move the waypoint or the limit"
-"""What is possible where a joint is at its position limit and moves."""
+"""Remedy where a joint is at its position limit and moves."""
 
 
 def overloads(problem: TimingProblem, *, certain: bool) -> list[TimingError]:
@@ -43,7 +43,7 @@ def overloads(problem: TimingProblem, *, certain: bool) -> list[TimingError]:
     def text(effort: float, k: int) -> str:
         return problem.units.text(effort / limits.margin, unit[problem.joint_units[k]])
 
-    said = [
+    messages = [
         f"{'to rest ' if not rests[i] else ''}at {problem.names[i]!r} joint "
         f"{problem.joint_names[k]!r} needs a limit of effort above {text(rounded_up(effort), k)}; "
         f"it is {text(float(limits.effort[k]), k)}"
@@ -53,7 +53,7 @@ def overloads(problem: TimingProblem, *, certain: bool) -> list[TimingError]:
     i, k, effort = heavy[0]
     return [
         TimingError(
-            f"{what}: {'; and '.join(said)}{limits.said_of_margin}",
+            f"{what}: {'; and '.join(messages)}{limits.margin_note}",
             waypoint=i,
             joint=problem.joint_names[k],
             limit="effort",
@@ -77,16 +77,16 @@ def _heavy(problem: TimingProblem, waypoints: BoolArray) -> list[tuple[int, int,
 
 @dataclass(frozen=True)
 class Fault:
-    """What is given at a waypoint and is ruled out by a limit of one joint.
+    """A value at a waypoint that a limit of one joint makes infeasible.
 
     Attributes:
         waypoint: Index of the waypoint.
         joint: Index of the joint.
         given: `"velocity"`, `"acceleration"` or `"position"`.
         limit: The limit that rules it out: one of these, too.
-        value: What is given, in SI.
+        value: The value given, in SI.
         bound: What the limit leaves of it, in SI.
-        said: What is wrong, in words.
+        text: The fault, in words.
     """
 
     waypoint: int
@@ -95,15 +95,15 @@ class Fault:
     limit: str
     value: float
     bound: float
-    said: str
+    text: str
 
     @property
     def factor(self) -> float:
-        """More than this part of what is given is not possible."""
+        """Greatest feasible part of the value given."""
         return self.bound / self.value
 
     def error(self, problem: TimingProblem) -> TimingError:
-        """Say it, and what is possible at most."""
+        """The error, with the greatest feasible part."""
         advice = ""
         if self.given != "position" and not self.bound:
             advice = f". No part of the {self.given} given here is possible: {STILL}"
@@ -112,7 +112,7 @@ class Fault:
             advice = f". At most {factor:g} times the {self.given} given here is possible"
         name, joint = problem.names[self.waypoint], problem.joint_names[self.joint]
         return TimingError(
-            f"waypoint {name!r}: joint {joint!r} {self.said}{advice}",
+            f"waypoint {name!r}: joint {joint!r} {self.text}{advice}",
             waypoint=self.waypoint,
             joint=joint,
             limit=self.limit,
@@ -122,7 +122,7 @@ class Fault:
 
 
 def faults(problem: TimingProblem) -> list[Fault]:
-    """What is given beyond a limit: at each waypoint of each quantity what is worst."""
+    """Values beyond limits: at each waypoint the worst of each quantity."""
     found: dict[tuple[int, str], Fault] = {}
     for one in (*_beyond(problem), *_unstoppable(problem)):
         place = one.waypoint, one.given
@@ -141,22 +141,22 @@ def _beyond(problem: TimingProblem) -> Iterator[Fault]:
         most, values = getattr(limits, name), getattr(problem, name)
         for i, k in np.argwhere(known[:, None] & (np.abs(values) > most * (1.0 + ROUNDING))):
             value, unit = float(values[i, k]), rate_unit(problem.joint_units[k], order)
-            said = (
+            message = (
                 f"is given {article} {name} of {text(value, unit)}; "
                 f"its limit is {limits.text(float(most[k]), unit, problem.units)}"
             )
             bound = math.copysign(float(most[k]), value)
-            yield Fault(int(i), int(k), name, name, value, bound, said)
+            yield Fault(int(i), int(k), name, name, value, bound, message)
     slack = ROUNDING * np.maximum(1.0, np.abs(q))
     for i, k in np.argwhere((q < limits.lower - slack) | (q > limits.upper + slack)):
         unit, value = problem.joint_units[k], float(q[i, k])
         lower, upper = float(limits.lower[k]), float(limits.upper[k])
-        said = (
+        message = (
             f"stands at {text(value, unit)}, outside its limits "
             f"{text(lower, unit)} to {text(upper, unit)}"
         )
         bound = min(max(value, lower), upper)
-        yield Fault(int(i), int(k), "position", "position", value, bound, said)
+        yield Fault(int(i), int(k), "position", "position", value, bound, message)
 
 
 def _unstoppable(problem: TimingProblem) -> Iterator[Fault]:
@@ -175,17 +175,17 @@ def _unstoppable(problem: TimingProblem) -> Iterator[Fault]:
                 kind, value = problem.joint_units[k], float(problem.velocity[i, k])
                 verb = "stop before" if after else "have come from inside"
                 needed = float(0.5 * v[k] ** 2 / limits.acceleration[k])
-                said = (
+                message = (
                     f"moves at {text(value, rate_unit(kind, 1))} and can't {verb} its position "
                     f"limit, {text(float(room[k]), kind, '.4g')} away; it needs at least "
                     f"{text(needed, kind, '.4g')}"
                 )
                 bound = math.copysign(float(most[k]), value)
-                yield Fault(i, int(k), "velocity", "position", value, bound, said)
+                yield Fault(i, int(k), "velocity", "position", value, bound, message)
 
 
 def rounded_up(value: float, digits: int = 6) -> float:
-    """Round a number up to so many digits.
+    """Round a number up to n digits.
 
     >>> rounded_up(1.3833333), rounded_up(2.0)
     (1.38334, 2.0)
@@ -194,7 +194,7 @@ def rounded_up(value: float, digits: int = 6) -> float:
 
 
 def rounded_down(value: float, digits: int = 6) -> float:
-    """Round a number down to so many digits.
+    """Round a number down to n digits.
 
     >>> rounded_down(1.3833333, 3), rounded_down(0.0)
     (1.38, 0.0)

@@ -14,10 +14,10 @@ import numpy as np
 
 from knotwork.distinct import distinct
 from knotwork.errors import InputError
-from knotwork.meshes.bounds import FARTHEST, check_triangles, read_bounded
 from knotwork.meshes.part import IndexArray, MeshPart
 from knotwork.meshes.ply_file import read_ply
 from knotwork.meshes.polygons import read_obj, read_off
+from knotwork.meshes.size_limits import FARTHEST, check_triangles, read_bounded
 from knotwork.meshes.stl_file import read_stl
 from knotwork.waypoints import FloatArray
 
@@ -38,7 +38,7 @@ def read_mesh(path: Path, inside: Path | None = None) -> tuple[MeshPart, ...]:
         inside: Folder that the images of its materials must be in; by default that of the file.
 
     Raises:
-        InputError: The file can't be read whole, is larger than what is read, holds no triangles
+        InputError: The file can't be read whole, is larger than the size read, holds no triangles
             with an area, or points that are not finite.
     """
     try:

@@ -1,16 +1,12 @@
-"""Every error Knotwork raises on purpose: one base class, each leaf with its data.
-
-The command line turns `InputError` into exit code 2 and `CheckFailedError` into exit code 1.
-"""
+"""The base classes, and errors in input: names, files, arrays, options, formats."""
 
 from __future__ import annotations
 
 import copyreg
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 AnyInputError = TypeVar("AnyInputError", bound="InputError")
@@ -54,7 +50,7 @@ class InputError(KnotworkError, ValueError):
 
 
 def together(errors: Sequence[AnyInputError]) -> AnyInputError:
-    """The first of several errors, which says what all of them say, a line each."""
+    """The first of several errors, whose message is that of all of them, a line each."""
     first = errors[0]
     first.args = ("\n".join(dict.fromkeys(map(str, errors))), *first.args[1:])
     return first
@@ -164,7 +160,7 @@ class DocumentError(InputError):
     def __init__(
         self, file: Path | str | None, problems: Sequence[Problem], *, complete: bool = True
     ) -> None:
-        """Tell the problems; where they are not `complete`, that there may be more of them."""
+        """List the problems; where they are not `complete`, there may be more of them."""
         self.file, self.problems = file, tuple(problems)
         name = str(file) if file is not None else "(given in Python)"
         lines = [f"{name}: {problem}" for problem in self.problems[:MOST_PROBLEMS]]
@@ -252,121 +248,6 @@ class TimeRangeError(InputError):
         )
 
 
-class TaskError(InputError):
-    """A waypoint that the arm can't meet as asked.
-
-    Attributes:
-        waypoint: Name of the waypoint.
-    """
-
-    def __init__(self, waypoint: str, message: str, *, where: str = "", **data: Any) -> None:
-        self.waypoint, self.where = waypoint, where
-        prefix = f"{where}: " if where else ""
-        named = f"waypoint {waypoint!r}: " if waypoint else ""
-        super().__init__(f"{prefix}{named}{message}", **data)
-
-
-class OutOfReachError(TaskError):
-    """The arm does not bring the tool to the pose inside its limits.
-
-    The closest pose is the one with the least distance² + angle² that was found, a metre counting
-    as a radian.
-
-    Attributes:
-        closest: Joint positions of the closest pose inside the limits [rad or m].
-        closest_distance: Distance left with these [m].
-        closest_angle: Angle left with these [rad].
-        held: Names of the joints that stand at a limit there and would have to go on. There are
-            none if the limits make nothing worse.
-    """
-
-    closest: Sequence[float] = ()
-    closest_distance: float = 0.0
-    closest_angle: float = 0.0
-    held: Sequence[str] = ()
-
-
-class UnreachablePoseError(OutOfReachError):
-    """No configuration of the arm, inside its limits or out, brings the tool to the pose.
-
-    It has the attributes of `OutOfReachError` and these:
-
-    >>> import pinocchio as pin
-    >>> far = pin.SE3(np.eye(3), np.array([2.0, 0.0, 0.0]))
-    >>> try:
-    ...     kw.solve_pose_ik(kw.load_robot("ur5"), far, np.zeros(6))
-    ... except UnreachablePoseError as error:
-    ...     print(round(error.point_shortfall, 3))
-    1.052
-
-    Attributes:
-        position_shortfall: Distance left at the closest pose, limits or not [m].
-        orientation_shortfall: Angle left there [rad].
-        point_shortfall: Distance left at the nearest point in any orientation, limits or not [m];
-            within the tolerance where the point is reached.
-        angle_at_point: Angle left where the point is reached, inside the limits if it is reached
-            there [rad]; `None` if it is out of reach.
-    """
-
-    position_shortfall: float = 0.0
-    orientation_shortfall: float = 0.0
-    point_shortfall: float = 0.0
-    angle_at_point: float | None = None
-
-
-class OutsideLimitsError(OutOfReachError):
-    """The pose is reachable only with joints outside their position limits.
-
-    Attributes, in addition to those of `OutOfReachError`:
-        joints: For each joint outside: name, value, lower limit and upper limit [rad or m].
-    """
-
-    joints: Sequence[tuple[str, float, float, float]] = ()
-
-
-class BranchError(TaskError):
-    """The pose is not reached in the branch asked for.
-
-    Attributes:
-        branches: The branches it is reached in, in words.
-    """
-
-    branches: Sequence[str] = ()
-
-
-class SingularityError(TaskError):
-    """The tool can't have the velocity asked for, or only at joint speeds beyond the limits.
-
-    Attributes:
-        smallest_singular_value: That of the tool Jacobian at the waypoint.
-        residual: What the best joint velocities leave over: linear [m/s], angular [rad/s].
-        joint_velocity: The joint speeds that it would take, by joint name [rad/s or m/s].
-    """
-
-    smallest_singular_value: float = 0.0
-    residual: tuple[float, float] = (0.0, 0.0)
-    joint_velocity: Mapping[str, float] = MappingProxyType({})
-
-
-class FollowingError(TaskError):
-    """A tool path that the arm can't follow.
-
-    Attributes:
-        arc_length: How far along the path it comes [m].
-        cause: `"joint limit"`, `"velocity limit"` or `"singularity"`.
-        joint: Name of the joint that would be beyond its limit; empty at a singularity.
-        part_of_speed: At which part of its speed the path can be followed, if that is sufficient.
-        starts: Joint positions where the path begins from which `kw.follow_path` can follow it,
-            up to three branches, the nearest first.
-    """
-
-    arc_length: float = 0.0
-    cause: str = ""
-    joint: str = ""
-    part_of_speed: float | None = None
-    starts: tuple[tuple[float, ...], ...] = ()
-
-
 class ExportError(InputError):
     """A motion that a format can't hold without loss.
 
@@ -398,121 +279,6 @@ class CollisionError(InputError):
 
     names: Sequence[str] = ()
     depth: float = 0.0
-
-
-class PathError(InputError):
-    """A tool path, or a part of one, that can't be made as asked.
-
-    Attributes:
-        text: The message with the names of `values` in braces; empty where it has none.
-        values: Lengths [m] and points in the axes of the path [m] that the message names.
-    """
-
-    text: str = ""
-    values: Mapping[str, Any] = MappingProxyType({})
-
-    def in_units(self, length: Callable[[float], str], point: Callable[[Any], str]) -> str:
-        """The message with its lengths and points in other words, as in another unit or frame.
-
-        Args:
-            length: Says a length [m].
-            point: Says a point [m], shape (3,).
-        """
-        if not self.text:
-            return str(self)
-        return self.text.format(
-            **{k: length(v) if isinstance(v, float) else point(v) for k, v in self.values.items()}
-        )
-
-
-class CornerError(PathError):
-    """A tool path that changes its direction suddenly where the tool is to go on.
-
-    Attributes:
-        junction: Index of the curve before the corner.
-        angle: How much the direction changes [rad].
-        point: Where [m].
-    """
-
-    junction: int = 0
-    angle: float = 0.0
-    point: tuple[float, ...] = ()
-
-
-class RampError(PathError):
-    """A stretch of a tool path that is too short for its changes of speed.
-
-    Attributes:
-        stretch: Index of the stretch.
-        length: Its length [m].
-        needed: The length that its changes of speed take [m].
-        highest_speed: The highest speed that would fit, its neighbours unchanged [m/s]; `None` if
-            none does.
-        lowest_acceleration: The least acceleration with which it would fit [m/s²].
-    """
-
-    stretch: int = 0
-    length: float = 0.0
-    needed: float = 0.0
-    highest_speed: float | None = None
-    lowest_acceleration: float = 0.0
-
-
-class SlowStretchError(PathError):
-    """A stretch of a tool path that is so slow that times don't resolve changes of speed.
-
-    Attributes:
-        stretch: Index of the slowest stretch.
-        lowest_speed: The speed from which on they do, its neighbours as fast [m/s].
-    """
-
-    stretch: int = 0
-    lowest_speed: float = 0.0
-
-
-class StretchTimeError(PathError):
-    """A stretch of a tool path that can't take the time asked for.
-
-    Attributes:
-        stretch: Index of the stretch.
-        least, most: The times that it can take [s]; `most` may be infinite.
-    """
-
-    stretch: int = 0
-    least: float = 0.0
-    most: float = 0.0
-
-
-class TimingError(InputError):
-    """A motion for which there are no durations that keep its limits.
-
-    >>> ends = [
-    ...     {"joints": {"lift": 0}, "velocity": {"lift": 3}},
-    ...     {"joints": {"lift": 1}, "after": "fastest"},
-    ... ]
-    >>> try:
-    ...     kw.plan({"limits": {"velocity": 1, "acceleration": 2}, "waypoints": ends})
-    ... except TimingError as error:
-    ...     print(error.joint, error.limit, error.value)
-    lift velocity 3.0
-
-    Attributes:
-        waypoint: Index of the waypoint at fault, or of the one before the interval at fault;
-            `None` if it is none in particular.
-        interval: Whether the interval from that waypoint to the next one is meant.
-        joint: Name of the joint at fault; empty if it is none in particular.
-        limit: `"velocity"`, `"acceleration"`, `"jerk"`, `"position"`, `"effort"`, `"tool speed"`,
-            `"duration"` or `"budget"`; empty if it is none in particular.
-        value: What was asked for, in SI units, or `None`.
-        bound: The nearest value that would be feasible, in SI units, or `None` if it is not known.
-    """
-
-    waypoint: int | None = None
-    interval: bool = False
-    joint: str = ""
-    limit: str = ""
-    value: float | None = None
-    bound: float | None = None
 
 
 class CheckFailedError(KnotworkError, AssertionError):

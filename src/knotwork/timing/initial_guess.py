@@ -1,0 +1,164 @@
+"""Where the solver starts: plain cubics between the waypoints, or a motion found before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from knotwork.polynomial import PiecewisePolynomial
+from knotwork.polynomial.hermite import two_point_coefficients
+from knotwork.timing.exact_curve import ExactCurve
+from knotwork.timing.motion import TimedMotion
+from knotwork.timing.problem import TimingProblem
+from knotwork.timing.spline import pieces_each
+from knotwork.waypoints import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Where the solver starts.
+
+    Attributes:
+        duration: Of the intervals [s], shape (n-1,).
+        share: Part of each interval that each piece takes, shape (n-1, pieces).
+        curve: Joint positions over time from 0 to the sum of the durations.
+        velocity: At the waypoints, shape (n, d).
+        near: Whether it is likely to be near to the solution.
+    """
+
+    duration: FloatArray
+    share: FloatArray
+    curve: PiecewisePolynomial
+    velocity: FloatArray
+    near: bool = False
+
+
+def plain_guess(problem: TimingProblem, stretch: float = 1.0, *, hurried: bool = False) -> Guess:
+    """Start from plain cubics.
+
+    Args:
+        problem: The problem.
+        stretch: What the free durations are multiplied by.
+        hurried: Whether joints that may pass without a stop are assumed to.
+    """
+    velocity = first_velocities(problem)
+    duration = first_durations(problem, velocity)
+    duration = np.where(problem.free, np.maximum(stretch * duration, problem.at_least), duration)
+    if hurried:
+        short = short_durations(problem)
+        duration = np.where(np.isnan(short), duration, np.minimum(short, duration))
+    if problem.total is not None:
+        duration = duration * (problem.total / duration.sum())
+    time = np.concatenate(([0.0], np.cumsum(duration)))
+    share = _even(duration.size)
+    return Guess(duration, share, plain_cubic(time, problem.position, velocity), velocity)
+
+
+def _even(intervals: int) -> FloatArray:
+    each = pieces_each(intervals)
+    return np.full((intervals, each), 1.0 / each)
+
+
+def near_guess(found: ExactCurve) -> Guess:
+    """Start from the solution of a problem that differs little."""
+    knots = found.knots
+    return Guess(np.diff(knots.time), knots.share, found.curve, knots.velocity, near=True)
+
+
+def stretched_guess(guess: Guess, problem: TimingProblem) -> Guess:
+    """Start from a motion whose intervals, or all together, have the durations given."""
+    before = guess.duration
+    duration = np.where(problem.free, before, problem.duration)
+    if problem.total is not None:
+        free = problem.free
+        duration[free] *= (problem.total - duration[~free].sum()) / duration[free].sum()
+    curve, each = guess.curve, np.repeat(duration / before, guess.share.shape[1])
+    slowed = curve.c / each[:, None] ** np.arange(3.0, -1.0, -1.0)[:, None, None]
+    breaks = np.concatenate(([0.0], np.cumsum(each * np.diff(curve.x))))
+    return replace(guess, duration=duration, curve=PiecewisePolynomial(slowed, breaks))
+
+
+def guess_from(motion: TimedMotion, first: int, last: int) -> Guess:
+    """Start from a part of a motion that was found before."""
+    curve, each = motion.trajectory.polynomial, pieces_each(last - first)
+    time = motion.time[first : last + 1]
+    here = (curve.x >= time[0]) & (curve.x <= time[-1])
+    spans = np.diff(curve.x[here])
+    duration = np.diff(time)
+    if spans.size == each * duration.size:
+        share = spans.reshape(-1, each) / duration[:, None]
+    else:
+        share = _even(duration.size)
+    part = PiecewisePolynomial(curve.c[:, here[:-1] & here[1:]], curve.x[here] - time[0])
+    return Guess(duration, share, part, motion.velocity[first : last + 1], near=True)
+
+
+def first_durations(problem: TimingProblem, velocity: FloatArray) -> FloatArray:
+    """Durations in which each interval is likely to be feasible [s], shape (n-1,)."""
+    limits = problem.limits
+    D = np.abs(np.diff(problem.position, axis=0))
+    v0, v1 = np.abs(velocity[:-1]), np.abs(velocity[1:])
+    V, A, J = limits.velocity, limits.acceleration, limits.jerk
+    with np.errstate(invalid="ignore"):
+        ramp = np.where(np.isinf(A), 0.0, np.divide(A, J))  # 0 where the jerk is not limited
+        h = np.maximum(np.maximum(D / V, 2.0 * np.sqrt(D / A)), np.cbrt(32.0 * D / J))
+        h = h + (v0 + v1) / A + np.where(np.isfinite(ramp), ramp, 0.0)
+    typical = h.max(axis=1)
+    mean = np.divide(D, np.maximum(v0, v1), out=np.zeros_like(D), where=np.maximum(v0, v1) > 0.0)
+    typical = np.where(typical > 0.0, typical, mean.max(axis=1))
+    typical = np.maximum(typical, problem.at_least)
+    typical = np.where(typical > 0.0, typical, 1.0)
+    return np.where(problem.free, 1.3 * typical, problem.duration)
+
+
+def short_durations(problem: TimingProblem) -> FloatArray:
+    """Durations after which a joint that may not stop would have to go back [s], shape (n-1,).
+
+    They lie in the middle of what every joint can take without stopping; NaN where no joint is
+    limited so, or where they do not agree.
+    """
+    found = np.full(problem.duration.shape, np.nan)
+    known = problem.velocity_known
+    for i in np.flatnonzero(known[:-1] & known[1:] & problem.free).tolist():
+        first, last, _ = problem.possible_durations(i)
+        if first.max() <= last.min() < np.inf and last.min() >= problem.at_least[i]:
+            found[i] = 0.5 * (first.max() + last.min())
+    return found
+
+
+def first_velocities(problem: TimingProblem, duration: FloatArray | None = None) -> FloatArray:
+    """Velocities at the waypoints to start from, shape (n, d): those known, and guesses."""
+    v = np.array(problem.velocity)
+    known = problem.velocity_known
+    if known.all():
+        return v
+    still = np.zeros_like(v)
+    h = first_durations(problem, still) if duration is None else duration
+    slope = np.diff(problem.position, axis=0) / h[:, None]
+    before, after = np.vstack((slope[:1], slope)), np.vstack((slope, slope[-1:]))
+    same = before * after > 0.0
+    guess = np.where(same, np.sign(after) * np.minimum(np.abs(before), np.abs(after)), 0.0)
+    cap = np.where(np.isinf(problem.limits.velocity), np.inf, 0.8 * problem.limits.velocity)
+    guess = np.clip(guess, -cap, cap)
+    for i in np.flatnonzero(~known):
+        if not problem.along[i]:
+            v[i] = guess[i]
+            continue
+        direction = v[i]
+        length = float(direction @ direction)
+        factor = max(float(guess[i] @ direction) / length, 0.0) if length else 0.0
+        v[i] = min(factor, float(problem.most[i]), _fastest(direction, cap)) * direction
+    return v
+
+
+def _fastest(direction: FloatArray, cap: FloatArray) -> float:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.min(np.where(direction == 0.0, np.inf, cap / np.abs(direction))))
+
+
+def plain_cubic(
+    time: FloatArray, position: FloatArray, velocity: FloatArray
+) -> PiecewisePolynomial:
+    """Join the waypoints by cubic Hermite pieces."""
+    return PiecewisePolynomial(two_point_coefficients(time, (position, velocity)), time)
