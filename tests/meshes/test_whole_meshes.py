@@ -67,7 +67,8 @@ def changed_glb(**more: object) -> bytes:
     length = int.from_bytes(data[12:16], "little")
     content = json.loads(data[20 : 20 + length])
     for key, value in more.items():
-        place = content["nodes"][-1] if key == "skin" else content["meshes"][0]["primitives"][0]
+        of_node = key in ("skin", "mesh")
+        place = content["nodes"][-1] if of_node else content["meshes"][0]["primitives"][0]
         place = content["accessors"][0] if key == "sparse" else place
         (content if key == "extensionsRequired" else place)[key] = value
     text = json.dumps(content).encode()
@@ -182,6 +183,16 @@ IN_PART = {
     "binary PLY cut": ("a.ply", binary_ply()[:-30], "5 of 'face', and number 4 is cut off"),
     "binary PLY cut in its points": ("a.ply", binary_ply()[:250], "5 of 'vertex', and number"),
     "a byte too many": ("a.ply", binary_ply() + b"1", "after them are 1 bytes"),
+    "faces of another name": (
+        "a.ply",
+        TEXT_PLY.replace("element face 4", f"element face 2\n{FACE_LIST}element polygon 2"),
+        "it has 2 of 'polygon' with lists of vertices, and only those of 'face' are read",
+    ),
+    "a unit that is no number": (
+        "a.dae",
+        collada().replace('meter="1.0"', 'meter="0,001"'),
+        "its unit of length is '0,001', no number of metres",
+    ),
     "triangle strips": ("a.ply", binary_ply(strips=True), "5 triangle strips, and none are read"),
     "OFF cut": (
         "a.off",
@@ -199,6 +210,7 @@ IN_PART = {
     "glTF cut": ("a.glb", glb()[:-20], "its header says .* bytes, and it has"),
     "lines of glTF": ("a.glb", changed_glb(mode=1), "primitives that are not triangles"),
     "a skin of glTF": ("a.glb", changed_glb(skin=0), "has a skin"),
+    "no such mesh in glTF": ("a.glb", changed_glb(mesh=7), "a node shows mesh 7"),
     "morph targets": ("a.glb", changed_glb(targets=[{}]), "has morph targets"),
     "sparse": ("a.glb", changed_glb(sparse={"count": 1}), "an accessor that is sparse"),
     "an extension": (

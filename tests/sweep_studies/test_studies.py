@@ -331,6 +331,18 @@ def test_every_figure_leaves_out_joint_values_that_are_not_varied(place: str) ->
     assert row["position_use"] < 0.9 * used
 
 
+def test_torques_leave_out_where_all_rows_stand() -> None:
+    """The arm is stretched at its start, and bears more of itself there than anywhere else."""
+    names = kw.load_robot("ur5").joint_names
+    start = dict(zip(names, [0.0, -0.1, 0.1, -0.5, -1.0, 0.0], strict=True))
+    task = standing(start, back=False)
+    study = kw.sweep(task, {"waypoints[1].pose.position[0]": [0.4, 0.5]}, workers=0)
+    (at_start, *_) = kw.plan(task).report.select(name="shoulder_lift_joint", quantity="effort")
+    assert at_start.time == 0.0
+    near, far = study["effort_use"]
+    assert 1.05 * near < far < 0.9 * at_start.use
+
+
 def test_joint_values_that_are_varied_count() -> None:
     """Next to a singularity, in the middle of the task."""
     names = kw.load_robot("ur5").joint_names

@@ -36,6 +36,18 @@ def check_whole(root: ElementTree.Element) -> None:
             raise InputError(f"it is not read whole: it has {what}, which is not read")
         if kind == "mesh":
             _check_mesh(element)
+        elif kind == "unit":
+            _check_unit(element.get("meter", "1"))
+
+
+def _check_unit(metres: str) -> None:
+    """Refuse a unit that pycollada takes for a metre because it is no number."""
+    try:
+        known = 0.0 <= float(metres) < float("inf")
+    except ValueError:
+        known = False
+    if not known:
+        raise InputError(f"its unit of length is {shown(metres)}, no number of metres")
 
 
 def _check_mesh(mesh: ElementTree.Element) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from knotwork.errors import InputError
+from knotwork.errors import InputError, shown
 from knotwork.meshes.part import IndexArray
 from knotwork.meshes.size_limits import MOST_NESTED, MOST_SHAPES, MOST_TRIANGLES, check_triangles
 from knotwork.waypoints import FloatArray
@@ -77,6 +77,10 @@ def _check(content: Any) -> None:
         level, depth = [one for i in level for one in below[i]], depth + 1
         if depth > MOST_NESTED:
             raise InputError(f"its nodes are in one another more than {MOST_NESTED} deep")
+    meshes = len(content.get("meshes", ()))
+    for index in (node["mesh"] for node in nodes if "mesh" in node):
+        if index not in range(meshes):
+            raise InputError(f"a node shows mesh {shown(index)} of {meshes}, counted from 0")
     primitives = [one for mesh in content.get("meshes", ()) for one in mesh["primitives"]]
     extended = [*content.get("extensionsRequired", ())]
     extended += chain.from_iterable(one.get("extensions", ()) for one in (*primitives, *nodes))

@@ -67,6 +67,11 @@ def read_ply(data: bytes) -> tuple[FloatArray, IndexArray]:
             triangles = fans(columns[given[0]])
         elif element.name == "tristrips" and element.rows:
             raise InputError(f"it has {element.rows} triangle strips, and none are read")
+        elif element.rows and {"vertex_indices", "vertex_index"}.intersection(columns):
+            raise InputError(
+                f"it is not read whole: it has {element.rows} of {element.name!r} with lists of "
+                "vertices, and only those of 'face' are read"
+            )
     if rows.left:
         raise InputError(
             f"it is not read whole: its header counts {_listed(elements)}, and after them are "

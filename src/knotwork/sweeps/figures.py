@@ -57,9 +57,8 @@ def _use(quantity: str) -> RowFigure:
         return _extreme(max, (one.use for one in found))
 
     title = f"part used of limits of {quantity.replace('_', ' ')}"
-    return RowFigure(
-        f"{quantity}_use", title, "", False, of, "position" if quantity == "position" else ""
-    )
+    at_rest = quantity if quantity in ("position", "effort") else ""
+    return RowFigure(f"{quantity}_use", title, "", False, of, at_rest)
 
 
 def _extreme(pick: Callable[[list[float]], float], values: Iterable[float | None]) -> float | None:

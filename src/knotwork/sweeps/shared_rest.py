@@ -21,6 +21,7 @@ from knotwork.scenario import ScenarioWaypoint
 from knotwork.sweeps.figures import FIGURES, RowFigure
 from knotwork.verification.bounds.clearance import PARTS
 from knotwork.verification.collisions import collisions
+from knotwork.verification.dynamics import effort_limits
 from knotwork.verification.limits import joint_limits
 from knotwork.verification.motion import Motion
 from knotwork.verification.tool_motion import singularity
@@ -99,7 +100,8 @@ def _between(plan: Plan, start: float, end: float) -> Plan:
     curve = part(motion.polynomial, start, end)
     cut = replace(motion, polynomial=curve, waypoint_times=None)
     arguments = Motion(cut, plan.space), plan.scenario, plan.space
-    findings = [one for look in (joint_limits, singularity, collisions) for one in look(*arguments)]
+    checks = (joint_limits, effort_limits, singularity, collisions)
+    findings = [one for look in checks for one in look(*arguments)]
     report = replace(plan.report, start_time=start, end_time=end, findings=tuple(findings))
     return replace(plan, trajectory=cut, report=report)
 
