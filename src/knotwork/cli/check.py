@@ -1,4 +1,4 @@
-"""`knotwork check`: a stored trajectory against a scenario, or a robot's log against a plan."""
+"""`knotwork check` and `knotwork report`: the verdict on a motion, printed or as a page."""
 
 from __future__ import annotations
 
@@ -22,13 +22,18 @@ from knotwork.cli.parameters import (
     PASSED,
     DecidingArgument,
     GivenPath,
+    PlanOptions,
     full_option,
+    html_option,
     json_option,
+    motion_options,
     package_path_option,
     scenario_option,
 )
-from knotwork.cli.sources import read_checked
+from knotwork.cli.short_report import print_next, print_short
+from knotwork.cli.sources import read_checked, read_motions
 from knotwork.cli.terminal import echo
+from knotwork.errors import InputError
 
 
 @click.command(epilog=EXIT_CODES)
@@ -78,13 +83,49 @@ def check(
 
             report_tables.print_report(report, scenario)
         else:
-            from knotwork.cli import short
-
-            short.print_short(report)
+            print_short(report)
             echo(f"the motion: {report.planner}")
-            short.print_next(
-                with_robot=report.robot is not None, with_scenario=scenario is not None
-            )
+            print_next(with_robot=report.robot is not None, with_scenario=scenario is not None)
     if log is None and not report.ok and looks_recorded(trajectory, pieces):
         echo(f"hint: {RECORDING}", err=True)
     return PASSED if report.ok else FAILED
+
+
+_EPILOG = """
+Exit codes: 0 every check passes, 1 a check fails (the page is written, too), 2 the input is wrong.
+"""
+
+
+@click.command(epilog=_EPILOG)
+@html_option(required=True)
+@package_path_option
+@log_options
+@motion_options("which it is checked against")
+def report(
+    source: str,
+    out: Path,
+    options: PlanOptions,
+    reference: str | None,
+    log: LogOptions | None,
+) -> int:
+    """Write a page about a motion to print or send: verdict, tables, plots, 3D view.
+
+    SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
+    TRAJECTORY is what `knotwork check` reads, and needs --scenario. The page is one file that needs
+    no network.
+    """
+    from knotwork.trajectory import JointTrajectory
+    from knotwork.view.html_report import report_page
+    from knotwork.view.picture_files import checked_page_path
+
+    checked_page_path(out)
+    motion = read_motions(source, reference, options, log=log)[0]
+    if isinstance(motion, JointTrajectory):
+        raise InputError(f"give the scenario that {source} is for with --scenario")
+    page = report_page(motion)
+    for warning in page.warnings:
+        echo(f"warning: {warning}", err=True)
+    written = page.save(out)
+    word = "passed" if motion.report.ok else "FAILED"
+    echo(f"{motion.scenario.name}: {word}; wrote {written}")
+    return PASSED if motion.report.ok else FAILED

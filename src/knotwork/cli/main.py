@@ -34,7 +34,7 @@ _COMMANDS = {
     "sweep": ("sweep", "Plan a scenario many times, with other values."),
     "plot": ("plot", "Draw joints and tool over time."),
     "view": ("view", "Show the arm make the move in a browser, or in a file."),
-    "report": ("report", "Write one page to print or to send."),
+    "report": ("check", "Write one page to print or to send."),
     "export": ("export", "Hand a motion over: ROS 2, PVT, CSV, MATLAB, ..."),
     "robots": ("listing", "List the robots, or show one."),
     "scenarios": ("listing", "List the shipped scenarios."),

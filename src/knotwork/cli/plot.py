@@ -115,8 +115,8 @@ def plot(
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
     from knotwork import view
-    from knotwork.view.files import checked_picture_path
-    from knotwork.view.motions import chosen_quantities
+    from knotwork.view.drawn_motions import chosen_quantities
+    from knotwork.view.picture_files import checked_picture_path
 
     joints_alone = ("joints", "quantities", "split")
     if tool and any(look.pop(name) for name in joints_alone):

@@ -10,7 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from knotwork.cli.short import WIDEST
+from knotwork.cli.short_report import WIDEST
 from knotwork.cli.terminal import cell
 
 # Numbers are never cut short: what needs more width than the terminal's takes it.

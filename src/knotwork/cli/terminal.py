@@ -84,7 +84,7 @@ def echo_data(text: str | bytes) -> None:
 
 def offer(address: str, said: str, no_open: bool) -> None:
     """Say what is shown until Ctrl-C, and open its address in a browser."""
-    from knotwork.view.server import open_browser
+    from knotwork.view.page_server import open_browser
 
     echo(f"{said} until Ctrl-C")
     if not no_open and not open_browser(address):

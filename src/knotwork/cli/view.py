@@ -93,7 +93,7 @@ def view(
     from knotwork.robot import load_robot
 
     if out is not None:
-        from knotwork.view.files import checked_page_path
+        from knotwork.view.picture_files import checked_page_path
 
         checked_page_path(out)
         served = {"--port": port, "--no-open": no_open or None, "--watch": watch or None}
@@ -169,8 +169,8 @@ def _watch(
     ghosts: bool,
 ) -> int:
     """Serve a page that follows its files."""
-    from knotwork.cli.watching import Files, follow
-    from knotwork.view.live_server import LiveServer
+    from knotwork.cli.live_view import Files, follow
+    from knotwork.view.page_server import LiveServer
 
     last: Motion | None = None
 
@@ -238,7 +238,7 @@ def _said(motion: Motion) -> str:
 
 
 def _serve(page: Page, port: int | None, no_open: bool) -> int:
-    from knotwork.view.server import PageServer
+    from knotwork.view.page_server import PageServer
 
     with PageServer(page.html, port or 0) as server:
         offer(server.address, f"showing {page.title} at {server.address}", no_open)

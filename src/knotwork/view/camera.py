@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knotwork.view.solids import frame_along
+from knotwork.view.primitive_meshes import frame_along
 from knotwork.waypoints import FloatArray
 
 ELEVATIONS = np.radians([24.0, 38.0])

@@ -16,7 +16,7 @@ from knotwork.meshes.reading import read_mesh
 from knotwork.robot import Robot
 from knotwork.robot.shapes import Shape, UrdfShapes
 from knotwork.view.mesh import GREY, Mesh, drawable, merged
-from knotwork.view.solids import rod, solid, sphere
+from knotwork.view.primitive_meshes import rod, solid, sphere
 from knotwork.waypoints import FloatArray
 
 LINE_RADIUS = 0.012

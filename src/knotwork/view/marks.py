@@ -15,9 +15,8 @@ from knotwork.scenario import Scenario
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
-from knotwork.view.solids import rod, sphere, triad
-from knotwork.view.speed_arrows import round_arrows, straight_arrows
-from knotwork.view.targets import spacings
+from knotwork.view.primitive_meshes import rod, sphere, triad
+from knotwork.view.targets import round_arrows, spacings, straight_arrows
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 ROUNDING = 1e6

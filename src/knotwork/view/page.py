@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from knotwork.errors import InputError
 from knotwork.storage import write_file
-from knotwork.view.files import checked_page_path
+from knotwork.view.picture_files import checked_page_path
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -9,7 +9,7 @@ import numpy as np
 
 from knotwork.joint_quantities import DERIVATIVES, rate_unit
 from knotwork.units import Units
-from knotwork.view.motions import Motion
+from knotwork.view.drawn_motions import Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,15 +11,7 @@ import numpy as np
 from knotwork.errors import InputError
 from knotwork.scenario import Scenario
 from knotwork.units import Units
-from knotwork.view.heads import (
-    MOST_LEGEND_LETTERS,
-    curve_legend,
-    explain_marks,
-    frame_times,
-    picture_title,
-    settle,
-)
-from knotwork.view.motions import (
+from knotwork.view.drawn_motions import (
     Drawable,
     Motion,
     check_distinct,
@@ -27,8 +19,16 @@ from knotwork.view.motions import (
     chosen_quantities,
     motions_of,
 )
+from knotwork.view.headings import (
+    MOST_LEGEND_LETTERS,
+    curve_legend,
+    explain_marks,
+    frame_times,
+    picture_title,
+    settle,
+)
 from knotwork.view.panel import Panel, Series
-from knotwork.view.panels import draw_panel, finish_panel
+from knotwork.view.panel_drawing import draw_panel, finish_panel
 from knotwork.view.style import (
     SMALL,
     checked_size,
@@ -37,7 +37,7 @@ from knotwork.view.style import (
     settings,
     shortened,
 )
-from knotwork.view.window import WHOLE, Window, windowed
+from knotwork.view.time_window import WHOLE, Window, windowed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

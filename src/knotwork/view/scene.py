@@ -19,13 +19,7 @@ from knotwork.trajectory import JointTrajectory
 from knotwork.units import SI, Units
 from knotwork.verification import Report, check
 from knotwork.verification.brief import summary, told_failures
-from knotwork.view.animation import drawn_joints, frame_times
-from knotwork.view.asked_path import (
-    DEVIATION_COLOURS,
-    asked_path_mesh,
-    asked_points,
-    deviation_mesh,
-)
+from knotwork.view.arm_at_waypoints import Stops, arm_triangles, find_stops
 from knotwork.view.camera import views
 from knotwork.view.images import image_addresses
 from knotwork.view.links import LinkShapes, link_shapes
@@ -33,10 +27,18 @@ from knotwork.view.marks import marks
 from knotwork.view.mesh import coarse
 from knotwork.view.objects import Objects, scene_objects
 from knotwork.view.packing import packed, packed_numbers
-from knotwork.view.path_shapes import other_path_mesh, path_meshes, tool_mesh
-from knotwork.view.speed_colours import SpeedColours, written
-from knotwork.view.stops import Stops, arm_triangles, find_stops
-from knotwork.view.strip import joint_panel, strip
+from knotwork.view.path_meshes import (
+    DEVIATION_COLOURS,
+    SpeedColours,
+    asked_path_mesh,
+    asked_points,
+    deviation_mesh,
+    other_path_mesh,
+    path_meshes,
+    tool_mesh,
+    written,
+)
+from knotwork.view.playback import drawn_joints, frame_times, joint_panel, strip
 from knotwork.view.targets import targets
 from knotwork.view.tool_trace import ToolTrace, tool_speed, tool_trace
 from knotwork.waypoints import CartesianWaypoint, FloatArray

@@ -10,7 +10,7 @@ from knotwork.joint_space import JointSpace
 from knotwork.robot import Robot
 from knotwork.scenario import Scenario
 from knotwork.trajectory import JointTrajectory
-from knotwork.view.motions import PlanLike
+from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, scene_page
 from knotwork.view.scene import make_scene
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from knotwork.scenario import Scenario
 from knotwork.verification.limits import LIMIT_SLACK
-from knotwork.view.heads import curve_legend, explain_marks, frame_times, picture_title, settle
-from knotwork.view.limits import NEAR
-from knotwork.view.motions import Drawable, Motion, check_distinct, motions_of
+from knotwork.view.drawn_motions import Drawable, Motion, check_distinct, motions_of
+from knotwork.view.headings import curve_legend, explain_marks, frame_times, picture_title, settle
+from knotwork.view.panel_limits import NEAR
 from knotwork.view.style import (
     LOOKS,
     checked_size,
@@ -26,14 +26,15 @@ from knotwork.view.style import (
     settings,
     write_note,
 )
+from knotwork.view.time_window import WHOLE, Window, windowed
 from knotwork.view.tool_curves import (
     Curve,
+    Row,
     full_speeds,
     speed_errors,
     stretches,
+    tool_rows,
 )
-from knotwork.view.tool_rows import Row, tool_rows
-from knotwork.view.window import WHOLE, Window, windowed
 from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.view.motions import Marks, Motion
+from knotwork.view.drawn_motions import Marks, Motion
 from knotwork.view.style import (
     DARK,
     LARGE,

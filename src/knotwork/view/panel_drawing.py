@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from knotwork.view.curves import Strokes, strokes
-from knotwork.view.limits import draw_bands, draw_broken, draw_limits
-from knotwork.view.notes import coinciding, limit_note
 from knotwork.view.panel import Panel, Series
+from knotwork.view.panel_limits import coinciding, draw_bands, draw_broken, draw_limits, limit_note
 from knotwork.view.style import (
     DARK,
     LOOKS,

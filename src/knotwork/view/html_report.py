@@ -11,9 +11,9 @@ from knotwork.documents import read_text
 from knotwork.units import Units, readable
 from knotwork.verification import Finding, Report
 from knotwork.verification.brief import NOTABLE, alike, summary, told_apart, worst_failures
-from knotwork.view.inline_picture import inline_svg, night_colours
-from knotwork.view.motions import PlanLike
+from knotwork.view.drawn_motions import PlanLike
 from knotwork.view.page import Page, asset, environment, frame, version
+from knotwork.view.picture_files import inline_svg, night_colours
 from knotwork.view.plots import plot_joints
 from knotwork.view.show import view_plan
 from knotwork.view.tool_plots import plot_tool
@@ -91,13 +91,15 @@ def report_page(plan: PlanLike) -> Page:
 
 
 def _tightest(report: Report) -> list[Finding]:
-    """Of each quantity what fails worst, then what is nearest its limit."""
+    """Failures first, then of each other quantity the finding nearest its limit."""
     failing = worst_failures(report.failures)[:MOST]
     rows = [found for found in report.tightest if (found.use or 0.0) >= NOTABLE][:MOST]
-    apart = [one for found in report.groups.values() for one in told_apart(found)]
-    rows += [one for one in apart if one not in rows]
-    shown = {(one.subject, one.quantity) for one in failing}
-    return [*failing, *(one for one in rows if (one.subject, one.quantity) not in shown)]
+    rows += [one for found in report.groups.values() for one in told_apart(found)]
+    failed = {(one.subject, one.quantity) for one in failing}
+    first: dict[tuple[str, str], Finding] = {}
+    for found in rows:
+        first.setdefault((found.subject, found.quantity), found)
+    return [*failing, *(found for key, found in first.items() if key not in failed)]
 
 
 def _details(report: Report) -> dict[str, list[Finding]]:
