@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knotwork.view.style import LARGE, NORMAL, SMALL, number, printable, shortened
+from knotwork.view.style import LARGE, NORMAL, number, printable, shortened
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,10 +67,6 @@ class Places:
         gaps = np.diff(self.values) * room / (self.edges[-1] - self.edges[0])
         least = 0.25 if upright else LETTER * max(len(number(v)) + 1 for v in self.values)
         return bool(np.all(gaps > least))
-
-    def said(self, value: float) -> str:
-        """A place as it is written."""
-        return self.names[int(value)] if self.names is not None else number(value)
 
     def dress(self, axis: Any, room: float) -> None:
         """Label an axis of a panel that is so long [in]."""
@@ -179,20 +174,6 @@ def _is_uneven(at: Any) -> bool:
 def _by_order(title: str, at: Any) -> Places:
     values = np.unique(at)
     return Places(title, np.searchsorted(values, at).astype(float), [number(v) for v in values])
-
-
-def combinations(rest: Sequence[Places], count: int, room: float) -> Iterator[tuple[str, Any]]:
-    """A title that is so wide [in] and the rows of each combination of values.
-
-    Without any, all rows are one.
-    """
-    if not rest:
-        yield "", np.ones(count, bool)
-        return
-    keys = np.stack([one.at for one in rest], axis=1)
-    for key in np.unique(keys, axis=0):
-        parts = [f"{one.title} = {one.said(v)}" for one, v in zip(rest, key, strict=True)]
-        yield wrapped(", ".join(parts), room, SMALL), (keys == key).all(axis=1)
 
 
 def differ(values: Any) -> bool:
