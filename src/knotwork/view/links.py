@@ -79,9 +79,8 @@ def link_shapes(robot: Robot) -> LinkShapes:
                 said.append("drawn as a line")
         if said:
             warnings.append(f"link {link!r}: {'; '.join(said)}")
-        placement = frames[link].placement
-        joint = frames[link].parentJoint
-        carried[joint] += [part.moved(placement.rotation, placement.translation) for part in parts]
+        frame = frames[link]
+        carried[frame.parentJoint] += [part.placed(frame.placement) for part in parts]
     if plain:
         warnings.append(f"no colour is given for parts of {', '.join(plain)}; they are drawn grey")
     if not any(carried):

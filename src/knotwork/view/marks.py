@@ -15,6 +15,7 @@ from knotwork.scenario import Scenario
 from knotwork.units import SI, Units
 from knotwork.verification import Finding, Report
 from knotwork.view.mesh import Mesh, merged
+from knotwork.view.packing import label
 from knotwork.view.primitive_meshes import rod, sphere, triad
 from knotwork.view.targets import round_arrows, spacings, straight_arrows
 from knotwork.waypoints import CartesianWaypoint, FloatArray
@@ -24,11 +25,6 @@ ROUNDING = 1e6
 RED = (0.86, 0.08, 0.1, 1.0)
 KNOT = (0.12, 0.12, 0.14, 1.0)
 MOST_KNOTS = 2000
-
-
-def _label(text: str, kind: str, at: FloatArray, detail: str) -> dict[str, Any]:
-    """Words at a point [m], and more of them on demand; of a waypoint, a frame or a miss."""
-    return {"text": text, "kind": kind, "at": at.tolist(), "detail": detail}
 
 
 def marks(
@@ -79,7 +75,7 @@ def marks(
         frames = {name: base * frame for name, frame in scenario.frames.items()}
         meshes["frames"] = _triads(list(frames.values()), 0.075 * size, 0.05)
         labels += [
-            _label(name, "frame", frame.translation, f"frame {name!r}")
+            label(name, "frame", frame.translation, f"frame {name!r}")
             for name, frame in frames.items()
         ]
     if report is not None:
@@ -97,7 +93,7 @@ def _on_paths(times: FloatArray, scenario: Scenario | None) -> NDArray[np.bool_]
 
 def _triads(poses: Sequence[pin.SE3], length: float, thickness: float) -> Mesh:
     axes = triad(length, thickness * length)
-    return merged([axes.moved(pose.rotation, pose.translation) for pose in poses])
+    return merged([axes.placed(pose) for pose in poses])
 
 
 def _waypoint_label(target: CartesianWaypoint, units: Units) -> dict[str, Any]:
@@ -106,7 +102,7 @@ def _waypoint_label(target: CartesianWaypoint, units: Units) -> dict[str, Any]:
     detail = f"{target.name}: at {target.time:g} s, {units.text(speed, 'm/s', '.4g')}"
     if turning > 1e-8:
         detail += f", turning at {units.text(turning, 'rad/s', '.4g')}"
-    return _label(target.name, "waypoint", target.pose.translation, detail)
+    return label(target.name, "waypoint", target.pose.translation, detail)
 
 
 def _axis_length(asked: Sequence[CartesianWaypoint], size: float) -> float:
@@ -149,7 +145,7 @@ def _add_failures(
             text += f", and {len(findings) - 1} more"
         if findings[0].points:  # nothing else there tells the time
             text += f" at {time:.2f} s"
-        labels.append(_label(text, "miss", at, "\n".join(map(str, findings))))
+        labels.append(label(text, "miss", at, "\n".join(map(str, findings))))
     if wrong:
         meshes["failures"] = merged(wrong)
 

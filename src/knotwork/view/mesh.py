@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from knotwork.meshes.part import Colour, IndexArray, MeshPart
@@ -62,6 +63,10 @@ class Mesh:
         turn = np.asarray(rotation, dtype=float)
         vertices = self.vertices @ turn.T + np.asarray(translation, dtype=float)
         return replace(self, vertices=vertices, normals=self.normals @ turn.T)
+
+    def placed(self, pose: pin.SE3) -> Mesh:
+        """Move the mesh by a pose."""
+        return self.moved(pose.rotation, pose.translation)
 
     def scaled(self, scale: ArrayLike) -> Mesh:
         """Scale along the axes; factors of shape (3,) or one for all."""

@@ -133,7 +133,7 @@ def tool_mesh(robot: Robot, size: float) -> Mesh:
     """A rod from the tool frame to the tool centre point, and the axes there; joint's axes."""
     tip = robot.model.frames[robot.tcp_frame_id].placement
     flange = tip * robot.tool_offset.inverse()
-    parts = [triad(0.06 * size, 0.0028 * size).moved(tip.rotation, tip.translation)]
+    parts = [triad(0.06 * size, 0.0028 * size).placed(tip)]
     if np.linalg.norm(tip.translation - flange.translation) > 1e-6:
         parts.append(rod(flange.translation, tip.translation, 0.006 * size, STEEL))
     return merged(parts)

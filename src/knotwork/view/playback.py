@@ -14,11 +14,13 @@ from knotwork.robot import Robot
 from knotwork.robot.joint_tree import joint_tree
 from knotwork.sampling import sample_times
 from knotwork.scenario import Scenario
+from knotwork.trajectory import JointTrajectory
 from knotwork.units import Units
 from knotwork.verification import Report
 from knotwork.view.limit_share import limit_shares
 from knotwork.view.packing import packed_numbers
 from knotwork.view.tool_curves import stretches
+from knotwork.view.tool_trace import tool_speed
 from knotwork.waypoints import FloatArray
 
 LEAST_RATE = 60.0
@@ -26,6 +28,7 @@ LEAST_RATE = 60.0
 
 RATE = 120.0
 MOST_FRAMES = 240_000
+MOST_SPEEDS = 30_000
 
 
 def frame_times(curve: PiecewisePolynomial) -> FloatArray:
@@ -45,6 +48,30 @@ def frame_times(curve: PiecewisePolynomial) -> FloatArray:
             f"last {MOST_FRAMES / LEAST_RATE:g} s at most: view a part of it"
         )
     return sample_times(start, end, rate)
+
+
+def arm_frames(name: str, curve: PiecewisePolynomial, robot: Robot) -> dict[str, Any]:
+    """Give a motion's frames, and the tool's speed at each unless there are too many."""
+    time = frame_times(curve)
+    position = curve(time)
+    arm: dict[str, Any] = {
+        "name": name,
+        "start": float(time[0]),
+        "time": packed_numbers((time - time[0]).astype("<f4")),
+        "position": packed_numbers(position.astype("<f4")),
+    }
+    if robot.tcp_frame_id is not None and len(time) <= MOST_SPEEDS:
+        speed = tool_speed(robot, position, curve(time, 1))
+        arm["speed"] = packed_numbers(speed.astype("<f4"))
+    return arm
+
+
+def waypoint_times(scenario: Scenario | None, trajectory: JointTrajectory) -> list[dict[str, Any]]:
+    """Give names and times of the waypoints, of a stored trajectory those that it knows."""
+    if scenario is not None:
+        return [{"name": one.name, "time": one.time} for one in scenario.waypoints]
+    times = trajectory.waypoint_times if trajectory.waypoint_times is not None else ()
+    return [{"name": str(i), "time": float(time)} for i, time in enumerate(times)]
 
 
 def drawn_joints(robot: Robot) -> list[dict[str, Any]]:
