@@ -54,14 +54,14 @@ def check(
 
     TRAJECTORY is a trajectory.json, a folder with one in it, or another tool's: CSV with headings,
     JSON with joint_names, time and positions, or YAML of a ROS 2 JointTrajectory. Joints are
-    matched by name. Between the points of another tool the motion is what a ROS 2 controller
-    makes of them: quintics if they have velocities and accelerations, cubics if they have
-    velocities, and straight lines otherwise.
+    matched by name. Another tool's points are joined as a ROS 2 controller joins them: by quintics
+    if they have velocities and accelerations, by cubics if they have velocities, and by straight
+    lines otherwise.
 
     With --log or --against it is the log of a robot: headings of PlotJuggler, ROS bags and RTDE are
-    understood, the noise is estimated, and what fails by less than the noise can make is undecided.
+    understood, the noise is estimated, and failures smaller than the noise are undecided.
     Its clock is set by the plan given with --against, or by planning the scenario. With --against
-    the scenario may be left out: it is the plan's, where the report beside the plan says it.
+    the scenario may be left out if the report in the plan's folder names it.
     """
     scenario = None
     reference = reference if reference is not None else planned_scenario(log)

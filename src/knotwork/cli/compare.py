@@ -44,7 +44,7 @@ _TABLES: tuple[dict[str, tuple[str, str]], ...] = (
         "time_to_plan": ("time to\nplan [ms]", "ms"),
     },
 )
-# Left out where there are tool paths: what is between them is of no interest then.
+# Left out where there are tool paths.
 _STRAIGHT = ("path_deviation", "path_turn")
 
 
@@ -69,7 +69,7 @@ _STRAIGHT = ("path_deviation", "path_turn")
 def compare(
     scenario: str, planners: str | None, out: Path | None, in_full: bool, as_json: bool
 ) -> int:
-    """Plan SCENARIO with several planners and show what each makes of it.
+    """Plan SCENARIO with several planners and compare the motions.
 
     A planner passes if the check finds nothing that fails. Joint values are in the units of the
     scenario, per second; where both angles and lengths occur, in rad and m. A peak is that of the
@@ -98,7 +98,7 @@ def compare(
 @click.command()
 @json_option
 def planners(as_json: bool) -> int:
-    """List the planners: what each guarantees, what it can not do, its options and rules."""
+    """List the planners: their guarantees, limitations, options and rules."""
     from dataclasses import asdict
 
     from knotwork.interpolation import PLANNER_SPECS, rules
@@ -197,7 +197,7 @@ def _joint_unit(comparison: Comparison) -> tuple[float, str]:
 
 
 def _factor(unit: str, comparison: Comparison) -> float:
-    """What a figure in SI is multiplied by to be shown."""
+    """Factor from a figure in SI to the unit shown."""
     if unit in ("m", "rad"):
         return comparison.units.shown(1.0, unit)[0]
     joint = _joint_unit(comparison)[0]
@@ -220,7 +220,7 @@ def _cell(score: Score, column: str, winners: dict[str, set[str]], factor: float
 
 
 def _short(value: float) -> str:
-    """Three digits, and zero for what is only rounding."""
+    """Three digits, and zero for rounding."""
     if abs(value) < 1e-9:
         return "0"
     return readable(value, ".3g" if abs(value) >= 0.01 else ".1e")

@@ -133,12 +133,12 @@ def export(
     offset: tuple[tuple[str, float], ...],
     **options: Any,
 ) -> int:
-    """Hand a motion over to what runs it: a stored TRAJECTORY, or a SCENARIO, planned first.
+    """Export a motion: a stored TRAJECTORY, or a SCENARIO, planned first.
 
     TRAJECTORY is a trajectory.json or a folder with one in it, SCENARIO a shipped scenario's name
     or the path of a file. Samples are at a rate; with a robot they have the tool's pose and twist,
-    too. Nothing is written if the motion fails its check, or if what a receiver makes of the points
-    of --fit fails it otherwise than by its acceleration.
+    too. Nothing is written if the motion fails its check, or if the points of --fit, joined as
+    a receiver joins them, fail it otherwise than by their acceleration.
     """
     form = get_format(name)
     given = {
@@ -190,7 +190,7 @@ def _made(
     given: dict[str, Any],
     allowed: bool,
 ) -> tuple[str | bytes, str] | None:
-    """The content and how exact it is in words, or `None` where its points fail the check."""
+    """The content and a note on its accuracy, or `None` where its points fail the check."""
     from knotwork import export as exporting
 
     made: JointTrajectory | Points = trajectory

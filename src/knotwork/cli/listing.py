@@ -52,7 +52,7 @@ def robots(name: str | None, pairs: bool, as_json: bool) -> int:
 
 
 def _collisions(name: str | None, as_json: bool) -> int:
-    """List what is checked for collisions of one robot."""
+    """List the pairs of links checked for collisions."""
     from knotwork.robot import load_robot
     from knotwork.scene.building import robot_collision_model
 
@@ -183,7 +183,7 @@ def print_collisions(robot: Robot, model: CollisionModel) -> None:
 
 
 def collisions_to_dict(robot: Robot, model: CollisionModel) -> dict[str, Any]:
-    """Give what is checked for collisions as plain data."""
+    """Give the pairs checked for collisions as plain data."""
     names = [body.name for body in model.bodies]
     return {
         "name": robot.name,

@@ -74,7 +74,7 @@ def plan(
     """Plan each SCENARIO, check the result, and print the verdict.
 
     SCENARIO is the name of a shipped scenario (`knotwork scenarios` lists them) or the path of a
-    YAML file: `knotwork schema` says what one may hold, and the shipped ones are examples.
+    YAML file: `knotwork schema` prints its schema, and the shipped ones are examples.
     """
     from knotwork import pipeline
 
@@ -132,7 +132,7 @@ def _folder_name(result: Plan, earlier: list[tuple[str, Any, list[Path]]]) -> st
     name = Path(result.scenario.name).name
     if name in ("", ".."):
         raise InputError(
-            f"no folder can be named after scenario {result.scenario.name!r}; plan it by itself or "
+            f"no folder can be named after scenario {result.scenario.name!r}; plan it alone or "
             "rename it"
         )
     for reference, other, _ in earlier:

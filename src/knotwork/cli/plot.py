@@ -16,7 +16,7 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import read_motions, tell_failures
+from knotwork.cli.sources import print_failures, read_motions
 from knotwork.cli.terminal import echo
 from knotwork.errors import InputError
 
@@ -49,7 +49,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "-o",
     metavar="FILE",
     type=NewPath(),
-    help="Picture to write: .png, .svg or .pdf. By default a .png named after what is drawn, in "
+    help="Picture to write: .png, .svg or .pdf. By default a .png named after the motion, in "
     "the current folder. An existing picture is replaced.",
 )
 @click.option("--joints", type=Listed(), metavar="A,B,…", help="Joints to draw; all by default.")
@@ -63,19 +63,19 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
     "--compare",
     type=Listed(),
     metavar="A,B,…",
-    help="Planners to draw beside it; a rule may follow after a colon: quintic:estimated.",
+    help="Planners to draw with it; a rule may follow after a colon: quintic:estimated.",
 )
 @click.option(
     "--tool",
     is_flag=True,
-    help="Draw the tool: its speed, and how far it is off its path against the tolerances, or off "
-    "the straight way between poses where there is no path.",
+    help="Draw the tool: its speed, and its deviation from its path against the tolerances, or "
+    "from straight lines between poses where there is no path.",
 )
 @click.option(
     "--split",
     is_flag=True,
-    help="A row a joint, in its unit with its limits; by default joints share panels, in percent "
-    "of their limits.",
+    help="Draw a row a joint, in its unit with its limits; by default joints share panels, in "
+    "percent of their limits.",
 )
 @click.option(
     "--size",
@@ -110,7 +110,7 @@ def plot(
     TRAJECTORY is what `knotwork check` reads: a trajectory.json, or the path of a folder with one
     in it (./NAME where a shipped scenario has that name, too); or with --scenario another tool's
     CSV, JSON or ROS 2 YAML. With --log it is the log of a robot; with --against the plan is drawn
-    beside it.
+    with it.
 
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """
@@ -127,7 +127,7 @@ def plot(
         checked_picture_path(out)
     chosen_quantities(look.get("quantities"))
     drawn = read_motions(source, reference, options, compare, log=log)
-    tell_failures(drawn)
+    print_failures(drawn)
     draw = view.plot_tool if tool else view.plot_joints
     figure = draw(drawn, window=(start, end), **look)
     path = out if out is not None else _default_path(source, drawn[0], tool)
@@ -136,7 +136,7 @@ def plot(
 
 
 def _default_path(source: str, drawn: Motion, tool: bool) -> Path:
-    """A file in the current folder that is named after what is drawn."""
+    """A file in the current folder that is named after the motion."""
     from knotwork.pipeline import Plan
 
     if isinstance(drawn, Plan):

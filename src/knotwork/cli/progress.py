@@ -1,4 +1,4 @@
-"""Progress of what takes long, on standard error: one line of a terminal, or lines of a log."""
+"""Progress on standard error: one line of a terminal, or lines of a log."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from knotwork.timing import Progress
 
 SHOWN_AFTER = 0.5
-"""What is over sooner shows nothing [s]."""
+"""Shorter solves show nothing [s]."""
 LOG_INTERVAL = 30.0
 """Between lines of progress where there is no terminal [s]."""
 
@@ -25,19 +25,19 @@ def shown_progress(name: str, quiet: bool) -> Iterator[Callable[[Progress], None
     """Show how far a solve has come.
 
     Args:
-        name: What is solved.
+        name: Of the scenario.
         quiet: Show nothing.
     """
-    with _line(quiet) as say:
+    with _line(quiet) as write:
 
         def show(at: Progress) -> None:
-            if say is not None and at.seconds >= SHOWN_AFTER:
-                say(
+            if write is not None and at.seconds >= SHOWN_AFTER:
+                write(
                     f"{name}: choosing times, {at.seconds:.0f} s, step {at.iterations}, "
                     f"{100 * at.done:.0f} % of the waypoints done, limits off by {at.violation:.1e}"
                 )
 
-        yield show if say is not None else None
+        yield show if write is not None else None
 
 
 @contextmanager
@@ -54,13 +54,13 @@ def shown_sweep(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]
             last = time.monotonic()
             echo(text, err=True)
 
-    with _line(quiet) as say:
+    with _line(quiet) as write:
         if quiet or sys.stderr is None:
             yield None
             return
-        if say is not None:
-            say("planning some rows, to learn how long they take")
-        yield lambda at: (say or log)(progress_line(at))
+        if write is not None:
+            write("planning some rows, to learn how long they take")
+        yield lambda at: (write or log)(progress_line(at))
 
 
 @contextmanager
@@ -73,18 +73,18 @@ def _line(quiet: bool) -> Iterator[Callable[[str], None] | None]:
 
     status = Console(stderr=True).status("", spinner="line")
 
-    def say(text: str) -> None:
+    def write(text: str) -> None:
         status.update(text)
         status.start()
 
     try:
-        yield say
+        yield write
     finally:
         status.stop()
 
 
 def progress_line(at: SweepProgress) -> str:
-    """Say how far a sweep has come."""
+    """Progress of a sweep in a line."""
     left = "" if at.left is None else f", {_duration(at.left)} left"
     share = 100.0 * at.passed / at.done if at.done else 0.0
     return (

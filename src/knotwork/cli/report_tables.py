@@ -25,7 +25,7 @@ INDENT = " " * len("FAIL ")
 
 
 def print_plan(plan: Plan) -> None:
-    """Print all there is to say of a plan: tables of waypoints, limits and all else, whole."""
+    """Print a plan in full: tables of waypoints, limits and all other findings."""
     trajectory = plan.trajectory
     knots = plan.scenario.knots
     placed = knots if isinstance(knots, str) else "as given"
@@ -34,7 +34,7 @@ def print_plan(plan: Plan) -> None:
     made = trajectory.planner
     if (
         made in PLANNER_SPECS and "knots" in PLANNER_SPECS[made].supports
-    ):  # a rule in its name says it already
+    ):  # a rule is in its name already
         made += f", knots {placed}"
     if plan.scenario.chosen and plan.trajectory.planner == "modified-hermite":
         made += ", times as chosen"
@@ -55,9 +55,9 @@ def print_report(
     """Print all of a report as tables of waypoints and limits, and the verdict.
 
     Args:
-        report: What the check found.
-        scenario: What it was checked against, if anything.
-        made: How the trajectory was made; by default what it says itself.
+        report: Of the check.
+        scenario: That it was checked against, if any.
+        made: How the trajectory was made; by default its planner.
         solution: How the solutions of the poses were chosen, if that is known.
     """
     out = console()
@@ -70,7 +70,7 @@ def print_report(
     for group, findings in report.groups.items():
         numbers = [found for found in findings if found.value is not None and not found.detail]
         if numbers:
-            # what is found of a waypoint at one time fits one row
+            # findings of a waypoint at one time fit one row
             cells = {(found.name, found.when, found.quantity) for found in numbers}
             waypoints = all(found.subject == "waypoint" for found in numbers)
             at_once = waypoints and len(cells) == len(numbers)

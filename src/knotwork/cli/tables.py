@@ -72,7 +72,7 @@ def print_wrapped(text: str, first: str, others: str, style: str = "") -> None:
 
     Args:
         text: The text.
-        first: Before its first line; longer than `others`, it takes room from it.
+        first: Before its first line; if longer than `others`, it shortens that line.
         others: Before its other lines.
         style: Of `first`.
     """

@@ -17,7 +17,7 @@ from knotwork.cli.parameters import (
     motion_options,
     package_path_option,
 )
-from knotwork.cli.sources import checked, read_motions, refuse, tell_failures
+from knotwork.cli.sources import checked, print_failures, read_motions, refuse
 from knotwork.cli.terminal import echo, offer
 from knotwork.errors import InputError
 
@@ -55,7 +55,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
     help="Play in Meshcat instead: in the server at this ZMQ address, such as "
     "tcp://127.0.0.1:6000, or without one in a server that ends with this command.",
 )
-@click.option("--no-open", is_flag=True, help="Open no browser; only say the address.")
+@click.option("--no-open", is_flag=True, help="Open no browser; only print the address.")
 @click.option(
     "--port",
     metavar="PORT",
@@ -135,7 +135,7 @@ def _scene(
     from knotwork.trajectory import JointTrajectory
     from knotwork.view.show import scene_of, scene_of_trajectory
 
-    tell_failures(shown)
+    print_failures(shown)
     first, *others = shown
     if not isinstance(first, JointTrajectory):
         refuse({"--robot": robot}, "the scenario names the robot")
@@ -143,8 +143,8 @@ def _scene(
         return scene_of(first, compared, before), first
     if robot is None:
         raise InputError(
-            f"{source} does not say which arm it moves; give the scenario it was planned for with "
-            "--scenario, or its robot with --robot"
+            f"{source} does not name the arm that it moves; give the scenario it was planned for "
+            "with --scenario, or its robot with --robot"
         )
     return scene_of_trajectory(robot, first, before), first
 
@@ -153,7 +153,7 @@ def _play(shown: list[Motion], address: str, no_open: bool) -> int:
     """Play the first motion in Meshcat."""
     from knotwork.cli.meshcat_viewer import play_in_meshcat
 
-    tell_failures(shown)
+    print_failures(shown)
     if not checked(shown[:1]):
         raise InputError("Meshcat is shown a task with its motion: give --scenario")
     play_in_meshcat(shown[0], address, no_open)
@@ -177,7 +177,7 @@ def _watch(
     def renewed() -> tuple[dict[str, Any], list[Path], str]:
         nonlocal last
         scene, last = made(server.scene, last)
-        return scene, _files(last), _said(last)
+        return scene, _files(last), _verdict(last)
 
     given = [_file(name) for name in (source, reference) if name is not None]
     with LiveServer(source, port or 0, ghosts=ghosts) as server:
@@ -227,7 +227,7 @@ def _named_in(value: Any, folder: Path) -> list[Path]:
         return []
 
 
-def _said(motion: Motion) -> str:
+def _verdict(motion: Motion) -> str:
     """The verdict in a line."""
     from knotwork.trajectory import JointTrajectory
     from knotwork.verification.brief import summary

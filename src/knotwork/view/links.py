@@ -35,7 +35,7 @@ class LinkShapes:
     Attributes:
         parts: For each joint of the chain the meshes that it carries, in the joint's axes, and
             first what does not move, in the axes of the URDF's root; length d + 1.
-        warnings: What could not be drawn as described.
+        warnings: Parts that can't be drawn as described.
     """
 
     parts: list[list[Mesh]]
@@ -63,22 +63,22 @@ def link_shapes(robot: Robot) -> LinkShapes:
         if link not in frames:
             continue
         shapes, lost = urdf.of(link, "visual")
-        parts, missing, said = drawn.meshes(shapes)
-        said += [shape.fault for shape in shapes if shape.fault]
+        parts, missing, notes = drawn.meshes(shapes)
+        notes += [shape.fault for shape in shapes if shape.fault]
         if not all(part.coloured for part in parts):
             plain.append(link)
         if missing or lost:
-            said += [*lost, *missing]
+            notes += [*lost, *missing]
             shapes, lost = urdf.of(link, "collision")
             instead, missing, _ = drawn.meshes(shapes)
             if instead and not (lost or missing):
                 parts = instead
-                said.append("drawn from its collision shape")
+                notes.append("drawn from its collision shape")
             else:
                 parts += _lines(urdf.carried.get(link, ()))
-                said.append("drawn as a line")
-        if said:
-            warnings.append(f"link {link!r}: {'; '.join(said)}")
+                notes.append("drawn as a line")
+        if notes:
+            warnings.append(f"link {link!r}: {'; '.join(notes)}")
         frame = frames[link]
         carried[frame.parentJoint] += [part.placed(frame.placement) for part in parts]
     if plain:

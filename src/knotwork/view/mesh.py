@@ -39,7 +39,7 @@ class Mesh:
         faces: Indices of vertices, counter-clockwise from outside, shape (m, 3).
         colours: Red, green and blue of each vertex in 0 … 1, shape (n, 3).
         opacity: From 0, not seen, to 1, opaque.
-        coloured: Whether its colours were given, or it was said why not; else it is grey.
+        coloured: Whether its colours are given, or a warning names their fault; else it is grey.
         uv: Place in its image of each vertex, from the lower left corner, shape (n, 2), or `None`.
         image: File of the image that gives it its colours, or `None`.
     """

@@ -24,11 +24,11 @@ RATE = 60.0
 def play_scene(scene: Mapping[str, Any], viewer: Any) -> None:
     """Draw a scene in a Meshcat viewer, below `knotwork`, and start its motion.
 
-    What an earlier call drew is replaced. All else in the viewer stays, but the robot that
+    The drawing of an earlier call is replaced. All else in the viewer stays, but the robot that
     Pinocchio's `MeshcatVisualizer` shows is hidden; `displayVisuals(True)` shows it again.
 
     Args:
-        scene: What to show, from `make_scene`.
+        scene: From `make_scene`.
         viewer: A `meshcat.Visualizer`, or Pinocchio's `MeshcatVisualizer`.
 
     Raises:
@@ -128,7 +128,7 @@ def _animation(scene: Mapping[str, Any], joints: list[Visualizer], nodes: list[V
 
 
 def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str, Any]:
-    """Where a joint takes what it carries, over time, in its parent's axes."""
+    """Poses of a joint over time, in its parent's axes."""
     turn = pin.Quaternion(np.array(joint["quaternion"]))
     origin, axis = np.array(joint["origin"]), np.array(joint["axis"])
     positions, quaternions = [], []

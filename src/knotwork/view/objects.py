@@ -43,8 +43,8 @@ def cloud_mesh(shape: Shape, colour: Sequence[float]) -> Mesh:
         across, up = np.eye(3)[axis - 2], np.eye(3)[axis - 1]
         for side in (0, 1):
             step = np.eye(3, dtype=np.int64)[axis] * (2 * side - 1)
-            beside = map(tuple, (cells.index + step).tolist())
-            bare = np.array([one not in taken for one in beside])
+            neighbours = map(tuple, (cells.index + step).tolist())
+            bare = np.array([one not in taken for one in neighbours])
             corner = cells.index[bare] + side * np.eye(3)[axis]
             ring = [corner, corner + across, corner + across + up, corner + up]
             quads.append(np.stack(ring if side else ring[::-1], axis=1))
@@ -65,13 +65,13 @@ OBJECTS, COLLISION_SHAPES, CLOSEST = "objects", "collision shapes", "closest"
 
 @dataclass(frozen=True, eq=False)
 class Objects:
-    """What a scenario's scene shows.
+    """The surroundings in a scene.
 
     Attributes:
         things: As the page has them.
         labels: Of objects and of the nearest points.
         points: Places that must be in view [m], shape (n, 3).
-        warnings: What could not be drawn as described.
+        warnings: Parts that can't be drawn as described.
     """
 
     things: list[dict[str, Any]]
@@ -84,7 +84,7 @@ def shape_mesh(shape: Shape, colour: Sequence[float], extent: float) -> Mesh:
     """A shape as a mesh, in the axes that it is placed in.
 
     Args:
-        shape: What to draw.
+        shape: The shape.
         colour: Red, green, blue and opacity.
         extent: How far half spaces are drawn [m].
 
@@ -119,13 +119,13 @@ def scene_objects(
     report: Report | None,
     size: float,
 ) -> Objects:
-    """Draw a scenario's scene: objects, tool, what it holds, and the nearest points.
+    """Draw a scenario's scene: objects, tool, held objects, and the nearest points.
 
     Args:
         scenario: The task.
         robot: Its robot.
         curve: Joint positions, trailing shape (d,).
-        report: What the check found.
+        report: Of the check.
         size: Of the scene [m].
     """
     things: list[dict[str, Any]] = []
@@ -154,7 +154,7 @@ def scene_objects(
 
 
 def _lost_images(scenario: Scenario) -> Iterator[str]:
-    """What the scene's meshes name as images and are not coloured by."""
+    """Images named in the scene's meshes that can't colour them."""
     scene = scenario.scene
     named = [(f"object {one.name!r}", one.shape) for one in scene.objects]
     named += [(f"object {one.name!r}", one.shape) for one in scene.held]
@@ -169,7 +169,7 @@ def _lost_images(scenario: Scenario) -> Iterator[str]:
 def _carried(
     scenario: Scenario, robot: Robot, curve: PiecewisePolynomial, size: float
 ) -> list[dict[str, Any]]:
-    """The tool's shapes, and what it holds: before it is taken, carried, and after it is left."""
+    """The tool's shapes, and held objects: before they are taken, carried, and left."""
     things = []
     scene, model = scenario.scene, robot.model
     if scene.tool and robot.tool_frame is not None:

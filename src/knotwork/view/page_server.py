@@ -21,7 +21,7 @@ from knotwork.view.scene import STILL
 HOST = "127.0.0.1"
 """Only this machine can reach the page."""
 NAMES = (HOST, "localhost", "[::1]")
-"""A page of a stranger could give its own name this address, and read what is answered to it."""
+"""Other names are refused: a foreign page could give its own name this address to read the page."""
 
 
 class PageServer(ThreadingHTTPServer):
@@ -60,7 +60,7 @@ class PageServer(ThreadingHTTPServer):
         return self.page
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Say nothing of a connection that broke; everything else is shown as ever."""
+        """Ignore broken connections; report all other errors."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
             super().handle_error(request, client_address)  # type: ignore[arg-type]
 
@@ -81,7 +81,7 @@ class PageHandler(BaseHTTPRequestHandler):
     def _answer(self, *, with_page: bool) -> None:
         # A browser may reload or close in the middle of the page.
         with contextlib.suppress(ConnectionError):
-            host = self.headers.get("Host", HOST)  # browsers always say it
+            host = self.headers.get("Host", HOST)  # browsers always send it
             if re.sub(r":\d*$", "", host).lower() not in NAMES:
                 self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
                 return
@@ -91,7 +91,7 @@ class PageHandler(BaseHTTPRequestHandler):
                 self.answer_other()
 
     def send_text(self, text: bytes, kind: str, *, whole: bool = True) -> None:
-        """Send text in UTF-8, or only what is said of it."""
+        """Send text in UTF-8, or only its headers."""
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", f"{kind}; charset=utf-8")
         self.send_header("Content-Length", str(len(text)))
@@ -105,7 +105,7 @@ class PageHandler(BaseHTTPRequestHandler):
         self.send_error(HTTPStatus.NOT_FOUND)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing: a log is no part of what was asked for."""
+        """Write no log."""
 
 
 def open_browser(address: str) -> bool:
@@ -130,11 +130,11 @@ PULSE = 15.0
 
 
 class LiveServer(PageServer):
-    """Serves the last good scene, and tells browsers when there is another, or what is wrong.
+    """Serves the last valid scene, and notifies browsers of new ones and of errors.
 
     Attributes:
         version: Number of the scene; 0 before there is one.
-        scene: What is shown, from `make_scene`; `None` before there is one.
+        scene: From `make_scene`; `None` before there is one.
     """
 
     def __init__(self, title: str, port: int = 0, *, ghosts: bool = True) -> None:
@@ -164,7 +164,10 @@ class LiveServer(PageServer):
 
     def whole_page(self) -> bytes:
         """The page, with which following begins."""
-        version, scene = self.version, self.scene  # in this order: a page may be newer than it says
+        version, scene = (
+            self.version,
+            self.scene,
+        )  # in this order: a page may be newer
         if scene is None:
             return self.page
         return scene_page(scene, ghosts=self._ghosts, live=version).html.encode("utf-8")
@@ -174,7 +177,7 @@ class LiveServer(PageServer):
         self._tell(error=error)
 
     def start(self) -> None:
-        """Say that the next version is being made; an error stays until it is known."""
+        """Notify that the next version is being made; an error stays until then."""
         self._tell(error=self._error, busy=True)
 
     def _tell(self, *, version: int | None = None, error: str = "", busy: bool = False) -> None:
@@ -217,6 +220,6 @@ class _LiveHandler(PageHandler):
         seen = -1
         while True:
             seen, state = server.next_state(seen)
-            said = ":\n\n" if state is None else f"retry: 1000\ndata: {state}\n\n"
-            self.wfile.write(said.encode("utf-8"))
+            event = ":\n\n" if state is None else f"retry: 1000\ndata: {state}\n\n"
+            self.wfile.write(event.encode("utf-8"))
             self.wfile.flush()

@@ -21,7 +21,7 @@ MOST_WIDE_STRETCHES, NARROW = 8, 5.0
 
 
 def draw_broken(panel: Panel, one: Series, drawn: Strokes) -> None:
-    """Highlight what of a curve is beyond its limit: a broad band, and a cross at the worst.
+    """Highlight the parts of a curve beyond its limit by a broad band, and the worst by a cross.
 
     Nothing is drawn unless the exact extrema break the limit.
     """
@@ -79,7 +79,7 @@ def draw_limits(panel: Panel, low: float, high: float) -> tuple[float, float]:
 
 
 def draw_bands(panel: Panel, bottom: float, top: float) -> None:
-    """Shade what is beyond those limits of a panel's only joint that it shows.
+    """Shade the panel beyond the limits of its only joint.
 
     Args:
         panel: Where.
@@ -107,16 +107,16 @@ MOST_NAMES = 3
 def limit_note(
     series: Sequence[Series], quantity: str, factor: float, unit: str
 ) -> tuple[str, bool]:
-    """Say what is nearest to its limit, or furthest beyond it.
+    """Name the curve nearest to its limit, or furthest beyond it.
 
     Args:
         series: The curves of the panel.
-        quantity: What they show.
+        quantity: Theirs.
         factor: From SI to the shown unit.
         unit: The shown unit.
 
     Returns:
-        The words, none where no limit is given, and whether they say that a limit is broken.
+        The note, empty where no limit is given, and whether a limit is broken.
     """
     first = nearest(series, quantity)
     if first is None:
@@ -139,12 +139,12 @@ def limit_note(
     if quantity == "position":
         margin = use.margin if use.margin is not None else np.inf
         return f"{name}{rounded(factor * margin)} {unit} inside {limits}", False
-    part = 100 * (1 - _room(use, bounds))
+    part = 100 * (1 - _margin(use, bounds))
     return f"{name}{f'{part:.0f}' if part >= 1 else 'under 1'} % of {limits}", False
 
 
 def coinciding(panel: Panel) -> list[str]:
-    """Say which curves of a panel lie over each other, so that not all of them are seen."""
+    """Name the curves of a panel that lie over each other."""
     if len(panel.series) < 2 or not panel.high > panel.low:
         return []
     starts = [one.motion.curve.x[0] for one in panel.series]
@@ -168,7 +168,7 @@ def _near(one: FloatArray, other: FloatArray, least: float) -> bool:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names in words, the last of many only counted."""
+    """A list of names; the last of many are counted."""
     if len(names) > MOST_NAMES:
         return f"{', '.join(names[:MOST_NAMES])} and {len(names) - MOST_NAMES} more"
     return f"{', '.join(names[:-1])} and {names[-1]}"
@@ -179,7 +179,7 @@ def nearest(series: Sequence[Series], quantity: str) -> Series | None:
     given = [one for one in series if (one.joint, quantity) in one.motion.uses]
     return min(
         given,
-        key=lambda one: _room(_use(one, quantity), one.motion.bounds(one.joint, quantity)),
+        key=lambda one: _margin(_use(one, quantity), one.motion.bounds(one.joint, quantity)),
         default=None,
     )
 
@@ -188,8 +188,8 @@ def _use(one: Series, quantity: str) -> Finding:
     return one.motion.uses[one.joint, quantity]
 
 
-def _room(use: Finding, bounds: tuple[float, float]) -> float:
-    """Margin in parts of what there is: negative beyond the limit."""
+def _margin(use: Finding, bounds: tuple[float, float]) -> float:
+    """Margin in parts of half the range: negative beyond the limit."""
     margin = use.margin if use.margin is not None else 0.0  # none is known where it is sampled
     half = 0.5 * (bounds[1] - bounds[0])
     return float(margin / half) if np.isfinite(half) else float(margin)

@@ -37,7 +37,7 @@ APART, MOST_MARKS = 0.08, 3
 
 
 class SpeedColours:
-    """Colours of a path, and what the legend says of them.
+    """Colours of a path, and their legend.
 
     Attributes:
         colours: Of each sample of the path, shape (n, 3).
@@ -65,16 +65,16 @@ class SpeedColours:
 
     def legend(self) -> dict[str, Any]:
         """Scales with their colours, and the speeds asked for as marks on them [m/s]."""
-        said: dict[str, Any] = {
+        legend: dict[str, Any] = {
             "high": self._high,
             "colours": written(GREYS if self._along else SPEED_COLOURS),
             "marks": [] if self._along else self._marks(self._waypoints),
         }
         if self._along:
-            said["off_colours"] = written(OFF_COLOURS)
-            said["off_tolerance"] = self._tolerance
-            said["off_speeds"] = sorted({round(part.speed, 9) for part in self._along})
-        return said
+            legend["off_colours"] = written(OFF_COLOURS)
+            legend["off_tolerance"] = self._tolerance
+            legend["off_speeds"] = sorted({round(part.speed, 9) for part in self._along})
+        return legend
 
     def _marks(self, speeds: Sequence[float]) -> list[float]:
         marks: list[float] = []
@@ -158,7 +158,7 @@ DEVIATION_COLOURS = np.array([[0.05, 0.4, 0.45], [0.45, 0.7, 0.45], [0.98, 0.85,
 ASKED = (0.1, 0.1, 0.12)
 # Dashes along a path, and points of each, and of most paths; relative to the scene's size.
 DASH, DASH_POINTS, MOST_DASHES = 0.016, 5, 3000
-# A dash takes so much of its half of a period: the path's colours are to be seen between dashes.
+# Length of a dash in half periods: the path's colours must be visible between dashes.
 DASHED = 0.3
 WIDTH, DEVIATION_WIDTH = 0.0045, 0.004
 

@@ -65,9 +65,9 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     """Write a figure to a file, whole or not at all; an existing picture is replaced.
 
     Args:
-        figure: What to write.
+        figure: To write.
         path: The file; its folder is made if it does not exist. The suffix, `.png`, `.svg` or
-            `.pdf`, says what is written.
+            `.pdf`, gives the format.
 
     Returns:
         The path.

@@ -1,4 +1,4 @@
-"""What the player of a scene shows over time: frames, joints, use of limits and failures."""
+"""A motion over time in a scene's player: frames, joints, use of limits and failures."""
 
 from __future__ import annotations
 
@@ -107,14 +107,14 @@ def strip(
     space: JointSpace | None,
     report: Report | None,
 ) -> dict[str, Any]:
-    """Give the use of limits, the speeds asked for along paths, and what is broken, over time.
+    """Give the use of limits, the given speeds along paths, and the failures, over time.
 
     Args:
         robot: The arm.
         curve: Its motion, joints in the robot's order.
         scenario: The task.
         space: Its limits.
-        report: What the check found: the limits that it judged are those whose use is shown.
+        report: Of the check; the use of the limits in it is shown.
 
     Returns:
         Times from the start of the motion [s].

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 ROW_LETTERS = 12
 # Rows lower than this [in] name quantity and unit below each other.
 LOW = 2.0
-# So many joints are compared in columns of their own, planners lying over each other.
+# Up to this number joints are compared in columns of their own, planners over each other.
 MOST_JOINT_COLUMNS = 3
 # With more joints each planner has a column of its own.
 MOST_MOTION_COLUMNS = 4

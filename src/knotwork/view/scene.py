@@ -1,4 +1,4 @@
-"""Content of a scene: the arm, its motion, the task and what the check found, as plain data.
+"""Content of a scene: the arm, its motion, the task and the findings of the check, as plain data.
 
 Everything is in the axes of the URDF's root, z up, in m and s.
 """
@@ -45,11 +45,11 @@ from knotwork.waypoints import CartesianWaypoint, FloatArray
 
 # Copies of the arm are faint and need no detail finer than this, relative to the scene's size.
 GHOST_DETAIL = 0.015
-# The first view is chosen by what the arm hides where it stands at so many waypoints.
+# The first view is chosen by what the arm hides at this number of waypoints.
 MOST_HIDING = 5
 # Drawn in their own colours, whatever the light.
 UNLIT = ("path", "limits broken", "failures", "deviation")
-# What of a scene is the robot's: most of it, and the same until the robot is another one.
+# Parts of a scene that depend on the robot alone: most of the data.
 STILL = ("joints", "shapes", "images", "coarse")
 # Shown on demand.
 HIDDEN = ("deviation", "knots on paths")
@@ -107,9 +107,9 @@ def make_scene(
         trajectory: The motion.
         scenario: The task.
         space: The task's joints and limits.
-        report: What the check found.
+        report: Of the check.
         others: Motions of other planners, by name, shown over the first as translucent arms.
-        warnings: What else the page is to say.
+        warnings: Further ones for the page.
         before: The scene in whose place this one is shown. Of the same robot the parts `STILL` are
             taken over, the very objects, and it is looked at from the same side.
 
@@ -160,7 +160,7 @@ def _robot_data(
 
 
 def _verdict(report: Report | None) -> dict[str, Any]:
-    """What the check found."""
+    """The findings of the check."""
     if report is None:
         return {"ok": None, "summary": "", "failed": 0, "failures": [], "tried": []}
     return {

@@ -36,7 +36,7 @@ UNASKED = ("clearance", "smallest_singular_value", "duration", "velocity_use", "
 
 
 def plot_study(study: Any, figures: Sequence[str] | None = None) -> Figure:
-    """Draw the verdict, and figures of the rows that pass, over what is varied.
+    """Draw the verdict, and figures of the rows that pass, over the varied values.
 
     One varied value makes curves, two make a map: of cells, or of dots where they go together, as
     random samples do. Of more each has a column, with a dot a row.
@@ -86,11 +86,11 @@ def _draw_columns(study: DrawnStudy, columns: list[Places], names: Sequence[str]
     axes = figure.subplots(
         rows, len(columns), sharex="col", sharey="row", squeeze=False, height_ratios=ratios
     )
-    # at random, so that how dense dots are says how many rows pass there
+    # at random, so that the density of dots shows how many rows pass there
     random = np.random.default_rng(0).random(len(study.kinds))
     rank = np.argsort(np.lexsort((random, study.kinds == PASSED)))
     high = Places("", np.zeros(len(rank)) if alone else rank.astype(float), None)
-    room = 0.6 * figure.get_figheight() / rows
+    height = 0.6 * figure.get_figheight() / rows
     width = 0.8 * figure.get_figwidth() / len(columns)
     for column, x in zip(axes.T, columns, strict=True):
         first, *others = column
@@ -105,14 +105,14 @@ def _draw_columns(study: DrawnStudy, columns: list[Places], names: Sequence[str]
         x.dress(column[-1].xaxis, width)
         column[-1].set_xlabel(wrapped(x.title, width))
     for axis, name in zip(axes[1:, 0], names, strict=True):
-        axis.set_ylabel(wrapped(study.label(name), room))
+        axis.set_ylabel(wrapped(study.label(name), height))
     study.write_legend(figure)
     return figure
 
 
 def _draw_map(study: DrawnStudy, varied: list[Places], names: Sequence[str]) -> Figure:
     """Draw verdict and figures side by side over two values."""
-    # names have more room upright
+    # names have more space upright
     x, y = sorted(varied, key=lambda one: one.names is not None)
     # a verdict that is the same everywhere is in the heading
     shown = ["", *names] if not names or len(set(study.kinds)) > 1 else list(names)

@@ -45,16 +45,16 @@ STRAIGHT = (0.9, 0.35, 0.0, 1.0)
 ROUND = (0.55, 0.16, 0.72, 1.0)
 # Seconds of motion that an arrow may stand for.
 _NICE = [mantissa * 10.0**power for power in range(3, -5, -1) for mantissa in (5, 2, 1)]
-# Greatest turn of a round arrow [rad], and the least that has room for a head.
+# Greatest turn of a round arrow [rad], and the least that a head fits on.
 MOST_TURN, LEAST_TURN = np.radians(300.0), np.radians(12.0)
-# How far beside the path an arrow is, in parts of the scene: upon it, it would hide its colours.
-BESIDE = 0.014
+# Distance of arrows from the path, in parts of the scene: on it they would hide its colours.
+ASIDE = 0.014
 # Slower than this the tool is asked to stand still [m/s, rad/s].
 STILL = 1e-9
 
 
 def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Mesh, float] | None:
-    """Draw the speeds asked for; `None` if the tool is to stand still at all waypoints.
+    """Draw the linear velocities; `None` if the tool must stand still at all waypoints.
 
     The longest arrow is at most a sixth of the scene, and about as long as waypoints are apart.
 
@@ -71,13 +71,13 @@ def straight_arrows(asked: Sequence[CartesianWaypoint], size: float) -> tuple[Me
     seconds = _seconds(max(float(np.linalg.norm(one.linear)) for one in moving), longest)
     arrows = []
     for target in moving:
-        foot = target.pose.translation + BESIDE * size * _aside(target)
+        foot = target.pose.translation + ASIDE * size * _aside(target)
         arrows.append(arrow(foot, foot + seconds * target.linear, 0.0024 * size, STRAIGHT))
     return merged(arrows), seconds
 
 
 def _aside(target: CartesianWaypoint) -> FloatArray:
-    """Unit vector across the speed asked for, towards where the tool comes from."""
+    """Unit vector across the velocity, towards the tool's body."""
     along = target.linear / np.linalg.norm(target.linear)
     for axis in (-target.pose.rotation[:, 2], target.pose.rotation[:, 0]):
         across = axis - (axis @ along) * along
@@ -88,7 +88,7 @@ def _aside(target: CartesianWaypoint) -> FloatArray:
 
 
 def round_arrows(asked: Sequence[CartesianWaypoint], radius: float) -> tuple[Mesh, float] | None:
-    """Draw the turning speeds asked for, about their axes; `None` if there are none.
+    """Draw the angular velocities about their axes; `None` if there are none.
 
     Returns:
         The arrows, and the time in which the tool turns as far as they go [s].

@@ -193,16 +193,16 @@ PERCENT = 1e2
 
 @dataclass(frozen=True)
 class Row:
-    """A row of panels: what it shows.
+    """A row of panels.
 
     Attributes:
-        title: What is measured.
+        title: Of the quantity.
         unit: Unit that it is shown in.
         factor: From SI to that unit.
         curve: Function that measures a motion.
         component: Which of its values is shown.
-        asked: What of a waypoint's velocity is marked, `"linear"` or `"angular"`, or nothing.
-        limit: What is allowed, in SI, or `None`.
+        asked: Part of a waypoint's velocity that is marked, `"linear"` or `"angular"`, or none.
+        limit: In SI, or `None`.
         tolerance: Whether that is allowed along tool paths and to either side, else all the time.
         judged: Quantity and name of the findings on that limit.
         least: Whether the limit is one from below.
@@ -221,9 +221,9 @@ class Row:
 
 
 def tool_rows(motions: list[Motion], degrees: bool | None) -> list[Row]:
-    """What may be shown; a row without any value is left out."""
+    """The rows that may be drawn; the caller leaves out those without values."""
     for motion in motions:
-        robot_of(motion)  # that there is one is said before anything is drawn
+        robot_of(motion)  # an error, before anything is drawn
     scenario = motions[0].scenario
     allowed = scenario.tolerances if scenario is not None else ToleranceSet()
     units = motions[0].units(degrees)
@@ -252,7 +252,7 @@ def tool_rows(motions: list[Motion], degrees: bool | None) -> list[Row]:
 
 
 def _limit_rows(limits: MotionLimits, factor: float, unit: str) -> Iterator[Row]:
-    """What is limited and not shown otherwise."""
+    """Rows of limits that no other row has."""
 
     def of_place(name: str, order: int, limit: float, frame: str, quantity: str) -> Row:
         curve = partial(place_rates, frame=frame, order=order)
