@@ -52,16 +52,16 @@ def check(
 ) -> int:
     """Check a stored TRAJECTORY against a scenario and print the verdict.
 
-    TRAJECTORY is a trajectory.json, a folder with one in it, or another tool's: CSV with headings,
+    TRAJECTORY is a trajectory.json, its folder, or another tool's file: CSV with headings,
     JSON with joint_names, time and positions, or YAML of a ROS 2 JointTrajectory. Joints are
     matched by name. Another tool's points are joined as a ROS 2 controller joins them: by quintics
     if they have velocities and accelerations, by cubics if they have velocities, and by straight
     lines otherwise.
 
-    With --log or --against it is the log of a robot: headings of PlotJuggler, ROS bags and RTDE are
-    understood, the noise is estimated, and failures smaller than the noise are undecided.
-    Its clock is set by the plan given with --against, or by planning the scenario. With --against
-    the scenario may be left out if the report in the plan's folder names it.
+    With --log or --against TRAJECTORY is the log of a robot: headings of PlotJuggler, ROS bags and
+    RTDE are understood, the noise is estimated, and failures smaller than the noise are undecided.
+    The plan given with --against sets its clock, else the scenario is planned. With --against the
+    scenario may be left out if the report in the plan's folder names it.
     """
     scenario = None
     reference = reference if reference is not None else planned_scenario(log)

@@ -60,7 +60,7 @@ def _log(
 
 _option = functools.partial(click.option, cls=DecidingOption)
 log_options = bundled("log", _log, (
-    _option("--topic", metavar="NAME", help="For a log: the topic that counts, "
+    _option("--topic", metavar="NAME", help="For a log: the topic to read, "
             "/joint_states for example, where several have all joints."),
     _option("--log-unit", type=click.Choice(["rad", "deg"]),
             help="For a log: the unit of turning joints where headings name none."),
@@ -71,7 +71,7 @@ log_options = bundled("log", _log, (
             help="TRAJECTORY is a log; compare it with this plan, a trajectory.json "
             "or the folder with one."),
     _option("--log", "is_log", is_flag=True,
-            help="TRAJECTORY is the log of a robot, CSV with noise: look at the smooth "
+            help="TRAJECTORY is the log of a robot, CSV with noise: take the smooth "
             "motion behind it."),
 ))  # fmt: skip
 """Options for logs; the command gets them as `log`, `None` where there is none."""

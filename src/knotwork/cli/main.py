@@ -33,7 +33,7 @@ _COMMANDS = {
     "compare": ("compare", "Plan a scenario with every planner, side by side."),
     "sweep": ("sweep", "Plan a scenario many times, with other values."),
     "plot": ("plot", "Draw joints and tool over time."),
-    "view": ("view", "Show the arm make the move in a browser, or in a file."),
+    "view": ("view", "Show the moving arm in a browser, or in a file."),
     "report": ("check", "Write one page to print or to send."),
     "export": ("export", "Export a motion: ROS 2, PVT, CSV, MATLAB, ..."),
     "robots": ("listing", "List the robots, or show one."),
@@ -138,7 +138,7 @@ def _internal_error(error: Exception) -> int:
     commands={name: click.Command(name) for name in _COMMANDS},  # to be proposed for unknown ones
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Start with `knotwork plan ur5_deburring`. Exit codes: 0 every check passes, 1 a check "
-    "fails, 2 the input is wrong, 3 Knotwork itself is at fault.",
+    "fails, 2 the input is wrong, 3 an internal error.",
 )
 @click.version_option(
     __version__, "-V", "--version", prog_name="knotwork", message="%(prog)s %(version)s"

@@ -87,7 +87,7 @@ Exit codes: 0 the picture is written, also where a check fails, 2 the input is w
 @click.option(
     "--degrees/--radians",
     default=None,
-    help="How to show angles; by default as the scenario's file has them.",
+    help="Unit of angles; by default as the scenario's file has them.",
 )
 @log_options
 @package_path_option
@@ -107,10 +107,9 @@ def plot(
     """Draw a motion over time: position, velocity, acceleration and jerk of each joint.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is what `knotwork check` reads: a trajectory.json, or the path of a folder with one
-    in it (./NAME where a shipped scenario has that name, too); or with --scenario another tool's
-    CSV, JSON or ROS 2 YAML. With --log it is the log of a robot; with --against the plan is drawn
-    with it.
+    TRAJECTORY is what `knotwork check` reads: a trajectory.json, its folder (./NAME where a shipped
+    scenario has that name, too), or with --scenario another tool's CSV, JSON or ROS 2 YAML. With
+    --log it is the log of a robot; --against draws the plan, too.
 
     Waypoints and knots are marked; parts of a curve that break a limit stand out.
     """

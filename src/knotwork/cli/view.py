@@ -39,13 +39,13 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 
 @click.command(epilog=_EPILOG)
 @html_option()
-@click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show over it.")
-@click.option("--no-ghosts", is_flag=True, help="No translucent copies of the arm at waypoints.")
+@click.option("--compare", type=Listed(), metavar="A,B,…", help="Planners to show with it.")
+@click.option("--no-ghosts", is_flag=True, help="Hide translucent copies of the arm at waypoints.")
 @click.option(
     "--watch",
     is_flag=True,
-    help="Plan again each time the scenario, its robot or a file they name is saved, and show that "
-    "in the open page.",
+    help="Plan again each time the scenario, its robot or a file they name is saved, and update "
+    "the open page.",
 )
 @click.option(
     "--meshcat",
@@ -65,7 +65,7 @@ Exit codes: 0 the scene is shown or written, also where a check fails, 2 the inp
 @click.option("--robot", metavar="ROBOT", help="For a TRAJECTORY without a scenario: its robot.")
 @package_path_option
 @log_options
-@motion_options("to show waypoints and what fails")
+@motion_options("to show waypoints and failures")
 def view(
     source: str,
     out: Path | None,
@@ -80,14 +80,14 @@ def view(
     meshcat: str | None,
     log: LogOptions | None,
 ) -> int:
-    """Show the arm making its move, in a browser.
+    """Show the moving arm in a browser.
 
     SCENARIO is the name of a shipped scenario or the path of a file; it is planned first.
-    TRAJECTORY is what `knotwork check` reads: a trajectory.json, or the path of a folder with one
-    in it, or another tool's CSV, JSON or ROS 2 YAML.
+    TRAJECTORY is what `knotwork check` reads: a trajectory.json, its folder, or another tool's
+    CSV, JSON or ROS 2 YAML.
 
-    Shown are the tool's path, coloured by its speed, the waypoints with the speeds asked for, the
-    rebuilt knots, and in red what fails in the check. The page is served to this machine alone
+    The page shows the tool's path, coloured by its speed, the waypoints with their velocities, the
+    rebuilt knots, and failures of the check in red. The page is served to this machine alone
     until Ctrl-C.
     """
     from knotwork.robot import load_robot

@@ -36,53 +36,40 @@ OFF_COLOURS = np.array([[0.13, 0.3, 0.85], [0.1, 0.62, 0.35], [0.93, 0.45, 0.05]
 APART, MOST_MARKS = 0.08, 3
 
 
-class SpeedColours:
-    """Colours of a path, and their legend.
+def speed_colours(
+    path: ToolTrace,
+    scenario: Scenario | None,
+    curve: PiecewisePolynomial,
+    asked: Sequence[CartesianWaypoint],
+) -> tuple[FloatArray, dict[str, Any]]:
+    """Choose the colours of a path.
 
-    Attributes:
-        colours: Of each sample of the path, shape (n, 3).
+    Returns:
+        The colour of each sample, shape (n, 3); and the legend: scales with their colours, and the
+        given speeds as marks on them [m/s].
     """
-
-    def __init__(
-        self,
-        path: ToolTrace,
-        scenario: Scenario | None,
-        curve: PiecewisePolynomial,
-        asked: Sequence[CartesianWaypoint],
-    ) -> None:
-        self._tolerance = scenario.tolerances.path_speed if scenario is not None else 0.0
-        self._waypoints = [float(np.linalg.norm(one.linear)) for one in asked]
-        self._along = [part for _, part, *_ in stretches(scenario, curve)]
-        # What fails may be slower than it is asked to be: the scale shows both.
-        self._high = max([float(path.speed.max()), *(() if self._along else self._waypoints)])
-        share = path.speed / self._high if self._high > 0 else np.zeros_like(path.speed)
-        self.colours = mixed(share, GREYS if self._along else SPEED_COLOURS)
-        for part in self._along:
-            start, end = part.full_speed
-            on = (path.time >= start) & (path.time <= end)
-            off = (path.speed[on] / part.speed - 1.0) / self._tolerance
-            self.colours[on] = mixed(0.5 + 0.5 * off, OFF_COLOURS)
-
-    def legend(self) -> dict[str, Any]:
-        """Scales with their colours, and the speeds asked for as marks on them [m/s]."""
-        legend: dict[str, Any] = {
-            "high": self._high,
-            "colours": written(GREYS if self._along else SPEED_COLOURS),
-            "marks": [] if self._along else self._marks(self._waypoints),
-        }
-        if self._along:
-            legend["off_colours"] = written(OFF_COLOURS)
-            legend["off_tolerance"] = self._tolerance
-            legend["off_speeds"] = sorted({round(part.speed, 9) for part in self._along})
-        return legend
-
-    def _marks(self, speeds: Sequence[float]) -> list[float]:
-        marks: list[float] = []
-        for speed in sorted(speeds, reverse=True):
-            apart = all(abs(speed - other) > APART * self._high for other in marks)
-            if speed > APART * self._high and apart and len(marks) < MOST_MARKS:
-                marks.append(speed)
-        return marks
+    along = [part for _, part, *_ in stretches(scenario, curve)]
+    given = [] if along else sorted(float(np.linalg.norm(one.linear)) for one in asked)[::-1]
+    # A tool that fails may be slower than it should be: the scale shows both speeds.
+    high = max([float(path.speed.max()), *given])
+    marks: list[float] = []
+    for speed in given:
+        if speed > APART * high and all(abs(speed - one) > APART * high for one in marks):
+            marks.append(speed)
+    scale = GREYS if along else SPEED_COLOURS
+    legend = {"high": high, "colours": written(scale), "marks": marks[:MOST_MARKS]}
+    colours = mixed(path.speed / high if high > 0 else np.zeros_like(path.speed), scale)
+    if not along or scenario is None:
+        return colours, legend
+    tolerance = scenario.tolerances.path_speed
+    for part in along:
+        start, end = part.full_speed
+        on = (path.time >= start) & (path.time <= end)
+        off = (path.speed[on] / part.speed - 1.0) / tolerance
+        colours[on] = mixed(0.5 + 0.5 * off, OFF_COLOURS)
+    speeds = sorted({round(part.speed, 9) for part in along})
+    off_legend = {"off_colours": written(OFF_COLOURS), "off_tolerance": tolerance}
+    return colours, {**legend, **off_legend, "off_speeds": speeds}
 
 
 def mixed(share: FloatArray, colours: FloatArray) -> FloatArray:

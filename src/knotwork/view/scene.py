@@ -29,12 +29,12 @@ from knotwork.view.objects import Objects, scene_objects
 from knotwork.view.packing import packed, thing
 from knotwork.view.path_meshes import (
     DEVIATION_COLOURS,
-    SpeedColours,
     asked_path_mesh,
     asked_points,
     deviation_mesh,
     other_path_mesh,
     path_meshes,
+    speed_colours,
     tool_mesh,
     written,
 )
@@ -254,8 +254,8 @@ def _task_data(
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]:
     """Meshes by name, labels and the legend."""
     robot = shown.robot
-    speeds = SpeedColours(path, shown.scenario, shown.curve, shown.asked)
-    meshes = path_meshes(path, speeds.colours, size)
+    colours, speeds = speed_colours(path, shown.scenario, shown.curve, shown.asked)
+    meshes = path_meshes(path, colours, size)
     along = {
         "path asked for": asked_path_mesh(shown.scenario, robot, size),
         "deviation": deviation_mesh(shown.scenario, robot, shown.curve, size),
@@ -275,7 +275,7 @@ def _task_data(
     ]
     things[-1]["carrier"] = int(robot.model.frames[robot.tcp_frame_id].parentJoint)
     legend = {
-        **speeds.legend(),
+        **speeds,
         **seconds,
         "broken": bool(path.broken.any()),
     }
