@@ -161,7 +161,7 @@ def _mark(found: Finding) -> str:
 
 
 def _proof(found: Finding, units: Units) -> str:
-    """How far the truth may lie beyond a value at most, or that it is exact or sampled."""
+    """Largest distance of the true value beyond a value, or `exact` or `sampled`."""
     return found.proof if found.proof != "bounded" else _number(found.excess, found, ".1g", units)
 
 

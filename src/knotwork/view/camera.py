@@ -131,7 +131,7 @@ def hidden(points: FloatArray, triangles: FloatArray, towards: FloatArray) -> ND
 
 
 def _seen(path: FloatArray, arms: Sequence[FloatArray], towards: FloatArray) -> float:
-    """How much of a path is seen, in 0 … 1; where the arm stands first counts half."""
+    """Visible part of a path, in 0 … 1; the first pose of the arm counts half."""
     steps = np.diff(path, axis=0)
     length = np.linalg.norm(steps, axis=1)
     if not len(length):

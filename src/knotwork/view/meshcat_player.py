@@ -80,7 +80,7 @@ def _visualizer(viewer: Any) -> Visualizer:
 
 
 def _joint_nodes(scene: Mapping[str, Any], root: Visualizer) -> list[Visualizer]:
-    """Where the viewer has what each joint carries; first what does not move."""
+    """Nodes of the viewer, one a joint, first that of the fixed parts."""
     nodes = [root["arm"]]
     for joint in scene["joints"]:
         nodes.append(nodes[joint["parent"]][_plain(joint["name"])])
@@ -151,7 +151,7 @@ def _moved(joint: Mapping[str, Any], q: FloatArray, at: list[float]) -> dict[str
 
 
 def _present(between: tuple[float | None, float | None], end: float) -> dict[str, Any]:
-    """When something is there."""
+    """Visibility of an object that is present for a time."""
     from meshcat.animation import AnimationTrack
 
     first, last = between

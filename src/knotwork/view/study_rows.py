@@ -34,7 +34,7 @@ LETTER = 0.092
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Where rows are along one direction of a picture.
+    """Places of rows along one direction of a picture.
 
     Attributes:
         title: The varied value.
